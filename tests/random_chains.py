@@ -186,9 +186,7 @@ def python_events(image: Image, stream: Stream) -> list[ChainEvent]:
         Channel(f"force_{k}", ChannelKind.FORCE, Finger.INDEX, "V", taxel=k)
         for k in range(stream.taxels)
     ]
-    layout = Layout(
-        tuple([*finger, *taxel]), FINGERTIP_RATE, 1.0 if stream.alpha < 1.0 else 0.5
-    )
+    layout = Layout((*finger, *taxel), FINGERTIP_RATE, 1.0 if stream.alpha < 1.0 else 0.5)
     floors = zip(Finger, stream.floors, strict=True)
     calibration = Calibration(tuple(VibrationCalibration(f, x) for f, x in floors))
     chain = Chain(

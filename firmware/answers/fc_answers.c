@@ -39,7 +39,8 @@ static void tell_estimate(fc_answers *a, const fc_event *e)
     const fc_estimate *const s = &e->estimate;
     const bool has_none = e->kind == FC_NOT_ESTIMATED;
     fc_told told = {(uint32_t)e->sample, (uint32_t)e->known, (uint16_t)e->samples,
-                    (uint8_t)e->channel, 0, s->value, s->low, s->high, now(a) - a->then};
+                    (uint8_t)e->channel, 0, s->value, s->low, s->high,
+                    a->is_timed ? now(a) - a->then : 0};
     told.flags = (uint8_t)(has_none ? FC_REFUSES | e->reason << FC_REASON_SHIFT
                                     : s->is_out_of_range ? FC_STRANGE : 0);
     fc_device_tell(a->device, FC_ESTIMATE, payload, fc_put_estimate(payload, &told));
@@ -63,9 +64,12 @@ static void on_event(void *context, const fc_event *e)
         a->board.event(e);
 }
 
+/* The chain asks right before it computes an estimate. */
 static int32_t waiting(void *context)
 {
-    const fc_answers *const a = context;
+    fc_answers *const a = context;
+    a->is_timed = a->board.clock != NULL;
+    a->then = now(a);
     return (int32_t)fc_ring_used(&a->device->listeners);
 }
 
@@ -88,6 +92,29 @@ static void take(fc_answers *a, const fc_sample *s)
     fc_chain_take(c, vibration, loads);
 }
 
+/* Return true if a text is one JSON object in printable ASCII. The descriptor contains it
+   unchanged. */
+static bool is_object(const char *text, size_t n)
+{
+    int32_t depth = 0;
+    bool quoted = false, escaped = false;
+    for (size_t k = 0; k < n; k++) {
+        const char c = text[k];
+        if (c < ' ' || c > '~')
+            return false;
+        if (quoted) {
+            quoted = escaped || c != '"';
+            escaped = !escaped && c == '\\';
+        } else {
+            quoted = c == '"';
+            depth += (c == '{') - (c == '}');
+        }
+        if ((depth <= 0) != (k + 1 == n))
+            return false;
+    }
+    return n > 0 && text[0] == '{' && depth == 0;
+}
+
 const char *fc_answers_fits(const fc_image *image, fc_stream *stream)
 {
     memset(stream, 0, sizeof *stream);
@@ -105,6 +132,8 @@ const char *fc_answers_fits(const fc_image *image, fc_stream *stream)
     if (image->detector->kind != FC_DETECTOR_LOGISTIC
         && image->detector->kind != FC_DETECTOR_THRESHOLD)
         return "the model's detector cannot run on a device";
+    if (!is_object(image->text, image->text_bytes))
+        return "the text of the model is no JSON object";
     return fc_chain_bytes(image, stream) <= FC_MEMORY
                ? NULL : "the model needs more memory than the device has";
 }
@@ -137,7 +166,7 @@ void fc_answers_work(fc_answers *a)
     while (fc_ring_used(ring) > 0) {
         const fc_sample s = *fc_ring_peek(ring, 0);
         fc_ring_drop(ring, 1);
-        a->then = now(a);
+        a->is_timed = false;
         if (a->ready)
             take(a, &s);
     }

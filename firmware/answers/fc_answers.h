@@ -38,7 +38,8 @@ typedef struct {
     char room[FC_ROOM_TEXT]; /* JSON for the descriptor: accepted models and the newest one's fault */
     uint32_t skipped;        /* estimates skipped because they were late, since the start */
     uint32_t told_skipped, told_unheard; /* counts that were last sent */
-    uint32_t then;           /* time at which the newest sample was taken from the ring, ns */
+    bool is_timed;           /* the clock was read before an estimate with the newest sample */
+    uint32_t then;           /* time at that moment, ns */
 
     bool streamed;           /* the newest sample was sent to the host, too */
     fc_chain chain;

@@ -215,9 +215,7 @@ def streams(image: bytes, each: Sequence[Stream]) -> bytes:
         taxels = s.pieces[0][2].shape[1] - 2
         floors = s.floors or (0.0, 0.0)
         has_floors = s.floors is not None
-        parts.append(
-            _STREAM.pack(len(s.pieces), 2, taxels, has_floors, *floors, s.alpha, *s.hints)
-        )
+        parts.append(_STREAM.pack(len(s.pieces), 2, taxels, has_floors, *floors, s.alpha, *s.hints))
         last = None
         for first, epoch, data in s.pieces:
             parts += [_PIECE.pack(first, len(data), epoch != last), data.tobytes()]

@@ -1,11 +1,12 @@
-/* Read intact and damaged model images, and predict with those that are not refused. Input: the
+/* Read intact and damaged images, and run the chain with those that are not refused. Input: the
    length of an intact image and its bytes; then, for each image to try, its length and its number
-   of patches; for each patch its offset, its length and its bytes. Output: one record per image. */
+   of patches; for each patch its offset, its length and its bytes. Length and checksum in the head
+   are set to fit. Output: one record per image. */
 #include "machine.h"
 
 #include <string.h>
 
-#include "fc_image.h"
+#include "fc_chain.h"
 
 #if defined(__SANITIZE_ADDRESS__)
 #include <sanitizer/asan_interface.h>
@@ -14,19 +15,18 @@
 #define ASAN_UNPOISON_MEMORY_REGION(at, n) ((void)(at), (void)(n))
 #endif
 
-enum { ROOM = 1 << 19, SAMPLES = 400 };
+enum { ROOM = 1 << 19, MEMORY = 1 << 16, SAMPLES = 500, HEAD = 16 };
 
 typedef struct {
     char why[72];                /* reason for the refusal, "" if the image was accepted */
-    int32_t contacts, status[4]; /* contacts of the detector; status at each moment */
-    int32_t spare;
-    double value[4], low[4], high[4];
+    int32_t contacts, estimates; /* number of events */
+    int32_t wrong, unused;       /* estimates that are not 0 <= low <= value <= high <= 100 */
+    float value, low, high, spread; /* newest estimate */
 } record;
 
-const fc_loudness *fc_judge_loaded;
-
-static uint64_t sound[ROOM / 8], tried[ROOM / 8];
+static uint64_t sound[ROOM / 8], tried[ROOM / 8], memory[MEMORY / 8];
 static fc_image image;
+static fc_chain chain;
 
 /* Test signal: noise, then a swing. */
 static double heard(uint32_t n)
@@ -36,35 +36,36 @@ static double heard(uint32_t n)
     return n >= 300 ? noise + swing[(n - 300) % 10] * 80.0 / (double)(n - 220) : noise;
 }
 
-static void answer(record *r)
+static void on_event(void *context, const fc_event *e)
 {
-    static const int32_t moments[4] = {10, 25, 49, 74};
-    static fc_detector detector;
-    static fc_touch touch;
-    float before[FC_BEFORE];
-    fc_contact found[FC_CHANNELS];
-    double volts[FC_CHANNELS];
-    fc_judge_loaded = &image.judge;
-    fc_detector_start(&detector, 0);
+    record *const r = context;
+    const fc_estimate *const s = &e->estimate;
+    r->contacts += e->kind == FC_CONTACT_FOUND;
+    if (e->kind != FC_ESTIMATED)
+        return;
+    r->estimates++;
+    r->wrong += !(s->low >= 0.0f && s->low <= s->value && s->value <= s->high && s->high <= 100.0f);
+    r->value = s->value;
+    r->low = s->low;
+    r->high = s->high;
+    r->spread = s->spread;
+}
+
+static void run(record *r)
+{
+    const fc_program program = {.context = r, .emit = on_event};
+    fc_stream stream = {.channels = 2, .finger = {0, 1}, .alpha = {1.0, 1.0}};
+    if (fc_chain_bytes(&image, &stream) > sizeof memory) {
+        strcpy(r->why, "it needs too much memory");
+        return;
+    }
+    fc_chain_init(&chain, &image, &stream, &program, memory);
+    fc_chain_restart(&chain, 0, false);
     for (uint32_t n = 0; n < SAMPLES; n++) {
-        for (uint32_t c = 0; c < FC_CHANNELS; c++)
-            volts[c] = heard(n + c);
-        r->contacts += fc_detector_take(&detector, volts, found);
+        const double volts[2] = {heard(n), heard(n % 300)};
+        fc_chain_take(&chain, volts, NULL);
     }
-    for (uint32_t k = 0; k < FC_BEFORE; k++)
-        before[k] = (float)heard(300 - FC_BEFORE + k);
-    for (int m = 0; m < 4; m++) {
-        fc_running a = {0.0, 0.0, 0.0, 0.0, false};
-        fc_anytime_begin(&image.anytime, &touch, before, m % 2);
-        for (int32_t k = 0; k < moments[m]; k++)
-            fc_anytime_take(&touch, (float)heard(300 + (uint32_t)k));
-        r->status[m] = fc_anytime_answer(&image.anytime, &touch, &a);
-        r->value[m] = a.value;
-        r->low[m] = a.low;
-        r->high[m] = a.high;
-    }
-    for (uint32_t k = 0; k < image.text_bytes; k++)
-        r->spare += image.text[k] > '~'; /* never */
+    fc_chain_finish(&chain);
 }
 
 /* Read the next image to try and return its length, 0 at the end. */
@@ -81,6 +82,11 @@ static uint32_t next(uint32_t whole)
             || patch[1] > ROOM - patch[0])
             return 0;
         (void)machine_read(bytes + patch[0], patch[1]);
+    }
+    if (told[0] >= HEAD) {
+        const uint32_t sum = fc_image_checksum(bytes + HEAD, told[0] - HEAD);
+        memcpy(bytes + 8, told, sizeof *told);
+        memcpy(bytes + 12, &sum, sizeof sum);
     }
     ASAN_POISON_MEMORY_REGION(bytes + told[0], ROOM - told[0]);
     return told[0];
@@ -99,7 +105,7 @@ int main(int argc, char **argv)
         if (why != NULL)
             strncpy(r.why, why, sizeof r.why - 1);
         else
-            answer(&r);
+            run(&r);
         machine_write(&r, sizeof r);
     }
     machine_end();

@@ -8,7 +8,7 @@
 
 static float inputs[PLAIN_INPUTS];
 
-fc_status plain_svm(const float *window, fc_estimate *answer)
+fc_status plain_svm(const float *window, fc_answer *answer)
 {
     float power = 0.0f, sum = PLAIN_BIAS;
     for (int k = 0; k < PLAIN_INPUTS - 1; k++)

@@ -6,6 +6,6 @@
 #include "fc_model.h"
 #include "plain_svm_model.h"
 
-fc_status plain_svm(const float *window, fc_estimate *answer);
+fc_status plain_svm(const float *window, fc_answer *answer);
 
 #endif

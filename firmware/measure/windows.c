@@ -19,7 +19,7 @@ int main(int argc, char **argv)
     if (!machine_begin(argc, argv))
         return 2;
     while (machine_read(window, sizeof window) == sizeof window) {
-        fc_estimate answer = {0.0, 0.0, 0.0, -1};
+        fc_answer answer = {0.0, 0.0, 0.0, -1};
         record r;
         memset(&r, 0, sizeof r);
         const uint32_t before = machine_clock();

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from firmware_build import make, need, need_arm
 from firmware_core import Core
-from hand import models
+from hand import model_image
 
+from firstcontact.export import HandImage
 from shared_runs import made_once
 
 # The modules that measure exported C are part of the firmware.
@@ -49,10 +50,9 @@ def sketch(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def hand_models(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """Write two folders of models for predictions on the device."""
-    folder = made_once(tmp_path_factory, "hand-models", models)
-    return folder / "first", folder / "second"
+def images() -> tuple[HandImage, HandImage]:
+    """Return two models for predictions on the device."""
+    return model_image(1), model_image(2)
 
 
 @pytest.fixture

@@ -11,19 +11,17 @@ from typing import Any
 import building
 import numpy as np
 import pytest
-from hand import FLOORS
 from numpy.typing import NDArray
 
-from firstcontact.export import _model_image as model_image
-from firstcontact.export import hand_image
+from firstcontact.chain import DetectorKind, _image
+from random_chains import random_image
 
-ROOT = Path(__file__).parents[2]
+CHAIN = Path(__file__).parents[2] / "src/firstcontact/chain/c"
 #: Record of images.c for each image.
 RESULT = np.dtype(
-    [("why", "S72"), ("contacts", "i4"), ("status", "i4", 4), ("spare", "i4"),
-     ("value", "f8", 4), ("low", "f8", 4), ("high", "f8", 4)]
+    [("why", "S72"), ("contacts", "i4"), ("estimates", "i4"), ("wrong", "i4"), ("unused", "i4"),
+     ("value", "f4"), ("low", "f4"), ("high", "f4"), ("spread", "f4")]
 )  # fmt: skip
-_KERNELS = ("anytime", "detector", "onset", "judge_loudness", "math", "pitch", "whole", "steps")
 
 
 @dataclass(frozen=True)
@@ -52,36 +50,25 @@ class Patch:
         return struct.pack("<II", self.length, len(parts)) + b"".join(parts)
 
 
-def intact_image(folder: Path) -> tuple[bytes, list[Field]]:
-    """Return an intact image and all arrays after its text."""
-    arrays: list[tuple[str, int, int]] = []
-    put = model_image._Writer.put
+def intact_image() -> tuple[bytes, list[Field]]:
+    """Return an intact image and all its arrays."""
+    arrays: list[Field] = []
+    put = _image._Writer.put
 
     def put_and_note(self: Any, values: Any, kind: str) -> None:
+        arrays.append(Field(16 + len(self.data), f"<{kind}", np.size(values)))
         put(self, values, kind)
-        arrays.append((f"<{kind}", np.size(values), len(self.data)))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(model_image._Writer, "put", put_and_note)
-        data = hand_image(folder, FLOORS).data
-    text = struct.unpack_from("<I", data, 12)[0]
-    start = 16 + (text + 7) // 8 * 8
-    fields = [Field(start, *arrays[0][:2])]  # the noise floors come first
-    start += arrays[0][2]
-    ends = [0, *(end for _, _, end in arrays[1:])]
-    fields += [Field(start + e, kind, n) for e, (kind, n, _) in zip(ends, arrays[1:], strict=False)]
-    assert start + ends[-1] == len(data)
-    return data, fields
+        patch.setattr(_image._Writer, "put", put_and_note)
+        data = random_image(3, DetectorKind.THRESHOLD, text='{"model":"a"}').data
+    return data, arrays
 
 
 def program() -> building.Program:
-    """Return images.c with the firmware's reader and kernels."""
-    answers, core = ROOT / "firmware/answers", ROOT / "firmware/core"
-    kernels = ROOT / "src/firstcontact/export/c"
-    files = [kernels / f"fc_{name}.c" for name in _KERNELS]
-    files += [answers / f"fc_{name}.c" for name in ("image", "reach")]
-    includes = [f"-I{path}" for path in (answers, core, kernels)]
-    return building.Program("images.c", core, {}, [*map(str, files), *includes])
+    """Return images.c with the chain's own files."""
+    sources = map(str, sorted(CHAIN.glob("fc_*.c")))
+    return building.Program("images.c", Path("no-further-sources"), {}, [*sources, f"-I{CHAIN}"])
 
 
 def program_input(data: bytes, patches: Sequence[Patch]) -> bytes:

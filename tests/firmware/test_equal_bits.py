@@ -10,9 +10,9 @@ import building
 import numpy as np
 import pytest
 from firmware_build import need_arm
-from random_chains import Stream, python_events, random_image, random_stream
 
 from firstcontact.chain import DetectorKind, EventKind, Image
+from random_chains import Stream, python_events, random_image, random_stream
 
 CHAIN = Path(__file__).parents[2] / "src/firstcontact/chain/c"
 FIELDS = [name for name in building.EVENT.names or () if name not in ("instructions", "unused")]

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from device_process import running
-from hand import FLOORS
 from serial_host import Host
 
 from firstcontact.cli.main import main
@@ -20,9 +19,10 @@ from firstcontact.core import InputError
 from firstcontact.device import Descriptor, FrameType, check_model_fits, flash_model
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._flashing import CHUNK
-from firstcontact.export import FORMAT, hand_image
-from firstcontact.export._model_image import ModelImage
+from firstcontact.export import HandImage
 
+#: Version of the images that the firmware reads.
+FORMAT = 2
 #: First bytes of a slot that holds a model.
 MAGIC = b"1CFS"
 
@@ -31,13 +31,6 @@ MAGIC = b"1CFS"
 def model_file(tmp_path: Path) -> tuple[str, str]:
     """Return the options of a device with a file for models."""
     return "--models", str(tmp_path / "models")
-
-
-@pytest.fixture
-def images(hand_models: tuple[Path, Path]) -> tuple[ModelImage, ModelImage]:
-    first, second = (hand_image(folder, FLOORS) for folder in hand_models)
-    assert first.digest != second.digest
-    return first, second
 
 
 def descriptor(host: Host) -> Descriptor:
@@ -56,8 +49,8 @@ def state(host: Host, kind: FrameType, payload: bytes = b"") -> tuple[int, str]:
     return answer[0], answer[6:].decode()
 
 
-def begin_transfer(host: Host, image: ModelImage, form: int = FORMAT) -> tuple[int, str]:
-    payload = struct.pack("<IIII", form, image.sizes, len(image.data), zlib.crc32(image.data))
+def begin_transfer(host: Host, image: HandImage, form: int = FORMAT) -> tuple[int, str]:
+    payload = struct.pack("<III", form, len(image.data), zlib.crc32(image.data))
     return state(host, FrameType.MODEL_BEGIN, payload)
 
 
@@ -69,7 +62,7 @@ def send_chunks(host: Host, data: bytes, most: int | None = None) -> None:
 
 
 def lose_power(
-    program: Path, model_file: tuple[str, str], old: ModelImage, new: ModelImage, most: int
+    program: Path, model_file: tuple[str, str], old: HandImage, new: HandImage, most: int
 ) -> None:
     with running(program, *model_file) as device, Host(device.path) as host:
         assert active_model(host) == old.digest
@@ -80,18 +73,18 @@ def lose_power(
 
 
 def test_power_cut_leaves_the_old_model(
-    program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
+    program: Path, model_file: tuple[str, str], images: tuple[HandImage, HandImage]
 ) -> None:
     old, new = images
     with running(program, *model_file) as device:
-        assert flash_model(device.path, old.data, FORMAT, old.sizes) == old.digest
+        assert flash_model(device.path, old.data) == old.digest
     for most in (len(new.data) // 2, len(new.data)):  # the second: all chunks, but no end frame
         with pytest.raises(AssertionError, match=r"^$"):  # the device has ended
             lose_power(program, model_file, old, new, most)
     with running(program, *model_file) as device:
         with Host(device.path) as host:
             assert active_model(host) == old.digest
-        assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
+        assert flash_model(device.path, new.data) == new.digest
     with running(program, *model_file) as device, Host(device.path) as host:
         assert active_model(host) == new.digest
 
@@ -116,18 +109,18 @@ class ModelFile:
 def test_previous_model_is_active_if_the_newest_does_not_fit(
     strict_program: Path,
     model_file: tuple[str, str],
-    images: tuple[ModelImage, ModelImage],
+    images: tuple[HandImage, HandImage],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """The newer slot is intact but needs other kernels than the firmware has after an update."""
+    """The newer slot is intact, but the firmware after an update reads another version."""
     old, new = images
     with running(strict_program, *model_file) as device:
         for image in images:
-            flash_model(device.path, image.data, FORMAT, image.sizes)
+            flash_model(device.path, image.data)
     file = ModelFile(Path(model_file[1]))
     slots = sorted(file.slots(), key=file.turn)
     length = struct.unpack_from("<IIII", slots[1])[2]
-    slots[1][16 + 8] ^= 1  # the sizes in the image
+    slots[1][16 + 4] ^= 1  # the version in the image
     struct.pack_into("<I", slots[1], 12, zlib.crc32(slots[1][16 : 16 + length]))
     file.write(*slots)
     with running(strict_program, *model_file) as device:
@@ -135,12 +128,12 @@ def test_previous_model_is_active_if_the_newest_does_not_fit(
             assert active_model(host) == old.digest
             models = descriptor(host).model_slot
             assert models is not None
-            assert "other sizes" in models.fault
+            assert "version" in models.fault
         assert any("runs the one before it" in line for line in answer(device.path))
         assert main(["live", "--device", device.path, "--seconds", "0.2"]) == 0
         assert "cannot use the newest model" in capsys.readouterr().err
         # The next model replaces the one that does not fit.
-        assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
+        assert flash_model(device.path, new.data) == new.digest
     with running(strict_program, *model_file) as device, Host(device.path) as host:
         assert active_model(host) == new.digest
         models = descriptor(host).model_slot
@@ -149,27 +142,26 @@ def test_previous_model_is_active_if_the_newest_does_not_fit(
     assert old.data in bytes(b"".join(file.slots()))
 
 
-def test_another_format_other_sizes_and_damage_are_refused(
-    strict_program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
+def test_another_format_and_damage_are_refused(
+    strict_program: Path, model_file: tuple[str, str], images: tuple[HandImage, HandImage]
 ) -> None:
     old, new = images
-    other = ModelImage(new.data, new.sizes ^ 1, new.digest)
+    other = new.data[:4] + struct.pack("<I", FORMAT + 1) + new.data[8:]
     with running(strict_program, *model_file) as device:
-        flash_model(device.path, old.data, FORMAT, old.sizes)
+        flash_model(device.path, old.data)
         with Host(device.path) as host:
             assert "format" in begin_transfer(host, new, FORMAT + 1)[1]
-            assert "sizes" in begin_transfer(host, other)[1]
             assert begin_transfer(host, new)[0] == 0
             assert "not whole" in state(host, FrameType.MODEL_END)[1]
             send_chunks(host, new.data[:-1] + bytes([new.data[-1] ^ 1]))
             assert "CRC" in state(host, FrameType.MODEL_END)[1]
             assert active_model(host) == old.digest
-        with pytest.raises(InputError, match=f"{re.escape(device.path)}: .*sizes"):
-            flash_model(device.path, new.data, FORMAT, other.sizes)
+        with pytest.raises(InputError, match=f"{re.escape(device.path)}: .*format"):
+            flash_model(device.path, other)
 
 
 def test_invalid_numbers_are_refused_before_use(
-    strict_program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
+    strict_program: Path, model_file: tuple[str, str], images: tuple[HandImage, HandImage]
 ) -> None:
     """Any bytes with the right CRC are refused or accepted, without undefined behaviour."""
     rng = np.random.default_rng(1)
@@ -179,18 +171,18 @@ def test_invalid_numbers_are_refused_before_use(
             data = bytearray(image.data)
             for place in rng.integers(0, 1200, 3):  # the range of counts and sizes
                 data[place] = int(rng.integers(256))
-            damaged = ModelImage(bytes(data), image.sizes, image.digest)
+            damaged = HandImage(bytes(data), image.digest)
             assert begin_transfer(host, damaged)[0] == 0
             send_chunks(host, damaged.data)
             assert state(host, FrameType.MODEL_END)[0] in (1, 2)
-        cut = ModelImage(image.data[:5000], image.sizes, image.digest)
+        cut = HandImage(image.data[:5000], image.digest)
         assert begin_transfer(host, cut)[0] == 0
         send_chunks(host, cut.data)
         assert "not whole" in state(host, FrameType.MODEL_END)[1]
 
 
 def test_model_is_refused_while_samples_are_sent(
-    strict_program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
+    strict_program: Path, model_file: tuple[str, str], images: tuple[HandImage, HandImage]
 ) -> None:
     with running(strict_program, *model_file) as device, Host(device.path) as host:
         host.send(FrameType.START)
@@ -198,7 +190,7 @@ def test_model_is_refused_while_samples_are_sent(
 
 
 def test_device_without_room_for_models_ignores_them(
-    strict_program: Path, images: tuple[ModelImage, ModelImage]
+    strict_program: Path, images: tuple[HandImage, HandImage]
 ) -> None:
     with running(strict_program) as device, Host(device.path) as host:
         host.send(FrameType.MODEL_END)
@@ -206,43 +198,13 @@ def test_device_without_room_for_models_ignores_them(
         host.assert_all_frames()
 
 
-def test_verb_flashes_the_model_and_prints_its_digest(
-    program: Path,
-    model_file: tuple[str, str],
-    hand_models: tuple[Path, Path],
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-) -> None:
-    from firstcontact.core import write_calibration
-
-    write_calibration(FLOORS, tmp_path / "calibration.json")
-    options = ["--calibration", str(tmp_path / "calibration.json")]
-    with running(program, *model_file) as device:
-        assert main(["flash-model", str(hand_models[0]), "--device", device.path, *options]) == 0
-    assert hand_image(hand_models[0]).digest in capsys.readouterr().out
-    assert main(["flash-model", str(tmp_path), "--device", "nowhere", *options]) == 2
-    assert str(tmp_path) in capsys.readouterr().err
-
-
-def test_device_without_models_is_refused_before_the_measurement(
-    program: Path, hand_models: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
-) -> None:
-    with running(program) as device:
-        assert main(["flash-model", str(hand_models[0]), "--device", device.path]) == 2
-    printed = capsys.readouterr()
-    assert "takes no models" in printed.err
-    assert "measuring" not in printed.out
-
-
 def test_too_large_model_is_refused_before_it_is_sent(
-    program: Path, model_file: tuple[str, str], images: tuple[ModelImage, ModelImage]
+    program: Path, model_file: tuple[str, str], images: tuple[HandImage, HandImage]
 ) -> None:
-    sizes = images[0].sizes
+    data = images[0].data
     with running(program, *model_file) as device:
-        check_model_fits(device.path, FORMAT, sizes, len(images[0].data))
+        check_model_fits(device.path, data)
         with pytest.raises(InputError, match=str(1 << 20)):
-            check_model_fits(device.path, FORMAT, sizes, 1 << 20)
-        with pytest.raises(InputError, match="sizes"):
-            check_model_fits(device.path, FORMAT, sizes ^ 1, 1000)
+            check_model_fits(device.path, data.ljust(1 << 20, b"-"))
         with pytest.raises(InputError, match=f"format .*{FORMAT + 1}"):
-            check_model_fits(device.path, FORMAT + 1, sizes, 1000)
+            check_model_fits(device.path, data[:4] + struct.pack("<I", FORMAT + 1) + data[8:])

@@ -2,47 +2,28 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import replace
 from pathlib import Path
 
 import building
 import numpy as np
 import pytest
-from hand import FLOORS, trained
 from images import Field, Patch, intact_image, program, program_input, results
 from numpy.typing import NDArray
 
-from firstcontact.contact import detect
-from firstcontact.core import InputError
-from firstcontact.export import USUAL_DIRECTIONS, Trained
-from firstcontact.export import _c_library as c_library
-from firstcontact.export._model_image import TEXT_MOST, model_image
-from firstcontact.models import (
-    ANY,
-    LEVELS,
-    CompactModel,
-    CompactNetwork,
-    Rig,
-    compacted,
-    cut_touches,
-    pretrained,
-)
-
-FIRMWARE = Path(__file__).parents[2] / "firmware"
 #: Extreme numbers of each type.
 EXTREMES: dict[str, list[float]] = {
     "<f4": [np.nan, np.inf, -np.inf, 3.4e38, -3.4e38, 1e29, 1e20, 1e-45, 0.0, -1.0],
     "<f8": [np.nan, np.inf, -np.inf, 1.7e308, -1.7e308, 1e31, 1e-320, 0.0, -1.0],
     "<i4": [0, -1, 1, 2, 9, 75, 256, 1 << 16, 1 << 30, (1 << 31) - 1, -(1 << 31), 0x20000001],
     "<i2": [-32768, 32767, 0, -1],
+    "<u1": [0, 34, 255],
 }
-TOO_LARGE = b"the model's numbers are too large"
+TOO_LARGE = b"the numbers of the model are too large"
 
 
 @pytest.fixture(scope="module")
-def intact(hand_models: tuple[Path, Path]) -> tuple[bytes, list[Field]]:
-    return intact_image(hand_models[0])
+def intact() -> tuple[bytes, list[Field]]:
+    return intact_image()
 
 
 @pytest.fixture(scope="module")
@@ -81,11 +62,7 @@ def damaged(data: bytes, fields: list[Field], seed: int) -> Patch:
 
 
 def assert_sane(records: NDArray[np.void]) -> None:
-    taken = records[records["why"] == b""]
-    answered = taken["status"] == 0
-    assert np.isin(taken["status"], (0, 1, 2)).all()
-    low, value, high = (taken[name][answered] for name in ("low", "value", "high"))
-    assert ((low >= 0) & (low <= value) & (value <= high) & (high <= 100)).all()
+    assert not records["wrong"].any()
 
 
 def fuzzed(
@@ -130,7 +107,7 @@ def test_board_and_this_machine_give_the_same_results(
     native = building.ask_native(strict, program_input(data, patches), tmp_path)
     m7 = building.ask_m7(program().m7(tmp_path / "m7.elf"), program_input(data, patches), tmp_path)
     assert results(native)["why"][0] == b""
-    assert (results(native)["status"][0] == 0).all()
+    assert results(native)["estimates"][0] > 3
     assert native == m7
 
 
@@ -141,86 +118,9 @@ def test_weights_that_would_overflow_are_refused(
     data, fields = intact
     floats = [f for f in fields if f.kind == "<f4" and f.count]
     huge = [Patch(len(data), (all_numbers(f, sign * 3.4e38),)) for f in floats for sign in (1, -1)]
-    large = [Patch(len(data), (all_numbers(f, 1e6),)) for f in floats]
+    large = [Patch(len(data), (all_numbers(f, x),)) for x in (1e29, 1e6) for f in floats]
     records = results(building.ask_native(strict, program_input(data, huge + large), tmp_path))
     assert_sane(records)
-    # Exceptions: whitening only enters a distance, and the bias of body1 belongs to the rig.
-    assert (records["why"][: len(huge)] != b"").sum() >= len(huge) - 4
+    assert (records["why"][: len(huge)] != b"").all()
     assert (records["why"] == TOO_LARGE).any()
-    assert (records["why"][len(huge) :] == b"").sum() > len(large) / 2
-
-
-def test_text_that_would_damage_the_descriptor_is_refused(
-    strict: Path, intact: tuple[bytes, list[Field]], tmp_path: Path
-) -> None:
-    data, _ = intact
-    n = int.from_bytes(data[12:16], "little")
-    ends = [
-        (b'{"model":"', b'"}'),
-        (b'{"model":"', b'"},"layout":{}'),
-        (b'{"model":"', b'\x01"}'),
-        (b'{"model":"', b'\xc3\xa4"}'),
-        (b'{"model":"', b"}"),
-        (b'{"model":"', b'\\"}'),
-        (b'["', b'"]'),
-        (b'{"a":{"', b'"}'),
-    ]
-    texts = [first + b"a" * (n - len(first) - len(last)) + last for first, last in ends]
-    patches = [Patch(len(data), ((16, text),)) for text in texts]
-    records = results(building.ask_native(strict, program_input(data, patches), tmp_path))
-    refusal = b"the model's text cannot be told"
-    assert records["why"].tolist() == [b"", *[refusal] * (len(ends) - 1)]
-
-
-def overflowing(model: CompactModel, name: str) -> CompactModel:
-    """Return the model with huge but finite scales in one thin layer."""
-    network = model.network
-    assert isinstance(network, CompactNetwork)
-    thin = network.thin[name]
-    scale = np.full_like(thin.into.scale, 3e38)
-    layers = {**network.thin, name: replace(thin, into=replace(thin.into, scale=scale))}
-    with pytest.raises(InputError, match="overflow"):
-        CompactNetwork(network, layers)
-    huge = CompactNetwork(network, network.thin)
-    huge.thin = layers
-    return CompactModel(huge, model.familiar, model.factors, model.level, model.rigs)
-
-
-def test_host_refuses_the_same_models_as_the_device(tmp_path: Path) -> None:
-    _, models = trained()
-    assert models.detector is not None
-    assert isinstance(models.anytime, CompactModel)
-    for name in ("query1", "query2", "body1", "body2", "body3"):
-        huge = overflowing(models.anytime, name)
-        with pytest.raises(InputError, match="overflow"):
-            model_image(models.detector, huge, FLOORS)
-        with pytest.raises(InputError, match="overflow"):
-            c_library.write(Trained(anytime=huge), tmp_path)
-    assert not list(tmp_path.iterdir())
-    models.detector.__class__.name, name = "x" * TEXT_MOST, models.detector.name
-    try:
-        with pytest.raises(InputError, match=r"\b38\d\b.*\b300\b"):
-            model_image(models.detector, models.anytime, FLOORS)
-    finally:
-        models.detector.__class__.name = name
-
-
-def test_default_image_fits_a_slot_and_the_docs_state_its_length() -> None:
-    """The longest image has a rig for each finger and one for all, with the most levels."""
-    pinches, models = trained()
-    records = [next(iter(detect(models.detector, p)), None) for p in pinches.pinches]  # type: ignore[arg-type]
-    touches, indices = cut_touches(pinches, records)
-    header = (FIRMWARE / "answers/fc_store.h").read_text(encoding="utf-8")
-    shift = re.search(r"FC_SLOT_BYTES = 1 << (\d+)", header)
-    assert shift is not None
-    page = (FIRMWARE.parent / "docs/reference/firmware.md").read_text(encoding="utf-8")
-    lengths = []
-    for fingers, levels in (((ANY,), 5), ((ANY, 0, 1), 5), ((ANY, 0, 1), LEVELS)):
-        shore_a = 10.0 * (np.arange(len(indices)) % levels)
-        rig = Rig.fit(touches, shore_a)
-        network = pretrained().conditioned_on(dict.fromkeys(fingers, rig))
-        model = compacted(network, touches, USUAL_DIRECTIONS)
-        lengths.append(len(model_image(models.detector, model, FLOORS).data))  # type: ignore[arg-type]
-    assert max(lengths) <= (1 << int(shift[1])) - 16
-    row = " | ".join(f"{n:,}" for n in lengths)
-    assert f"| {USUAL_DIRECTIONS} (default) | {row} |" in page
+    assert (records["why"][-len(floats) :] == b"").sum() > len(floats) / 2

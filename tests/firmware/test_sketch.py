@@ -65,8 +65,3 @@ def test_how_to_has_the_pins_of_the_sketch() -> None:
     rows = re.findall(r"^\| (\d+)(?: \(A\d\))? \|", page.read_text(encoding="utf-8"), re.MULTILINE)
     assert len(pins) == 14
     assert sorted(map(int, rows)) == sorted(pins)
-
-
-def test_kernel_sizes_equal_the_packages() -> None:
-    for name, text in runpy.run_path(str(FIRMWARE / "write_sizes.py"))["texts"]().items():
-        assert (FIRMWARE / "answers" / f"fc_{name}_sizes.h").read_text(encoding="utf-8") == text

@@ -296,6 +296,13 @@ def build_image(
     return Image(head + body)
 
 
+def work_memory(image: Image, channels: int) -> int:
+    """Return the bytes of work memory that a chain of so many vibration channels needs."""
+    capacity = struct.unpack_from("<i", image.data, 16 + 8 + 4 * 10)[0]
+    _, window, _, steady = struct.unpack_from("<4i", image.data, 16 + 8 + 4 * 12)
+    return 8 * int(capacity * channels + max(window, steady) * (channels + 1))
+
+
 class _Writer:
     """Writer of arrays, each padded to 8 bytes."""
 

@@ -213,8 +213,9 @@ class Assembler:
         elif frame.type == FrameType.MARKER:
             sample, text = read_marker(frame.payload)
             assembled.markers.append(Marker(self._unwrapped(sample), text, self.epoch))
-        elif frame.type == FrameType.CONTACT:
-            contact = read_contact(frame.payload, self.epoch)
+        elif frame.type in (FrameType.CONTACT, FrameType.WITHDRAWN):
+            is_withdrawn = frame.type == FrameType.WITHDRAWN
+            contact = read_contact(frame.payload, self.epoch, withdrawn=is_withdrawn)
             sample, decided = self._unwrapped(contact.sample), self._unwrapped(contact.decided)
             self._add_prediction(replace(contact, sample=sample, decided=decided), assembled)
         elif frame.type == FrameType.ESTIMATE:

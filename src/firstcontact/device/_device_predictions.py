@@ -1,7 +1,6 @@
 """Contacts and estimates of a device that runs a model itself, and the frames that carry them.
 
-A model image is a model as bytes for the device's memory. Kernels are the C functions of the
-firmware that compute a model. The lengths of their arrays are fixed when they are compiled.
+A model image is a model as bytes for the device's memory; see :mod:`firstcontact.chain`.
 """
 
 from __future__ import annotations
@@ -17,8 +16,9 @@ from firstcontact.device._protocol import FrameError
 
 _CONTACT = struct.Struct("<IIBB")
 _ESTIMATE = struct.Struct("<IIHBBfffI")
-#: Flags of an estimate.
+#: Flags of an estimate, and the position of the reason why there is none.
 REFUSED, OUT_OF_RANGE = 1, 2
+_REASON_SHIFT = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +47,8 @@ class ModelSlot:
 
     Parameters
     ----------
-    format, sizes
-        Format of the model images, and CRC of the array lengths of the device's kernels.
+    format
+        Format of the model images.
     room
         Length of the longest model image that fits, bytes.
     fault
@@ -56,7 +56,6 @@ class ModelSlot:
     """
 
     format: Annotated[int, Meta(ge=0, lt=2**32)]
-    sizes: Annotated[int, Meta(ge=0, lt=2**32)]
     room: Annotated[int, Meta(ge=0, lt=2**32)]
     fault: Name = ""
 
@@ -88,6 +87,8 @@ class DeviceContact:
         True for the first contact of a closing.
     epoch
         Epoch of the samples.
+    withdrawn
+        True if the device withdraws this contact and its estimates: it was none.
     """
 
     finger: Finger
@@ -95,6 +96,7 @@ class DeviceContact:
     decided: int
     first: bool
     epoch: int
+    withdrawn: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,13 +114,15 @@ class DeviceEstimate:
     value, low, high
         Shore A, and the ends of the interval.
     refused
-        True if there is no estimate because the signal was unusable.
+        True if there is no estimate.
     out_of_range
         True if the contact is out of range: unlike the training data.
     compute_time
         Computing time on the device, s; 0 if the device does not measure it.
     epoch
         Epoch of the samples.
+    reason
+        Reason why there is no estimate, a value of :class:`firstcontact.chain.Reason`.
     """
 
     finger: Finger
@@ -132,6 +136,7 @@ class DeviceEstimate:
     out_of_range: bool
     compute_time: float
     epoch: int
+    reason: int = 0
 
     def delay(self, rate: float) -> float:
         """Return the time from the contact to the estimate, s. ``rate`` is in Hz."""
@@ -148,15 +153,15 @@ def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> b
     )
 
 
-def read_contact(payload: bytes, epoch: int) -> DeviceContact:
-    """Return the contact in the payload of a contact frame.
+def read_contact(payload: bytes, epoch: int, *, withdrawn: bool = False) -> DeviceContact:
+    """Return the contact in the payload of a frame that reports or withdraws it.
 
     Its sample numbers have 32 bits. Raise FrameError if the payload is damaged.
     """
     if len(payload) != _CONTACT.size:
         raise FrameError("a contact frame has the wrong length")
     sample, decided, finger, first = _CONTACT.unpack(payload)
-    return DeviceContact(_finger(finger), sample, decided, bool(first), epoch)
+    return DeviceContact(_finger(finger), sample, decided, bool(first), epoch, withdrawn)
 
 
 def estimate_payload(estimate: DeviceEstimate) -> bytes:
@@ -166,7 +171,9 @@ def estimate_payload(estimate: DeviceEstimate) -> bytes:
         estimate.decided & 0xFFFFFFFF,
         estimate.samples,
         list(Finger).index(estimate.finger),
-        estimate.refused * REFUSED | estimate.out_of_range * OUT_OF_RANGE,
+        estimate.refused * REFUSED
+        | estimate.out_of_range * OUT_OF_RANGE
+        | estimate.reason << _REASON_SHIFT,
         estimate.value,
         estimate.low,
         estimate.high,
@@ -198,6 +205,7 @@ def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
         bool(flags & OUT_OF_RANGE),
         nanoseconds * 1e-9,
         epoch,
+        flags >> _REASON_SHIFT,
     )
 
 

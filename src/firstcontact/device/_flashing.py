@@ -19,7 +19,9 @@ CHUNK = 200
 #: up.
 REPEAT_AFTER = 1.0
 PATIENCE = 5.0
-_BEGIN = struct.Struct("<IIII")
+_BEGIN = struct.Struct("<III")
+#: Format in the head of a model image.
+_FORMAT = struct.Struct("<4xI")
 _OFFSET = struct.Struct("<I")
 _STATE = struct.Struct("<BBI")
 KEPT, REFUSED = 1, 2
@@ -88,9 +90,9 @@ class _Link:
         except FrameError as error:
             raise InputError(f"{self.port}: {error}: start again") from error
 
-    def send(self, data: bytes, form: int, sizes: int) -> int:
+    def send(self, data: bytes) -> int:
         """Send a model in pieces. Return :data:`KEPT` if the device kept it, else another state."""
-        head = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
+        head = _BEGIN.pack(*_FORMAT.unpack_from(data), len(data), zlib.crc32(data))
         _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
         best = received  # requests for earlier pieces are no progress
         pieces, repeats = 2 * (len(data) // CHUNK + MOST_REPEATS), 0
@@ -140,20 +142,18 @@ class _Link:
 
 def _refused(port: str, why: str) -> InputError:
     return InputError(
-        f"{port}: the device refuses the model ({why}) and keeps its old one: export it with the "
-        "firmware's version of firstcontact, or make it smaller with a lower --budget-us"
+        f"{port}: the device refuses the model ({why}) and keeps its old one: use the version of "
+        "firstcontact that the firmware belongs to"
     )
 
 
-def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
+def check_model_fits(port: str, data: bytes) -> None:
     """Raise an error for a model that the device cannot take. Nothing changes on the device.
 
     Parameters
     ----------
-    port, form, sizes
+    port, data
         See :func:`flash_model`.
-    length
-        Length of the image, bytes.
 
     Raises
     ------
@@ -168,20 +168,17 @@ def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
         return  # a stored model that damages the descriptor can still be replaced
     if slot is None:
         raise InputError(f"{port}: {_TAKES_NONE}")
+    (form,) = _FORMAT.unpack_from(data)
     if slot.format != form:
         raise _refused(
             port,
             f"the firmware takes models of format {slot.format}, and this model has format {form}",
         )
-    if slot.sizes != sizes:
-        raise _refused(
-            port, "the model has arrays of other sizes than the firmware can compute with"
-        )
-    if slot.room < length:
-        raise _refused(port, f"the model has {length} bytes, and there is room for {slot.room}")
+    if slot.room < len(data):
+        raise _refused(port, f"the model has {len(data)} bytes, and there is room for {slot.room}")
 
 
-def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
+def flash_model(port: str, data: bytes) -> str:
     """Send a model to a device and make it the active one.
 
     Parameters
@@ -189,10 +186,7 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
     port
         Port of the device.
     data
-        Model image.
-    form, sizes
-        Format of the model image, and CRC of the kernels' array lengths that the image needs; see
-        :mod:`firstcontact.device._device_predictions`.
+        Model image; see :mod:`firstcontact.chain`.
 
     Returns
     -------
@@ -207,7 +201,7 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
     with closing(_Link(port)) as link:
         link.hello()  # not parsed: a stored model that damages the descriptor can be replaced
         link.stop()
-        state = link.send(data, form, sizes)
+        state = link.send(data)
         predictor = link.greeting().descriptor.predictor
     if state != KEPT or predictor is None:
         raise InputError(f"{port}: the device did not store the model: run the command again")

@@ -25,6 +25,7 @@ _DESCRIPTOR = struct.Struct("<BI")
 _STOPPED = struct.Struct("<II")
 _MARKER = struct.Struct("<I")
 _LATE = struct.Struct("<II")
+_HINT = struct.Struct("<fff")
 
 
 class FrameType(IntEnum):
@@ -39,6 +40,7 @@ class FrameType(IntEnum):
     ESTIMATE = 0x07
     MODEL_STATE = 0x08
     LATE = 0x09
+    WITHDRAWN = 0x0A
     HELLO = 0x81
     START = 0x82
     STOP = 0x83
@@ -47,6 +49,7 @@ class FrameType(IntEnum):
     MODEL_BEGIN = 0x86
     MODEL_CHUNK = 0x87
     MODEL_END = 0x88
+    HINT = 0x89
 
 
 class FrameError(ValueError):
@@ -244,6 +247,14 @@ def read_late(payload: bytes) -> tuple[int, int]:
         raise FrameError("a frame of type LATE (count of skipped estimates) has the wrong length")
     skipped, unheard = _LATE.unpack(payload)
     return skipped, unheard
+
+
+def hint_payload(speed: float, error: float, radius: float) -> bytes:
+    """Return the payload of a hint: closing speed (m/s), its relative error, and radius (m).
+
+    0 stands for an unknown speed, NaN for an unknown radius.
+    """
+    return _HINT.pack(speed, error, radius)
 
 
 def _text(data: bytes) -> str:

@@ -18,7 +18,7 @@ from firstcontact.device._clock import ClockFit
 from firstcontact.device._device_predictions import DevicePrediction
 from firstcontact.device._inbox import Inbox
 from firstcontact.device._opening import SourceOptions
-from firstcontact.device._protocol import VERSION, FrameType, marker_text
+from firstcontact.device._protocol import VERSION, FrameType, hint_payload, marker_text
 from firstcontact.device._source import Arrival, Descriptor, Health, check_readable
 from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._threaded import LONGEST_LOOK
@@ -235,12 +235,33 @@ class SerialSource:
         """
         self._send_text(FrameType.ORDER, text, "the order was not given")
 
+    def hint(self, speed: float, error: float, radius: float) -> None:
+        """Tell a device that predicts by itself the measured closing speed.
+
+        Parameters
+        ----------
+        speed, error
+            Speed of this closing or of the next one, m/s, and its relative error. A speed of 0 is
+            unknown.
+        radius
+            Radius of the object, m; infinite for a flat one, NaN if it is unknown.
+
+        Raises
+        ------
+        InputError
+            The device is not connected.
+        """
+        self._send(FrameType.HINT, hint_payload(speed, error, radius), "the speed was not sent")
+
     def _send_text(self, kind: FrameType, text: str, failed: str) -> None:
+        self._send(kind, marker_text(text), failed)
+
+    def _send(self, kind: FrameType, payload: bytes, failed: str) -> None:
         transport = self._transport
         try:
             if transport is None:
                 raise LinkError("closed")
-            transport.send(kind, marker_text(text))
+            transport.send(kind, payload)
         except LinkError as error:
             raise InputError(
                 f"{self.name}: the device is not connected, and {failed}: plug it in"

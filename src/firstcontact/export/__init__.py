@@ -1,9 +1,7 @@
 """Export of trained models: a C99 library, ONNX graphs, or an image for the hand's firmware.
 
 A model is a list of *steps*, which turn a window into a prediction. A *kernel* is the C function
-that computes one kind of step. The *compact* network has few weights: *thin layers* replace its
-large layers, and the outputs of a thin layer vary along a few
-*directions* (:mod:`firstcontact.models._compact`).
+that computes one kind of step. Detector and network are the chain (:mod:`firstcontact.chain`).
 """
 
 import lazy_loader

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -10,20 +9,12 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import first_contact
 from firstcontact.core import Contact, Dataset, InputError
-from firstcontact.export._c_anytime import instructions
-from firstcontact.export._exporters import Part
 from firstcontact.export._trained import NamedModel, Trained
-from firstcontact.models import CompactNetwork, InContextModel, Windows, compacted, cut_touches
+from firstcontact.models import Windows
 from firstcontact.signal import contact_windows
 
 #: Clock of a Teensy 4, Hz, and assumed cycles per instruction.
 CLOCK, CYCLES = 600e6, 1.5
-#: Possible numbers of directions of the compact network's thin layers, and the default.
-DIRECTIONS = (8, 12, 16, 24, 32, 48)
-USUAL_DIRECTIONS = 16
-#: Numbers of directions if the network uses the motor's pitch. The pitch is analysed once per
-#: contact, in the time of two predictions.
-LISTENING_DIRECTIONS = (16, 24)
 #: Smallest number of windows to fit a smaller model to.
 FEWEST_WINDOWS = 10
 
@@ -33,12 +24,7 @@ def microseconds(count: float) -> float:
     return 1e6 * CYCLES * count / CLOCK
 
 
-def small_enough(
-    trained: Trained,
-    dataset: Dataset | None,
-    budget_us: float | None,
-    parts: Collection[Part] = frozenset(Part),
-) -> Trained:
+def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | None) -> Trained:
     """Return the exported parts of a model, reduced to fit a time budget.
 
     Parameters
@@ -49,8 +35,6 @@ def small_enough(
         Training pinches, to which smaller models are fitted; None without them.
     budget_us
         Time that one prediction of each model may take, us; None keeps window models unchanged.
-    parts
-        Kinds of parts that may become smaller. Other parts stay unchanged.
 
     Raises
     ------
@@ -59,12 +43,8 @@ def small_enough(
         forms to.
     """
     contacts = [] if dataset is None else _contacts(dataset, trained)
-    models, anytime = trained.models, trained.anytime
-    if Part.WINDOWS in parts:
-        models = tuple(_fitting(named, dataset, contacts, budget_us) for named in models)
-    if anytime is not None and dataset is not None and Part.ANYTIME in parts:
-        anytime = _anytime(anytime, dataset, contacts, budget_us)
-    return replace(trained, models=models, anytime=anytime)
+    models = tuple(_fitting(named, dataset, contacts, budget_us) for named in trained.models)
+    return replace(trained, models=models)
 
 
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
@@ -131,39 +111,3 @@ def _fitting(
             + ("" if dataset is not None else ", or give its training recordings with --data")
         )
     return quick[-1]
-
-
-def compact_forms(
-    model: InContextModel, dataset: Dataset, contacts: list[Contact | None]
-) -> Iterator[InContextModel]:
-    """Yield the network in compact forms, the smallest first."""
-    touches, _ = cut_touches(dataset, contacts)
-    for directions in DIRECTIONS:
-        yield compacted(model, touches, directions)
-    for directions in LISTENING_DIRECTIONS:
-        yield compacted(model, touches, directions, listening=True)
-
-
-def _anytime(
-    model: InContextModel,
-    dataset: Dataset,
-    contacts: list[Contact | None],
-    budget_us: float | None,
-) -> InContextModel:
-    if budget_us is None:
-        touches, _ = cut_touches(dataset, contacts)
-        return compacted(model, touches, USUAL_DIRECTIONS)
-    took: list[float] = []
-    chosen = None
-    for form in compact_forms(model, dataset, contacts):
-        assert isinstance(form.network, CompactNetwork)
-        took.append(microseconds(instructions(form)))
-        if took[-1] > budget_us:
-            break
-        chosen = form
-    if chosen is None:
-        raise InputError(
-            f"the smallest form of the network takes about {min(np.array(took)):.0f} us, more than "
-            f"--budget-us {budget_us:g}: raise it"
-        )
-    return chosen

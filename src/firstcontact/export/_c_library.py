@@ -8,8 +8,7 @@ from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.core import InputError
-from firstcontact.export._c_anytime import write_anytime
-from firstcontact.export._c_detector import write_detector
+from firstcontact.export._c_chain import write_chain
 from firstcontact.export._c_model import write_model
 from firstcontact.export._c_text import CUnit
 from firstcontact.export._exporters import ModelExporter
@@ -33,16 +32,23 @@ includes={includes}
 
 
 #: Headers that other files include.
-_SHARED = ("fc_math", "fc_flash", "fc_exact")
+_SHARED = ("fc_math", "fc_flash")
 
 
-def fixed_sources(names: Collection[str]) -> dict[str, str]:
-    """Return the hand-written C files with these names, given without ``.c`` and ``.h``."""
-    folder = files("firstcontact.export") / "c"
+def fixed_sources(names: Collection[str], *, with_chain: bool = False) -> dict[str, str]:
+    """Return the hand-written C files with these names, given without ``.c`` and ``.h``.
+
+    ``with_chain`` adds all files of the chain.
+    """
+    chain = files("firstcontact.chain") / "c"
+    entries = [*(files("firstcontact.export") / "c").iterdir(), *chain.iterdir()]
+    wanted = {*names, *_SHARED}
+    if with_chain:
+        wanted |= {e.name.rpartition(".")[0] for e in chain.iterdir() if e.name.startswith("fc_")}
     return {
         entry.name: entry.read_text(encoding="utf-8")
-        for entry in sorted(folder.iterdir(), key=lambda e: e.name)
-        if entry.name.rpartition(".")[0] in {*names, *_SHARED}
+        for entry in sorted(entries, key=lambda e: e.name)
+        if entry.name.rpartition(".")[0] in wanted
     }
 
 
@@ -55,10 +61,8 @@ def generate_units(trained: Trained) -> list[CUnit]:
         A part cannot be written in C. The message gives the reason.
     """
     units = [write_model(named) for named in trained.models]
-    if trained.detector is not None:
-        units.append(write_detector(trained.detector, trained.rate))
-    if trained.anytime is not None:
-        units.extend(write_anytime(trained.anytime))
+    if trained.has_chain:
+        units.append(write_chain(trained))
     return units
 
 
@@ -73,7 +77,8 @@ def write(trained: Trained, out: Path) -> list[str]:
     source, example = out / "src", out / "examples" / "cycles"
     source.mkdir()
     example.mkdir(parents=True)
-    for name, text in fixed_sources({name for unit in units for name in unit.fixed}).items():
+    fixed = {name for unit in units for name in unit.fixed}
+    for name, text in fixed_sources(fixed, with_chain=trained.has_chain).items():
         (source / name).write_text(text, encoding="utf-8")
     for unit in units:
         (source / f"{unit.name}.h").write_text(unit.header, encoding="utf-8")

@@ -33,7 +33,7 @@ enum {{ FC_{upper}_SAMPLES = {samples}, FC_{upper}_CHANNELS = {channels} }};
 
 /* From a window of {duration:.3g} ms at {rate:g} Hz: volts from the contact,
    baseline removed. */
-fc_status fc_{name}(const float *window, fc_estimate *answer);
+fc_status fc_{name}(const float *window, fc_answer *answer);
 
 #ifdef __cplusplus
 }}
@@ -59,7 +59,7 @@ static void run(const float *window, float *out, float *spread)
 }}
 
 {model}
-fc_status fc_{name}(const float *window, fc_estimate *answer)
+fc_status fc_{name}(const float *window, fc_answer *answer)
 {{
     return fc_model_answer(&model, window, outputs, answer);
 }}
@@ -119,7 +119,7 @@ def write_model(named: NamedModel) -> CUnit:
         memory=f"static float memory[{words}];\n" if words else "",
         outputs=outputs,
         calls="\n".join(calls),
-        model=c_struct("fc_model", "model", fields),
+        model=c_struct("fc_window_model", "model", fields),
     )
     return CUnit(
         f"fc_{name}", header, source, constants, memory, program.instructions, FIXED + used

@@ -13,7 +13,7 @@ from firstcontact.core import (
 from firstcontact.export._budget import small_enough
 from firstcontact.export._exporters import MODEL_EXPORTERS
 from firstcontact.export._trained import exported_parts
-from firstcontact.models import CombinedModel, Model, load_model, training_pinches
+from firstcontact.models import Model, load_model, training_pinches
 from firstcontact.signal import resample_dataset
 
 
@@ -25,7 +25,7 @@ def export_model(
     data: Dataset | None = None,
     budget_us: float | None = None,
 ) -> list[str]:
-    """Write a model as C99, as ONNX, or as an image for a hand.
+    """Write a model as C99 or as ONNX.
 
     Parameters
     ----------
@@ -34,12 +34,12 @@ def export_model(
     out
         Folder for the files; it must be empty or new.
     to
-        Name in ``firstcontact.plugins.MODEL_EXPORTERS``: "c", "onnx" or "hand".
+        Name in ``firstcontact.plugins.MODEL_EXPORTERS``: "c" or "onnx".
     data
-        Training pinches, to which smaller models are fitted. They are resampled if their rate
-        differs from the model's. Pinches with role "test" are ignored.
+        Training pinches, to which smaller window models are fitted. They are resampled if their
+        rate differs from the model's. Pinches with role "test" are ignored.
     budget_us
-        Time that a prediction may take on a Cortex-M7 of 600 MHz, us.
+        Time that a prediction of a window model may take on a Cortex-M7 of 600 MHz, us.
 
     Returns
     -------
@@ -72,18 +72,6 @@ def export_model(
     parts = exported_parts(loaded)
     if learned is not None and parts.rate is not None:
         learned = resample_dataset(learned, parts.rate)
-    trained = small_enough(parts, learned, budget_us, exporter.parts)
+    trained = small_enough(parts, learned, budget_us)
     with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
-        lines = list(exporter.write(trained, making))
-    network = None if loaded.network is None else loaded.network.model
-    if network is not None and any(rig.speeds is not None for rig in network.rigs.values()):
-        lines.append(
-            "the exported network uses no measured closing speeds: it predicts as `live` does for "
-            "a hand that reports none"
-        )
-    if isinstance(network, CombinedModel):
-        lines.append(
-            "the exported network predicts alone: its average with the regression on the rig's "
-            "pinches cannot be exported"
-        )
-    return lines
+        return list(exporter.write(trained, making))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,13 +11,6 @@ from firstcontact.core import Registry
 
 if TYPE_CHECKING:
     from firstcontact.export._trained import Trained
-
-
-class Part(Enum):
-    """Part of a model that the export can make smaller."""
-
-    WINDOWS = "models of a window"
-    ANYTIME = "the network"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,16 +24,12 @@ class ModelExporter:
     write
         Function that writes the parts of a model into an empty folder and returns notes. It raises
         InputError with the part that cannot be written, and the reason.
-    parts
-        Kinds of parts that the exporter can write in a smaller form. A time budget applies only to
-        these kinds.
     extra, modules
         Required extra of this package, and its modules.
     """
 
     name: str
     write: Callable[[Trained, Path], Sequence[str]]
-    parts: frozenset[Part] = frozenset(Part)
     extra: str = ""
     modules: tuple[str, ...] = ()
 
@@ -52,7 +40,6 @@ MODEL_EXPORTERS: Registry[ModelExporter] = Registry(
     {
         "c": "firstcontact.export._c_library:C",
         "onnx": "firstcontact.export._onnx_graph:ONNX",
-        "hand": "firstcontact.export._hand_model:HAND",
     },
     base="firstcontact.export._exporters:ModelExporter",
     instances=True,

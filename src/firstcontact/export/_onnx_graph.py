@@ -10,7 +10,7 @@ import numpy as np
 
 from firstcontact.core import INPUT, InputError, Program, Step, import_onnxruntime
 from firstcontact.export import _onnx_layers, _onnx_shapes, _onnx_steps
-from firstcontact.export._exporters import ModelExporter, Part
+from firstcontact.export._exporters import ModelExporter
 from firstcontact.export._onnx_steps import Graph
 from firstcontact.export._trained import NamedModel, Trained
 
@@ -119,4 +119,4 @@ def write(trained: Trained, out: Path) -> list[str]:
     return lines + (["note: detector and network are left out: use --to c"] if left_out else [])
 
 
-ONNX = ModelExporter("onnx", write, frozenset({Part.WINDOWS}), "cnn", ("onnx", "onnxruntime"))
+ONNX = ModelExporter("onnx", write, "cnn", ("onnx", "onnxruntime"))

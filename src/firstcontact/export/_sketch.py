@@ -29,7 +29,7 @@ static void tell(const char *what, uint32_t cycles) {
   Serial.print(": cycles ");
   Serial.println(cycles);
 }
-
+@EVENTS@
 void setup() {
   Serial.begin(0);
   DEMCR |= 1u << 24;
@@ -52,43 +52,51 @@ _ROUND = """\
   }}
 """
 
-_DETECTOR = """\
+_CHAIN = """\
   {
-    static fc_detector detector;
-    fc_contact contacts[FC_CHANNELS];
-    double volts[FC_CHANNELS];
-    uint32_t most = 0, steady = 0;
-    fc_detector_start(&detector, 0);
-    for (int32_t n = 0; n < 2 * FC_STEADY; n++) {
-      for (int32_t c = 0; c < FC_CHANNELS; c++) {
-        volts[c] = 1e-3 * ((n * 37 + c * 11) % 17 - 8);
+    static fc_image image;
+    static fc_chain chain;
+    static double memory[FC_MODEL_MEMORY / 8];
+    static const fc_program program = {nullptr, on_event, nullptr, nullptr, nullptr, {}};
+    fc_stream stream = {};
+    double volts[2], loads[1] = {0.0};
+    stream.channels = 2;
+    stream.finger[1] = 1;
+    stream.alpha[0] = stream.alpha[1] = 1.0; // 0.5 for samples that are not smoothed yet
+    const uint8_t *const bytes = (const uint8_t *)fc_model_image;
+    const char *const fault = fc_image_read(bytes, FC_MODEL_BYTES, &image);
+    if (fault != nullptr) {
+      Serial.println(fault);
+    } else {
+      fc_chain_init(&chain, &image, &stream, &program, memory);
+      fc_chain_restart(&chain, 0, false); // without noise floors, this begins a closing
+      fill(signal, SIGNAL);
+      for (int k = 0; k < 8 * SIGNAL; k++) {
+        volts[0] = k < 6 * SIGNAL ? 1e-3 * ((k * 37) % 17 - 8) : signal[k % SIGNAL];
+        volts[1] = 1e-3 * ((k * 53) % 19 - 9);
+        const uint32_t before = DWT_COUNT;
+        fc_chain_take(&chain, volts, loads);
+        const uint32_t took = DWT_COUNT - before;
+        most = took > most ? took : most;
       }
-      const uint32_t before = DWT_COUNT;
-      (void)fc_detector_take(&detector, volts, contacts);
-      const uint32_t took = DWT_COUNT - before;
-      // The steady state is taken in by the sample that completes it and the two after it.
-      uint32_t *const its = n + 1 >= FC_STEADY && n < FC_STEADY + 2 ? &steady : &most;
-      *its = took > *its ? took : *its;
+      fc_chain_finish(&chain);
+      tell("dearest sample of the chain", most);
+      most = 0;
     }
-    tell("fc_detector_take, dearest sample that takes in a steady state", steady);
-    tell("fc_detector_take, dearest other sample", most);
   }
 """
+_EVENTS = """
+static const int SIGNAL = 100;
+static float signal[SIGNAL];
+static uint32_t most;
 
-_ANYTIME = """\
-  {
-    static float signal[FC_BEFORE + FC_LONGEST];
-    static fc_touch touch;
-    fc_running answer = {0.0, 0.0, 0.0, 0.0, false};
-    fill(signal, FC_BEFORE + FC_LONGEST);
-    fc_anytime_begin(&fc_anytime_model, &touch, signal, 0);
-    for (int32_t k = 0; k < FC_LONGEST; k++) {
-      fc_anytime_take(&touch, signal[FC_BEFORE + k]);
-    }
-    const uint32_t before = DWT_COUNT;
-    (void)fc_anytime_answer(&fc_anytime_model, &touch, &answer);
-    tell("fc_anytime_answer", DWT_COUNT - before);
-  }
+static void on_event(void *, const fc_event *event) {
+  Serial.print("event ");
+  Serial.print((int)event->kind);
+  Serial.print(" estimate ");
+  Serial.print(event->estimate.value, 1);
+  Serial.println("");
+}
 """
 
 
@@ -96,11 +104,10 @@ def sketch(trained: Trained) -> str:
     """Return an Arduino sketch that runs every exported part."""
     names = [f"fc_{m.name}" for m in trained.models]
     rounds = [_ROUND.format(name=m.name, upper=m.name.upper()) for m in trained.models]
-    if trained.detector is not None:
-        names.append("fc_detector")
-        rounds.append(_DETECTOR)
-    if trained.anytime is not None:
-        names.append("fc_anytime_model")
-        rounds.append(_ANYTIME)
+    if trained.has_chain:
+        names.append("fc_model_image")
+        rounds.append(_CHAIN)
     includes = "\n".join(f"#include <{name}.h>" for name in names)
-    return _TEXT.replace("@INCLUDES@", includes).replace("@ROUNDS@", "".join(rounds))
+    events = _EVENTS if trained.has_chain else ""
+    text = _TEXT.replace("@INCLUDES@", includes).replace("@EVENTS@", events)
+    return text.replace("@ROUNDS@", "".join(rounds))

@@ -48,6 +48,11 @@ class Trained:
         return next(iter(learned), None if self.anytime is None else self.anytime.rate)
 
     @property
+    def has_chain(self) -> bool:
+        """True if there is a detector or a network."""
+        return self.detector is not None or self.anytime is not None
+
+    @property
     def parts(self) -> list[str]:
         """Descriptions of the parts, one for each."""
         descriptions = [f"{m.name}: {m.model.name}, {m.model.spec.task}" for m in self.models]
@@ -66,7 +71,7 @@ def exported_parts(model: Model) -> Trained:
         )
         for window in model.windows
     )
-    network = None if model.network is None else model.network.model.network_alone()
+    network = None if model.network is None else model.network.model
     return Trained(models, model.detector, network)
 
 

@@ -11,9 +11,6 @@ from firstcontact.core import Estimate as Estimate
 from firstcontact.recording import PinchMark
 from firstcontact.streaming._hand_requests import Ask
 
-#: Estimates of the hand and of the host that differ by no more count as equal, Shore A.
-SAME = 0.01
-
 
 class Verdict(StrEnum):
     """Availability of an estimate at the second contact of a pinch.
@@ -307,12 +304,12 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
     Parameters
     ----------
     event
-        The device's ``contact``, ``estimate`` or ``no_estimate``. Its ``host`` is the time at which
-        the host received it. Its ``compute`` is the computing time on the device, 0 if the device
+        The device's ``contact``, ``contact_withdrawn``, ``estimate`` or ``no_estimate``. Its
+        ``host`` is the time at which the host received it. Its ``compute`` is the computing time on the device, 0 if the device
         does not measure this time.
     """
 
-    event: ContactEvent | Estimate | NoEstimate
+    event: ContactEvent | ContactWithdrawn | Estimate | NoEstimate
 
     @property
     def epoch(self) -> int:
@@ -330,34 +327,17 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
 
     Parameters
     ----------
-    contacts
-        True if device and host have the same contacts, decided at the same samples.
+    same
+        True if contacts, estimates and intervals of the device equal those of the host.
     compared
         Number of compared estimates.
-    largest
-        Largest difference between device and host in a value or an end of an interval, Shore A.
-    flags
-        True if device and host agree on ``out_of_range``.
-    missing
-        Number of estimates that only the device or only the host has.
     lost
         True if the host lost samples of the pinch.
-    same
-        True if ``contacts`` and ``flags`` are true, ``missing`` is 0, and ``largest`` is at most
-        0.01. This value follows from the other fields.
     """
 
-    contacts: bool
+    same: bool
     compared: int
-    largest: float
-    flags: bool
-    missing: int
     lost: bool = False
-    same: bool = False
-
-    def __post_init__(self) -> None:
-        same = self.contacts and self.flags and not self.missing and self.largest <= SAME
-        msgspec.structs.force_setattr(self, "same", same)
 
 
 class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from firstcontact.chain import Reason
 from firstcontact.core import Block, Contact, Estimate
 from firstcontact.device import DeviceContact, DevicePrediction
 from firstcontact.streaming._events import (
     ContactEvent,
+    ContactWithdrawn,
     Event,
     HandCheck,
     HandPinch,
@@ -69,16 +71,24 @@ class HandPredictions:
                 elif self._first_place is not None:
                     place = self._first_place
             event = HandPrediction(self._event(message, host))
-            self._events.append((place, event))
             events.append(event)
+            if isinstance(event.event, ContactWithdrawn):
+                # What followed this contact in its closing was none either.
+                self._events = [(at, e) for at, e in self._events if at < place]
+            else:
+                self._events.append((place, event))
         return events + self._pinches(block.epoch, block.end - self._over)
 
     def _event(
         self, message: DevicePrediction, host: float
-    ) -> ContactEvent | Estimate | NoEstimate:
+    ) -> ContactEvent | ContactWithdrawn | Estimate | NoEstimate:
         """Return the live event of a message."""
         if isinstance(message, DeviceContact):
             contact = Contact(message.finger, message.sample, message.decided)
+            if message.withdrawn:
+                if self._first is not None and self._first.sample == message.sample:
+                    contact = self._first
+                return ContactWithdrawn(contact, message.decided, message.epoch)
             if message.first:
                 self._first = contact
             return ContactEvent(contact, message.first, message.epoch, host)
@@ -86,7 +96,9 @@ class HandPredictions:
         if self._first is not None and self._first.sample == message.contact:
             contact = self._first
         if message.refused:
-            reason = "the signal cannot be used"
+            known = message.reason in list(Reason)
+            reason = Reason(message.reason).name if known else "unknown"
+            reason = reason.lower().replace("_", " ")
             return NoEstimate(contact, reason, message.decided, message.epoch)
         return Estimate(
             value=message.value,
@@ -200,22 +212,17 @@ def _check(
     host_pinch: PinchDone | None,
     lost: bool,
 ) -> HandCheck:
+    host_contacts = [] if host_pinch is None else list(host_pinch.contacts)
     host_estimates = () if host_pinch is None else host_pinch.estimates
-    by_moment = {(e.contact.sample, e.elapsed): e for e in host_estimates}
-    pairs = [(e, by_moment.get((e.contact.sample, e.elapsed))) for e in estimates]
-    both = [(hand, host) for hand, host in pairs if host is not None]
-    differences = [
-        abs(a - b)
-        for hand, host in both
-        for a, b in ((hand.value, host.value), (hand.low, host.low), (hand.high, host.high))
-    ]
-    last = host_estimates[-1].elapsed if host_estimates else None
-    final = estimates[-1].elapsed if estimates else None
-    return HandCheck(
-        contacts=list(contacts) == ([] if host_pinch is None else list(host_pinch.contacts)),
-        compared=len(both),
-        largest=max(differences, default=0.0),
-        flags=all(hand.out_of_range == host.out_of_range for hand, host in both),
-        missing=len(pairs) - len(both) + (last != final),
-        lost=lost,
+    theirs = [_numbers(e) for e in host_estimates]
+    ours = [_numbers(e) for e in estimates]
+    # The device may have skipped estimates that were late, but not the last one.
+    is_same = (
+        list(contacts) == host_contacts and set(ours) <= set(theirs) and ours[-1:] == theirs[-1:]
     )
+    return HandCheck(same=is_same, compared=len(ours), lost=lost)
+
+
+def _numbers(e: Estimate) -> tuple[int, float, float, float, float, bool]:
+    """Return what must be equal on device and host."""
+    return e.contact.sample, e.elapsed, e.value, e.low, e.high, e.out_of_range

@@ -14,7 +14,7 @@ from firstcontact.streaming._sink import Update, write_now
 
 FORMAT = "firstcontact-live"
 #: Version of the format, raised when a field changes its meaning or disappears.
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 
 
 class ChannelLine(msgspec.Struct, frozen=True):
@@ -44,7 +44,7 @@ class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"
     Parameters
     ----------
     format, format_version
-        ``firstcontact-live`` and the version of this format, 3.
+        ``firstcontact-live`` and the version of this format, 4.
     firmware, sensor, hand
         Names of the sender's firmware, sensor and hand; empty if unknown.
     source

@@ -167,11 +167,7 @@ def check_words(check: HandCheck) -> str:
         return f"the same on this computer ({check.compared} estimates)"
     if check.lost:
         return "not compared: this computer lost samples"
-    parts = [] if check.contacts else ["other contacts"]
-    parts += [f"{check.missing} estimates only on one side"] if check.missing else []
-    parts += [] if check.flags else ["only one side is out of range"]
-    parts += [f"up to {check.largest:.2f} Shore A apart"] if check.compared else []
-    return "differs on this computer: " + ", ".join(parts)
+    return "differs on this computer"
 
 
 def object_line(event: ObjectEstimate) -> str:

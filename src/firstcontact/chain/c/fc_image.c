@@ -191,8 +191,8 @@ static const char *read_model(cursor *c, fc_model *m)
     m->stages = sizes[4];
     m->rigs = sizes[5];
     m->ear.samples = sizes[6];
-    if (m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->baseline < 1
-        || m->guard + m->baseline > m->before || m->ear.samples < 2 || m->ear.samples > m->before
+    if (m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->guard > m->before
+        || m->baseline < 1 || m->baseline > m->before - m->guard || m->ear.samples < 2 || m->ear.samples > m->before
         || m->moments < 1 || m->stages < 1 || m->rigs < 1 || m->rigs > FC_RIGS_MOST)
         return WRONG;
     m->moment = integers(c, m->moments);
@@ -228,7 +228,6 @@ static const char *read_model(cursor *c, fc_model *m)
 
 static bool is_detector(const fc_detector_constants *d)
 {
-    const int32_t look = d->window - (d->looks - 1) * d->step;
     if (d->kind < FC_DETECTOR_NONE || d->kind > FC_DETECTOR_PROGRAM)
         return false;
     if (d->window < 2 * FC_LEAST_LOUD || d->window > FC_WINDOW_MOST || d->step < 1
@@ -237,7 +236,8 @@ static bool is_detector(const fc_detector_constants *d)
         return d->kind == FC_DETECTOR_NONE;
     if (d->kind != FC_DETECTOR_LOGISTIC)
         return true;
-    return d->steady > 2 * FC_ORDER && look > d->lengths[FC_PARTS] + FC_ORDER && d->floor > 0.0
+    const int32_t look = d->window - (d->looks - 1) * d->step;
+    return d->steady > 2 * FC_ORDER && look - FC_ORDER > d->lengths[FC_PARTS] && d->floor > 0.0
            && ascend(d->lengths, FC_PARTS + 1, 1, look);
 }
 
@@ -246,17 +246,19 @@ static bool is_long_enough(const fc_image *image)
 {
     const int32_t capacity = image->timing->capacity;
     return image->detector->window <= capacity
-           && image->detector->steady + image->timing->age <= capacity
+           && image->detector->steady <= capacity - image->timing->age
            && (!image->has_model || image->model.before + 2 * FC_POINTS <= capacity);
 }
 
 static bool is_timing(const fc_timing *t)
 {
-    const bool is_power = t->capacity > 0 && (t->capacity & (t->capacity - 1)) == 0;
+    const bool is_power = t->capacity > 0 && t->capacity <= FC_CAPACITY_MOST
+                          && (t->capacity & (t->capacity - 1)) == 0;
     return is_power && t->gate_step > 0 && t->rearm >= 0 && t->every > 0 && t->age >= 0
            && t->confirmed > 0 && t->lasting > 0 && t->lasting <= t->confirmed && t->lag > 0
            && t->lag < t->confirmed && t->guard >= 0 && t->before > t->guard && t->after > 0
-           && t->before + t->confirmed < t->capacity;
+           && t->before < t->capacity && t->confirmed < t->capacity - t->before
+           && t->age <= t->capacity;
 }
 
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)

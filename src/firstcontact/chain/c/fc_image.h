@@ -9,7 +9,8 @@
 
 enum {
     FC_IMAGE_VERSION = 2,
-    FC_IMAGE_TEXT = 300     /* longest description, bytes */
+    FC_IMAGE_TEXT = 300,    /* longest description, bytes */
+    FC_CAPACITY_MOST = 1 << 20 /* samples in memory */
 };
 
 /* Lengths in samples at the rate of the image. */

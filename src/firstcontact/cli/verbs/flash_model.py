@@ -18,7 +18,7 @@ class FlashModel:
     """Send a model to a device that runs it. The device stores the complete model or none of it."""
 
     model: Annotated[Path, Option(positional=True)]
-    """Folder that `export-model --to hand` wrote."""
+    """Model folder, as `adapt` writes it."""
     device: str
     """Serial port of the device."""
     calibration: Path | None = None
@@ -27,23 +27,19 @@ class FlashModel:
     def run(self) -> None:
         """Send the model. The device uses its old model until it has checked the new one."""
         from firstcontact.device import check_model_fits, flash_model
-        from firstcontact.export import FORMAT, hand_image
+        from firstcontact.export import hand_image
 
         # Refuse a model before anything changes on the device, and before the user has to wait.
         image = hand_image(self.model)
-        check_model_fits(self.device, FORMAT, image.sizes, len(image.data))
-        bare = len(image.data)
+        check_model_fits(self.device, image.data)
         image = hand_image(self.model, self._floors())
-        digest = flash_model(self.device, image.data, FORMAT, image.sizes)
+        digest = flash_model(self.device, image.data)
         if digest != image.digest:
             raise InputError(
                 f"{self.device}: the device has the model {digest}, not {image.digest}: flash it "
                 "again"
             )
-        print(
-            f"{self.device} confirms the model {digest}: {len(image.data)} bytes, {bare} of the "
-            f"model and {len(image.data) - bare} of the rig's noise floors"
-        )
+        print(f"{self.device} confirms the model {digest}: {len(image.data)} bytes")
 
     def _floors(self) -> Calibration:
         from firstcontact.core import read_calibration

@@ -1,4 +1,3 @@
-#include "fc_exact.h"
 #include "fc_layers.h"
 
 #include <math.h>

@@ -1,11 +1,11 @@
-#include "fc_exact.h"
+#include "fc_math.h"
 #include "fc_model.h"
 
 #include <math.h>
 #include <stddef.h>
 
 /* Finite, and moving in every channel. A NaN fails every comparison, an infinity the last. */
-static bool usable(const fc_model *m, const float *window)
+static bool usable(const fc_window_model *m, const float *window)
 {
     for (int32_t c = 0; c < m->channels; c++) {
         float low = window[c], high = window[c];
@@ -28,7 +28,7 @@ static double within(double x, double least, double most)
     return above < most ? above : most;
 }
 
-static void bound(const fc_model *m, double spread, fc_estimate *answer)
+static void bound(const fc_window_model *m, double spread, fc_answer *answer)
 {
     answer->low = answer->high = NAN;
     if (m->edges < 0)
@@ -45,8 +45,8 @@ static void bound(const fc_model *m, double spread, fc_estimate *answer)
     }
 }
 
-fc_status fc_model_answer(const fc_model *m, const float *window, float *outputs,
-                          fc_estimate *answer)
+fc_status fc_model_answer(const fc_window_model *m, const float *window, float *outputs,
+                          fc_answer *answer)
 {
     float spread = 1.0f;
     if (!usable(m, window))

@@ -19,7 +19,7 @@ typedef struct {
     double value;     /* Shore A, or what else was learned */
     double low, high; /* ends of the interval; NAN where the model has none */
     int32_t chosen;   /* number of the class, -1 for a regression */
-} fc_estimate;
+} fc_answer;
 
 typedef struct {
     int32_t samples, channels, outputs;
@@ -30,12 +30,12 @@ typedef struct {
     const double *edge, *half_width; /* edges and edges + 1 numbers */
     bool scaled, limited;     /* half widths in spreads; bounds within these limits */
     double least, most;
-} fc_model;
+} fc_window_model;
 
 /* window: volts from the contact on, baseline removed, all channels of each sample;
    outputs: room for model->outputs numbers. */
-fc_status fc_model_answer(const fc_model *model, const float *window, float *outputs,
-                          fc_estimate *answer);
+fc_status fc_model_answer(const fc_window_model *model, const float *window, float *outputs,
+                          fc_answer *answer);
 
 #ifdef __cplusplus
 }

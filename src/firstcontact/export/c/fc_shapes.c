@@ -1,4 +1,3 @@
-#include "fc_exact.h"
 #include "fc_shapes.h"
 
 #include <math.h>

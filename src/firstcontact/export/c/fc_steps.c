@@ -1,4 +1,3 @@
-#include "fc_exact.h"
 #include "fc_steps.h"
 
 #include <math.h>
@@ -94,8 +93,10 @@ void fc_rbf_run(const fc_rbf *s, const float *in, float *out)
         square += (double)in[k] * in[k];
     const float far = (float)(s->gamma * square);
     rows(s->steep, s->norms, s->vectors, s->inputs, in, out);
-    for (int32_t i = 0; i < s->vectors; i++)
-        out[i] = fc_exp(out[i] - far);
+    for (int32_t i = 0; i < s->vectors; i++) {
+        const float power = out[i] - far;
+        out[i] = power == power ? fc_expf(power) : power;
+    }
 }
 
 void fc_dense_run(const fc_dense *s, const float *in, float *out)

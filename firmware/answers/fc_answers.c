@@ -20,11 +20,6 @@ static void tell_late(fc_answers *a, bool begins)
     a->told_unheard = unheard;
 }
 
-static uint32_t now(const fc_answers *a)
-{
-    return a->board.clock != NULL ? a->board.clock() : 0;
-}
-
 static void tell_contact(fc_answers *a, const fc_event *e, uint8_t type)
 {
     uint8_t payload[FC_CONTACT_BYTES];
@@ -40,7 +35,7 @@ static void tell_estimate(fc_answers *a, const fc_event *e)
     const bool has_none = e->kind == FC_NOT_ESTIMATED;
     fc_told told = {(uint32_t)e->sample, (uint32_t)e->known, (uint16_t)e->samples,
                     (uint8_t)e->channel, 0, s->value, s->low, s->high,
-                    a->is_timed ? now(a) - a->then : 0};
+                    a->is_timed ? a->board.clock() - a->then : 0};
     told.flags = (uint8_t)(has_none ? FC_REFUSES | e->reason << FC_REASON_SHIFT
                                     : s->is_out_of_range ? FC_STRANGE : 0);
     fc_device_tell(a->device, FC_ESTIMATE, payload, fc_put_estimate(payload, &told));
@@ -64,13 +59,15 @@ static void on_event(void *context, const fc_event *e)
         a->board.event(e);
 }
 
-/* The chain asks right before it computes an estimate. */
+/* The chain asks right before it computes an estimate, or skips one because samples wait. */
 static int32_t waiting(void *context)
 {
     fc_answers *const a = context;
-    a->is_timed = a->board.clock != NULL;
-    a->then = now(a);
-    return (int32_t)fc_ring_used(&a->device->listeners);
+    const uint32_t used = fc_ring_used(&a->device->listeners);
+    a->is_timed = used < FC_FRAME_SAMPLES && a->board.clock != NULL;
+    if (a->is_timed)
+        a->then = a->board.clock();
+    return (int32_t)used;
 }
 
 static void take(fc_answers *a, const fc_sample *s)

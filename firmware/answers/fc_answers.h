@@ -13,7 +13,7 @@ extern "C" {
 #endif
 
 enum {
-    FC_MEMORY = 40960, /* bytes of work memory for the chain */
+    FC_MEMORY = 32768, /* bytes of work memory for the chain */
     FC_LOADS = FC_FINGERS * FC_TAXELS,
     FC_ROOM_TEXT = 240
 };

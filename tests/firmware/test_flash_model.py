@@ -178,7 +178,7 @@ def test_invalid_numbers_are_refused_before_use(
         cut = HandImage(image.data[:5000], image.digest)
         assert begin_transfer(host, cut)[0] == 0
         send_chunks(host, cut.data)
-        assert "not whole" in state(host, FrameType.MODEL_END)[1]
+        assert "not complete" in state(host, FrameType.MODEL_END)[1]
 
 
 def test_model_is_refused_while_samples_are_sent(

@@ -16,7 +16,9 @@ TEENSYDUINO = (
     "F_CPU_ACTUAL", "eeprom_", "eepromemu_flash_", "_flashimagelen", "analogRead", "digital",
     "pinMode", "delay", "micros",
 )  # fmt: skip
-LIBRARY = {"__aeabi_uldivmod", "memcmp", "memcpy", "memmove", "memset", "sqrt", "strlen"}
+LIBRARY = {
+    "__aeabi_l2d", "__aeabi_ldivmod", "__aeabi_uldivmod", "memcmp", "memcpy", "memmove", "memset", "sqrt", "strlen",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("board", [pytest.param("TEENSY40", marks=pytest.mark.slow), "TEENSY41"])
@@ -32,7 +34,7 @@ def test_sketch_compiles_against_the_stub_and_fits(
     assert unknown <= LIBRARY
     flash, one, two = (int(text) for text in re.findall(r" (\d+)", sizes))
     assert flash < 64 * 1024
-    assert one < 352 * 1024  # of 512 KiB, as in RAM2: Teensyduino and the user's code need some
+    assert one < 384 * 1024  # of 512 KiB, as in RAM2: Teensyduino and the user's code need some
     assert two < 192 * 1024
 
 

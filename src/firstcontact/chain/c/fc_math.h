@@ -54,7 +54,7 @@ static inline double fc_exp(double x)
     y = y * r + 0.5;
     y = y * r + 1.0;
     y = y * r + 1.0;
-    const uint64_t power = (uint64_t)((int64_t)n + 1023) << 52;
+    const uint64_t power = (uint64_t)(uint32_t)((int32_t)n + 1023) << 52;
     double scale;
     memcpy(&scale, &power, sizeof scale);
     return y * scale;

@@ -23,20 +23,16 @@ import parity
 import peers
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, make_detector
+from firstcontact.chain import build_image
+from firstcontact.contact import DETECTORS, make_detector
 from firstcontact.core import Dataset, Serial, replacing
 from firstcontact.export import (
-    USUAL_DIRECTIONS,
     NamedModel,
-    Trained,
-    compact_forms,
     forms,
-    listens,
     microseconds,
 )
 from firstcontact.models import (
     ESTIMATORS,
-    CompactNetwork,
     InContextModel,
     Interval,
     Task,
@@ -44,7 +40,6 @@ from firstcontact.models import (
     WindowModel,
     adapt_network,
     cut_touches,
-    deaf,
     labelled_windows,
     make_estimator,
     moments,
@@ -57,10 +52,8 @@ from firstcontact.twin import simulate
 
 WINDOW, LEVEL, SEED = 0.015, 0.9, 0
 SETS = (("paper-rig", 31), ("everyday", 32))
-#: Number of contacts for forms of the any-time network that are not the default.
-FEW = 40
-#: Support vectors of the reduced model that is measured together with the other parts.
-USUAL_VECTORS = 150
+#: Noise of the twin's fingertips at rest, V.
+FLOORS = (0.0018, 0.0018)
 Numbers = dict[str, Any]
 
 
@@ -111,18 +104,12 @@ def rmse(errors: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(errors**2)))
 
 
-def of_windows(
-    sets: list[Dataset], out: Path, quick: bool, cmsis: Path | None
-) -> tuple[Numbers, NamedModel]:
-    """Measure the support vector machines, full and reduced, and their peers.
-
-    Return the rows, and the reduced model for the image of all parts.
-    """
+def of_windows(sets: list[Dataset], out: Path, quick: bool, cmsis: Path | None) -> Numbers:
+    """Measure the support vector machines, full and reduced, and their peers."""
     learn, held_out, objects = (windows(part) for part in parts(sets[0]))
     everything = np.concatenate([windows(dataset).X for dataset in sets])
     rows: Numbers = {}
     peer_rows: Numbers = {}
-    usual: NamedModel | None = None
     for task, name in ((Task.REGRESSION, "svr"), (Task.CLASSIFICATION, "svc")):
         trained = train_final_model(learn, ESTIMATORS.default, task, SEED, LEVEL, Serial(), True)
         interval = trained.interval if task is Task.REGRESSION else None
@@ -135,7 +122,6 @@ def of_windows(
             row |= scored(form.model, form.interval, held_out, "blocks")
             if task is Task.REGRESSION:
                 row |= scored(form.model, form.interval, objects, "objects")
-                usual = form if size <= USUAL_VECTORS else usual
             rows[f"{name}_{size}"] = row
         if task is Task.REGRESSION:
             model: Any = trained.model
@@ -143,9 +129,8 @@ def of_windows(
             count = peers.plain(model, everything, out / "plain", None)
             peer_rows[f"plain C, SVR of {n} vectors"] = {"instructions": count}
             peer_rows |= peers.of_cmsis(model, everything, out / "cmsis", cmsis)
-    assert usual is not None
     rows |= of_estimators(learn, held_out, objects, everything, out, quick)
-    return {"models": rows, "peers": peer_rows}, usual
+    return {"models": rows, "peers": peer_rows}
 
 
 def identity(name: str, model: WindowModel) -> Numbers:
@@ -178,44 +163,21 @@ def available(modules: Sequence[str]) -> set[str]:
     return {name for name in modules if find_spec(name) is not None}
 
 
-def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, InContextModel]:
-    """Measure the any-time network with several numbers of directions.
-
-    Return the rows and the default form.
-    """
+def of_chain(sets: list[Dataset], out: Path) -> Numbers:
+    """Measure the chain with the default detector and network, adapted to the blocks."""
     learn, held_out, objects = parts(sets[0])
     touches, indices = _touches(learn)
-    sessions = learn.sessions[indices]
-    full = adapt_network(pretrained(), touches, learn.shore_a[indices], sessions, SEED).model
-    everything = [_touches(dataset)[0] for dataset in sets]
-    rows: Numbers = {
-        "anytime_whole": _running(full, held_out, objects),
-        "anytime_deaf": _running(deaf(full), held_out, objects),
-    }
-    contacts = [p.first for p in learn.pinches]
-    chosen = full
-    for form in compact_forms(full, learn, contacts):
-        assert isinstance(form.network, CompactNetwork)
-        directions = len(form.network.thin["body1"].into.bias)
-        label = f"anytime_{directions}" + "_listening" * listens(form)
-        usual = label == f"anytime_{USUAL_DIRECTIONS}"
-        if quick and not usual:
-            continue
-        chosen = form if usual else chosen
-        # All contacts for the default form; for the others only enough to measure their cost.
-        sets_of_touches = [t if usual else t.take(np.arange(FEW)) for t in everything]
-        costs = [
-            parity.of_anytime(form, t, out / f"{label}_{k}") for k, t in enumerate(sets_of_touches)
-        ]
-        row = asdict(costs[0])
-        row["max_abs_error"] = max(c.max_abs_error for c in costs)
-        row["class_mismatches"] = sum(c.class_mismatches for c in costs)
-        row["asked"] = sum(c.asked for c in costs)
-        row["same_bytes"] = all(c.same_bytes for c in costs)
-        row |= {"estimator": InContextModel.kind, "task": Task.REGRESSION.value}
-        row |= {"samples": moments(form.rate)[0], "rate_hz": form.rate}
-        rows[label] = row | _running(form, held_out, objects)
-    return rows, chosen
+    model = adapt_network(
+        pretrained(), touches, learn.shore_a[indices], learn.sessions[indices], SEED
+    ).model
+    detector = make_detector(DETECTORS.default).fit(learn)
+    image = build_image(model.rate, detector.constants(model.rate), model.constants())
+    pinches = [p for dataset in sets for p in dataset.pinches]
+    rows = parity.of_chain(image, pinches, FLOORS, out / "chain")
+    rows["chain_74"] |= {"estimator": InContextModel.kind, "task": Task.REGRESSION.value}
+    rows["chain_74"] |= {"samples": moments(model.rate)[0], "rate_hz": model.rate}
+    rows["chain_74"] |= _running(model, held_out, objects)
+    return rows
 
 
 def _touches(dataset: Dataset) -> tuple[Touches, NDArray[np.intp]]:
@@ -237,21 +199,6 @@ def _running(model: InContextModel, held_out: Dataset, objects: Dataset) -> Numb
     return scores
 
 
-def of_detectors(sets: list[Dataset], out: Path) -> tuple[Numbers, Detector]:
-    """Measure all detectors. Return the rows and the default detector."""
-    learn, _, _ = parts(sets[0])
-    pinches = [p for dataset in sets for p in dataset.pinches]
-    rows: Numbers = {}
-    usual: Detector | None = None
-    for name in DETECTORS:
-        detector = make_detector(name).fit(learn)
-        usual = detector if name == DETECTORS.default else usual
-        cost, dearest = parity.of_detector(detector, pinches, out / f"detector-{name}")
-        rows[f"detector_{name}"] = asdict(cost) | dearest
-    assert usual is not None
-    return rows, usual
-
-
 def table(results: Numbers) -> str:
     """Return the results as a Markdown table."""
     quality = ("blocks", "blocks_coverage", "objects", "objects_width", "objects_coverage")
@@ -259,8 +206,6 @@ def table(results: Numbers) -> str:
     titles += ["blocks", "inside", "objects", "width", "inside"]
     lines = [f"|  | {' | '.join(titles)} |", "|" + "---|" * (len(titles) + 1)]
     rows = {**results["models"], **results["peers"]}
-    if image := results.get("together"):
-        rows[f"together: {image['parts']}"] = image
     for name, row in rows.items():
         count = row.get("instructions")
         cells = ["", ""] if count is None else [f"{count:,}", f"{microseconds(count):.0f}"]
@@ -281,11 +226,8 @@ def main() -> None:
     sets = twin_sets(settings.out, settings.quick)
     built = settings.out / "built"
     shutil.rmtree(built, ignore_errors=True)
-    results, named = of_windows(sets, built, settings.quick, settings.cmsis)
-    detectors, detector = of_detectors(sets, built)
-    touches, anytime = of_touches(sets, built, settings.quick)
-    results["models"] |= detectors | touches
-    results["together"] = parity.together(Trained((named,), detector, anytime), built / "together")
+    results = of_windows(sets, built, settings.quick, settings.cmsis)
+    results["models"] |= of_chain(sets, built)
     results["seeds"] = dict(SETS)
     with replacing(settings.out / "embedded.json") as temporary:
         temporary.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")

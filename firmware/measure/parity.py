@@ -1,9 +1,10 @@
-"""Parity of exported C with Python, and its cost, over all windows, closings and contacts."""
+"""Parity of exported C with Python, and its cost, over all windows and contacts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,18 @@ import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import Detector, closing_start, detect
-from firstcontact.core import Pinch
+from firstcontact.chain import Chain, EventKind, Flag, Image
+from firstcontact.core import (
+    Block,
+    Calibration,
+    ChannelKind,
+    Finger,
+    Layout,
+    Pinch,
+    VibrationCalibration,
+)
 from firstcontact.export import NamedModel, Trained
 from firstcontact.export import _c_library as c_library
-from firstcontact.models import InContextModel, Touches, moments
 
 
 @dataclass(frozen=True)
@@ -25,13 +33,13 @@ class Cost:
     Parameters
     ----------
     instructions
-        Instructions of the most expensive prediction; for a detector the mean over 3 ms.
+        Instructions of the most expensive prediction; of a chain, see :func:`of_chain`.
     flash, ram
         Bytes in the image of the emulated board, with 2 kB of the measuring program.
     max_abs_error
         Largest error of values and interval ends, Shore A.
     class_mismatches
-        Number of classes, refusals, flags or contacts that differ from Python's.
+        Number of classes, refusals or streams that differ from Python's.
     asked
         Number of predictions.
     same_bytes
@@ -77,72 +85,67 @@ def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
     return Cost(dearest, flash, ram, error, wrong, len(X), building.same(got, on_m7))
 
 
-def of_detector(
-    detector: Detector, pinches: Sequence[Pinch], folder: Path
-) -> tuple[Cost, dict[str, int]]:
-    """Return the cost of a detector and its largest instruction counts.
+#: Samples after a contact at which the cost of an estimate is measured: 5 and 15 ms.
+MEASURED = (25, 74)
 
-    ``steady`` is the most expensive of the three samples that compute the steady state.
-    ``dearest_3ms`` is the most expensive 3 ms without these samples, ``steady_3ms`` with them.
+
+def of_chain(
+    image: Image, pinches: Sequence[Pinch], floors: tuple[float, float], folder: Path
+) -> dict[str, dict[str, Any]]:
+    """Return the costs of the chain: of a sample, of the first estimate, and of later ones.
+
+    An estimate's cost includes that of its sample. The first estimate of a contact includes the
+    analysis of the motor's pitch. Events of Python and of both machines must be equal.
     """
     folder.mkdir(parents=True)
-    c_library.write(Trained(detector=detector), folder)
-    signals, expected = [], []
-    for pinch in pinches:
-        start = closing_start(pinch).sample
-        first = start - pinch.first_sample
-        signals.append(np.ascontiguousarray(pinch.vibration()[first:], np.float64))
-        fingers = pinch.layout.vibration_fingers
-        expected.append(
-            [(fingers.index(c.finger), c.sample - start, c.decided - start)
-             for c in detect(detector, pinch, confirm=False)]
+    layout = pinches[0].layout
+    vibration = layout.columns(ChannelKind.VIBRATION)
+    calibration = Calibration(
+        tuple(VibrationCalibration(f, x) for f, x in zip(Finger, floors, strict=True))
+    )
+    streams, expected = [], []
+    for epoch, pinch in enumerate(pinches):
+        volts = layout.physical(pinch.samples, (*vibration, *layout.columns(ChannelKind.FORCE)))
+        volts32 = volts.astype(np.float32)
+        streams.append(building.Stream([(0, epoch, volts32)], floors))
+        plain = Layout(
+            tuple(replace(layout.column_channels[k], scale=1.0, offset=0.0)
+                  for k in (*vibration, *layout.columns(ChannelKind.FORCE))),
+            layout.rate,
         )  # fmt: skip
-    data = building.closings(signals)
-    native, m7, flash, ram = _run(building.Program("closings.c", folder / "src", {}), data)
-    wrong = sum(g != w for g, w in zip(building.contacts(native), expected, strict=True))
-    counted = np.frombuffer(m7, building.FOUND)
-    samples = sum(map(len, signals))
-    mean = round(float(counted["whole"].sum()) / samples * 15)
-    same = building.contacts(native) == building.contacts(m7)
-    fields = {"dearest_3ms": "dearest", "steady": "steady", "steady_3ms": "around"}
-    most = {name: int(counted[field].max()) for name, field in fields.items()}
-    return Cost(mean, flash, ram, 0.0, wrong, len(pinches), same), most
-
-
-def of_anytime(model: InContextModel, touches: Touches, folder: Path) -> Cost:
-    """Return the cost of an any-time model that predicts each millisecond."""
-    folder.mkdir(parents=True)
-    c_library.write(Trained(anytime=model), folder)
-    times = moments(model.rate)
-    data = building.touches(touches.signals, touches.valid, touches.fingers, times)
-    native, m7, flash, ram = _run(building.Program("touches.c", folder / "src", {}), data)
-    got, on_m7 = (np.frombuffer(raw, building.RUNNING) for raw in (native, m7))
-    starts = np.cumsum([0, *(sum(t <= v for t in times) for v in touches.valid)])[:-1]
-    error, wrong = 0.0, int((got["status"] != 0).sum())
-    for k, samples in enumerate(times):
-        indices = np.flatnonzero(touches.valid >= samples)
-        wanted = model.predict(touches.take(indices).until(samples))
-        records = got[starts[indices] + k]
-        wrong += int((records["strange"].astype(bool) != wanted.out_of_range).sum())
-        pairs = (("value", wanted.value), ("low", wanted.low), ("high", wanted.high))
-        error = max(error, *(float(np.abs(records[f] - w).max(initial=0.0)) for f, w in pairs))
-    same = building.same(got, on_m7)
-    return Cost(int(on_m7["instructions"].max()), flash, ram, error, wrong, len(got), same)
-
-
-def together(trained: Trained, folder: Path) -> dict[str, Any]:
-    """Return the size of one image with all parts. The model's window has one finger."""
-    folder.mkdir(parents=True)
-    c_library.write(trained, folder)
-    (named,) = trained.models
-    definitions = {
-        "MODEL": f"fc_{named.name}",
-        "HEADER": f'"fc_{named.name}.h"',
-        "NUMBERS": str(named.model.spec.samples * named.model.spec.channels),
+        chain = Chain(image, plain, calibration)
+        expected.append(chain.take(Block(volts32)) + chain.finish())
+    source = files("firstcontact.chain") / "c"
+    names = [str(source / f.name) for f in source.iterdir() if f.name.startswith("fc_")]
+    more = [*sorted(name for name in names if name.endswith(".c")), f"-I{source}"]
+    program = building.Program("streams.c", folder / "src", {}, more)
+    native, m7, flash, ram = _run(program, building.streams(image.data, streams))
+    records = [building.events(raw) for raw in (native, m7)]
+    same = all(building.same(a, b) for a, b in zip(*map(_without_totals, records), strict=True))
+    wrong = sum(
+        [tuple(e)[:7] for e in events] != [tuple(r)[:7] for r in found[:-1].tolist()]
+        or [np.float32(e.value) for e in events] != found["value"][:-1].tolist()
+        for events, found in zip(expected, records[0], strict=True)
+    )
+    totals = np.array([r[-1] for r in records[1]], building.EVENT)
+    every = np.concatenate([r[:-1] for r in records[1]])
+    made = every[(every["kind"] == EventKind.ESTIMATED) & (every["flags"] & Flag.FINAL == 0)]
+    first = [e[e["samples"] == e["samples"].min()]["instructions"].max()
+             for e in (made[made["sample"] == s] for s in np.unique(made["sample"]))]  # fmt: skip
+    shared = {"flash": flash + len(image.data), "ram": ram, "max_abs_error": 0.0,
+              "class_mismatches": int(wrong), "asked": len(made), "same_bytes": same}  # fmt: skip
+    rows = {
+        "chain_sample": {"instructions": round(totals["sample"].sum() / totals["samples"].sum())},
+        "chain_first": {"instructions": int(max(first))},
     }
-    image = building.Program("whole.c", folder / "src", definitions).m7(folder / "m7.elf")
-    flash, ram = building.memory(image)
-    return {"parts": ", ".join(trained.parts), "flash": flash, "ram": ram}
+    for samples in MEASURED:
+        counts = made["instructions"][made["samples"] == samples]
+        rows[f"chain_{samples}"] = {"instructions": int(counts.max())}
+    return {name: row | shared for name, row in rows.items()}
+
+
+def _without_totals(records: Sequence[NDArray[np.void]]) -> list[NDArray[np.void]]:
+    return [r[:-1] for r in records]
 
 
 def _run(program: building.Program, data: bytes) -> tuple[bytes, bytes, int, int]:

@@ -11,8 +11,6 @@ from test_model_parity import INTERVAL, learned
 
 from firstcontact.core import InputError
 from firstcontact.export import NamedModel, Trained, forms, small_enough
-from firstcontact.export._hand_model import HAND
-from firstcontact.export._onnx_graph import ONNX
 from firstcontact.models import ESTIMATORS, Task, make_estimator
 from firstcontact.testing import closings
 from firstcontact.testing._windows import RATE, toy_windows
@@ -49,15 +47,12 @@ def test_without_an_interval_there_is_nothing_to_widen() -> None:
     assert all(form.interval is None for form in forms(named, X, sessions.astype(str)))
 
 
-def test_only_what_is_written_is_held_to_the_budget() -> None:
+def test_window_models_are_held_to_the_budget() -> None:
     trained = Trained((learned(ESTIMATORS.default, Task.REGRESSION),))
     with pytest.raises(InputError, match="--budget-us"):
         small_enough(trained, None, 1.0)
-    selected = small_enough(trained, None, 1.0, HAND.parts)
-    assert selected.models == trained.models
 
 
-def test_a_network_that_is_not_written_is_left_as_it_is() -> None:
+def test_a_network_is_left_as_it_is() -> None:
     network = cast("InContextModel", object())  # what touches it fails
-    trained = Trained(anytime=network)
-    assert small_enough(trained, closings(8), 30.0, ONNX.parts).anytime is network
+    assert small_enough(Trained(anytime=network), closings(8), 30.0).anytime is network

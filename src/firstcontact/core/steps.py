@@ -69,7 +69,7 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
         "steep": flat32(2 * gamma * wide),
         "norms": flat32(-gamma * (wide * wide).sum(axis=1)),
     }
-    cost = _rows(n, inputs) + 31 * n + 5 * inputs + 40
+    cost = _rows(n, inputs) + 36 * n + 5 * inputs + 40
     return Step("rbf", (takes,), gives, n, constants, cost)
 
 

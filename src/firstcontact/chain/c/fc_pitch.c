@@ -110,14 +110,18 @@ void fc_shift(const float *lines, const float *reference, int32_t *shift, float 
     for (int32_t s = -FC_SHIFT_MOST; s <= FC_SHIFT_MOST; s++) {
         const int32_t first = s < 0 ? -s : 0, last = s > 0 ? FC_LINES - s : FC_LINES;
         /* Four sums side by side, which a processor adds at the same time. */
-        float sums[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-        int32_t k = first;
-        for (; k + 4 <= last; k += 4)
-            for (int32_t j = 0; j < 4; j++)
-                sums[j] += lines[k + s + j] * reference[k + j];
-        for (; k < last; k++)
-            sums[0] += lines[k + s] * reference[k];
-        const float sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+        float a = 0.0f, b = 0.0f, c = 0.0f, d = 0.0f;
+        const float *x = lines + first + s, *y = reference + first;
+        const float *const end = reference + last;
+        for (; y + 4 <= end; x += 4, y += 4) {
+            a += x[0] * y[0];
+            b += x[1] * y[1];
+            c += x[2] * y[2];
+            d += x[3] * y[3];
+        }
+        for (; y < end; x++, y++)
+            a += *x * *y;
+        const float sum = (a + b) + (c + d);
         const float overlap = (float)sqrt((double)(last - first) * FC_LINES);
         const float fit = sum / overlap / scale;
         if (fit > *correlation) {

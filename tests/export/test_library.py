@@ -8,14 +8,16 @@ from pathlib import Path
 
 import building
 import pytest
-from test_anytime_parity import conditioned, plain, touches
-from test_detector_parity import trained
+from random_chains import random_image, random_stream
 from test_model_parity import learned
 
-from firstcontact.contact import DETECTORS
+import numpy as np
+from firstcontact.chain import Image
+from firstcontact.contact import pretrained_detector
+from firstcontact.core import FINGERTIP_RATE
 from firstcontact.export import Trained
 from firstcontact.export import _c_library as c_library
-from firstcontact.models import ESTIMATORS, Task, compacted
+from firstcontact.models import ESTIMATORS, Task, shipped_model
 
 STUB = Path(__file__).parents[2] / "firmware" / "teensy" / "stub"
 

@@ -7,17 +7,16 @@ import shutil
 from pathlib import Path
 
 import building
+import numpy as np
 import pytest
-from random_chains import random_image, random_stream
 from test_model_parity import learned
 
-import numpy as np
 from firstcontact.chain import Image
-from firstcontact.contact import pretrained_detector
-from firstcontact.core import FINGERTIP_RATE
+from firstcontact.core import InputError
 from firstcontact.export import Trained
 from firstcontact.export import _c_library as c_library
 from firstcontact.models import ESTIMATORS, Task, shipped_model
+from random_chains import python_events, random_stream
 
 STUB = Path(__file__).parents[2] / "firmware" / "teensy" / "stub"
 
@@ -26,8 +25,9 @@ STUB = Path(__file__).parents[2] / "firmware" / "teensy" / "stub"
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("library")
     model = learned(ESTIMATORS.default, Task.REGRESSION)
-    anytime = compacted(conditioned(), plain(touches(60, 1)), 8)
-    c_library.write(Trained((model,), trained(DETECTORS.default), anytime), folder)
+    shipped = shipped_model()
+    assert shipped.network is not None
+    c_library.write(Trained((model,), shipped.own_detector, shipped.network.model), folder)
     return folder
 
 
@@ -56,3 +56,44 @@ def test_its_example_compiles_against_the_stub(
          "-include", "Arduino.h", "-x", "c++", "-c", str(library / "examples/cycles/cycles.ino"),
          "-o", str(tmp_path / "cycles.o")]
     )  # fmt: skip
+
+
+def exported_image(library: Path) -> Image:
+    """Return the image in the exported array."""
+    text = (library / "src/fc_model_image.c").read_text(encoding="utf-8")
+    words = re.findall(r"0x[0-9a-f]+(?=u)", text)
+    return Image(np.array([int(word, 16) for word in words], "<u8").tobytes())
+
+
+def test_the_library_gives_the_events_of_python(library: Path, tmp_path: Path) -> None:
+    image = exported_image(library)
+    # Without the array, whose image comes as a file. The compiler still checks its header.
+    sources = tmp_path / "src"
+    shutil.copytree(library / "src", sources)
+    rng = np.random.default_rng(3)
+    streams = [random_stream(rng) for _ in range(200)]
+    data = [
+        building.Stream(s.pieces, s.floors if s.has_floors else None, s.alpha, s.hints)
+        for s in streams
+    ]
+    binary = building.Program("streams.c", sources, {}).native(tmp_path / "streams")
+    raw = building.ask_native(binary, building.streams(image.data, data), tmp_path)
+    estimates = 0
+    for stream, records in zip(streams, building.events(raw), strict=True):
+        events = python_events(image, stream)
+        estimates += sum(e.samples > 0 for e in events)
+        wanted = np.array([e[7:] for e in events], np.float32).reshape(-1, 5)
+        fields = ("value", "low", "high", "half_width", "spread")
+        got = np.stack([records[:-1][name] for name in fields], axis=1)
+        assert wanted.tobytes() == got.tobytes()
+        assert [tuple(e[:7]) for e in events] == [tuple(r)[:7] for r in records[:-1].tolist()]
+    assert estimates > 20
+
+
+def test_a_detector_that_python_judges_has_no_form_in_c(tmp_path: Path) -> None:
+    from firstcontact.contact import make_detector
+    from firstcontact.testing import closings
+
+    detector = make_detector("svm").fit(closings(12))
+    with pytest.raises(InputError, match="svm"):
+        c_library.write(Trained(detector=detector), tmp_path)

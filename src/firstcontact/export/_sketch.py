@@ -44,7 +44,7 @@ void loop() {
 _ROUND = """\
   {{
     static float window[FC_{upper}_SAMPLES * FC_{upper}_CHANNELS];
-    fc_estimate answer = {{0.0, 0.0, 0.0, -1}};
+    fc_answer answer = {{0.0, 0.0, 0.0, -1}};
     fill(window, FC_{upper}_SAMPLES * FC_{upper}_CHANNELS);
     const uint32_t before = DWT_COUNT;
     (void)fc_{name}(window, &answer);

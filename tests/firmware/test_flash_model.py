@@ -5,21 +5,25 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from device_process import running
+from hand import FLOORS
 from serial_host import Host
 
 from firstcontact.cli.main import main
 from firstcontact.cli.verbs.ports import answer
+from firstcontact.contact import make_detector
 from firstcontact.core import InputError
 from firstcontact.device import Descriptor, FrameType, check_model_fits, flash_model
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._flashing import CHUNK
-from firstcontact.export import HandImage
+from firstcontact.export import HandImage, hand_image
+from firstcontact.models import load_model, shipped_model
+from firstcontact.testing import closings
 
 #: Version of the images that the firmware reads.
 FORMAT = 2
@@ -196,6 +200,53 @@ def test_device_without_room_for_models_ignores_them(
         host.send(FrameType.MODEL_END)
         assert active_model(host) is None
         host.assert_all_frames()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write the shipped model as a folder of `adapt`."""
+    place = tmp_path_factory.mktemp("shipped") / "model"
+    shipped_model().write(place)
+    return place
+
+
+def test_verb_flashes_the_model_and_prints_its_digest(
+    program: Path,
+    model_file: tuple[str, str],
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    from firstcontact.core import write_calibration
+
+    write_calibration(FLOORS, tmp_path / "calibration.json")
+    options = ["--calibration", str(tmp_path / "calibration.json")]
+    with running(program, *model_file) as device:
+        assert main(["flash-model", str(folder), "--device", device.path, *options]) == 0
+    assert hand_image(folder).digest in capsys.readouterr().out
+    assert main(["flash-model", str(tmp_path), "--device", "nowhere", *options]) == 2
+    assert str(tmp_path) in capsys.readouterr().err
+
+
+def test_device_without_models_is_refused_before_the_measurement(
+    program: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with running(program) as device:
+        assert main(["flash-model", str(folder), "--device", device.path]) == 2
+    printed = capsys.readouterr()
+    assert "takes no models" in printed.err
+    assert "measuring" not in printed.out
+
+
+def test_models_that_a_hand_cannot_run_are_named(folder: Path, tmp_path: Path) -> None:
+    model = load_model(folder)
+    replace(model, predictors=()).write(tmp_path / "detector")
+    with pytest.raises(InputError, match="no network"):
+        hand_image(tmp_path / "detector")
+    other = make_detector("svm").fit(closings(12))
+    replace(model, detector=other).write(tmp_path / "svm")
+    with pytest.raises(InputError, match="svm"):
+        hand_image(tmp_path / "svm")
 
 
 def test_too_large_model_is_refused_before_it_is_sent(

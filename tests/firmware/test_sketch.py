@@ -17,7 +17,8 @@ TEENSYDUINO = (
     "pinMode", "delay", "micros",
 )  # fmt: skip
 LIBRARY = {
-    "__aeabi_l2d", "__aeabi_ldivmod", "__aeabi_uldivmod", "memcmp", "memcpy", "memmove", "memset", "sqrt", "strlen",
+    "__aeabi_l2d", "__aeabi_ldivmod", "__aeabi_uldivmod", "memcmp", "memcpy",
+    "memmove", "memset", "sqrt", "strlen",
 }  # fmt: skip
 
 

@@ -117,7 +117,7 @@ EVENTS: tuple[Event, ...] = (
         contacts=(FIRST,),
         final=OF_HAND,
         estimates=1,
-        check=HandCheck(contacts=True, compared=1, largest=0.002, flags=True, missing=0),
+        check=HandCheck(same=True, compared=1),
         sample=510,
         epoch=0,
     ),

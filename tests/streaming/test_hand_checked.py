@@ -64,7 +64,7 @@ def test_the_same_answers_are_said_to_be_the_same() -> None:
     assert isinstance(pinch.final, Estimate)
     assert pinch.check is not None
     assert pinch.check.same
-    assert (pinch.check.compared, pinch.check.largest) == (1, 0.0)
+    assert pinch.check.compared == 1
     assert (
         "30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, the same on this computer (1 estimates)"
         in printed(pinch)
@@ -78,31 +78,28 @@ def test_a_second_contact_that_is_placed_before_the_first_is_its_pinchs() -> Non
     host_pinch = pinch_of(contacts=(FIRST, replace(SECOND, sample=500)))
     (pinch,) = pinches((TOLD[0], second), (host_pinch,))
     assert pinch.contacts[1].sample == second.sample
-    assert pinch.check is not None
-    assert pinch.check.contacts
 
 
-def test_a_difference_is_told_with_its_size() -> None:
+def test_a_difference_is_told() -> None:
     host_pinch = pinch_of(changed(ANSWER, high=39.25))
     (pinch,) = pinches(TOLD, (host_pinch,))
     assert pinch.check is not None
     assert not pinch.check.same
-    assert pinch.check.largest == 0.25
-    assert "differs on this computer: up to 0.25 Shore A apart" in printed(pinch)
+    assert "differs on this computer" in printed(pinch)
 
 
 def test_other_contacts_are_reported() -> None:
     moved = changed(DONE, contacts=(replace(FIRST, sample=511), SECOND))
     (pinch,) = pinches(TOLD, (moved,))
     assert pinch.check is not None
-    assert not pinch.check.contacts
-    assert "other contacts" in printed(pinch)
+    assert not pinch.check.same
+    assert "differs on this computer" in printed(pinch)
 
 
 def test_a_one_sided_contact_is_reported() -> None:
     (alone,) = pinches((), (DONE,))
     assert (alone.contacts, alone.sample) == ((), 510)
-    assert "no contact, differs on this computer: other contacts" in printed(alone)
+    assert "no contact, differs on this computer" in printed(alone)
     (alone,) = pinches(TOLD, ())
     assert alone.check is not None
     assert not alone.check.same
@@ -134,3 +131,12 @@ def test_predictions_without_a_pinch_are_discarded() -> None:
         events = predictions.update((second, TOLD[1]), block, 0.0)
         assert sum(isinstance(e, HandPrediction) for e in events) == 2
     assert predictions._events == []
+
+
+def test_a_withdrawn_contact_leaves_no_pinch() -> None:
+    withdrawn = DeviceContact(Finger.THUMB, 510, 575, True, 0, withdrawn=True)
+    assert pinches((*TOLD[:2], withdrawn), ()) == []
+    later = (DeviceContact(Finger.THUMB, 580, 590, True, 0),)
+    (pinch,) = pinches((*TOLD[:2], withdrawn, *later), ())
+    assert [c.sample for c in pinch.contacts] == [580]
+    assert pinch.estimates == 0

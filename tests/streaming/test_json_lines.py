@@ -55,7 +55,7 @@ def test_lines_say_what_happened_in_order() -> None:
     combined, hand, computed, own_values, complete = remainder
     assert computed["event"]["contact"]["decided"] == 522
     assert (own_values["event"]["value"], own_values["event"]["compute"]) == (30.5, 441e-6)
-    assert (complete["check"]["same"], complete["check"]["largest"]) == (True, 0.002)
+    assert (complete["check"]["same"], complete["check"]["compared"]) == (True, 1)
     assert (hand["ask"], hand["by"]) == ("close", "keyboard")
     assert (estimate["value"], estimate["out_of_range"], estimate["final"]) == (30.5, False, False)
     assert estimate["contact"] == {"finger": 1, "sample": 510, "decided": 522}
@@ -66,7 +66,7 @@ def test_lines_say_what_happened_in_order() -> None:
     assert finished["strips"][1] == {"finger": 0, "sample": 578, "decided": 578}
     assert (combined["pinches"], combined["value"], combined["number"]) == (2, 30.5, 1)
     assert failed == {"type": "failed", "subject": "page", "reason": "OSError: no"}
-    assert (head["format"], head["format_version"]) == ("firstcontact-live", 3)
+    assert (head["format"], head["format_version"]) == ("firstcontact-live", 4)
     assert head["hand"] == "linke Händ"
     assert (head["rate"], head["fingers"]) == (DESCRIPTOR.layout.rate, ["index", "thumb"])
     assert head["channels"][0] == {"name": "piezo_index", "kind": "piezo", "finger": 0, "unit": "V"}

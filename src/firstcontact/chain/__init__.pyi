@@ -20,9 +20,9 @@ from ._image import ModelConstants as ModelConstants
 from ._image import ProcessConstants as ProcessConstants
 from ._image import RigConstants as RigConstants
 from ._image import build_image as build_image
+from ._image import work_memory as work_memory
 from ._looks import fit_predictions as fit_predictions
 from ._looks import look_features as look_features
-from ._image import work_memory as work_memory
 from ._stream import Chain as Chain
 from ._stream import Predict as Predict
 from ._stream import ProgramDetector as ProgramDetector

@@ -305,8 +305,8 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
     ----------
     event
         The device's ``contact``, ``contact_withdrawn``, ``estimate`` or ``no_estimate``. Its
-        ``host`` is the time at which the host received it. Its ``compute`` is the computing time on the device, 0 if the device
-        does not measure this time.
+        ``host`` is the time at which the host received it. Its ``compute`` is the computing time on
+        the device, 0 if the device does not measure this time.
     """
 
     event: ContactEvent | ContactWithdrawn | Estimate | NoEstimate

@@ -26,9 +26,13 @@ def model_image(seed: int) -> HandImage:
     return HandImage(image.data, digest)
 
 
-def chain_events(image: HandImage, data: np.ndarray) -> list[ChainEvent]:
+def chain_events(
+    image: HandImage, data: np.ndarray, hints: tuple[float, float, float] | None = None
+) -> list[ChainEvent]:
     """Return the events of the chain in Python for samples of the device."""
     chain = Chain(Image(image.data), fingertip_layout(), FLOORS)
+    if hints is not None:
+        chain.hint(*hints)
     return chain.take(Block(data)) + chain.finish()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from golden_frames import GOLDEN, Golden
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firstcontact.chain import Reason
 from firstcontact.core import Finger
 from firstcontact.device import DeviceContact, DeviceEstimate
 from firstcontact.device import _protocol as protocol
@@ -123,18 +125,28 @@ def test_payloads_equal_pythons(core: Core, first: int, overflow: int, n: int) -
     assert core.refused_payload(b"no") == bytes([protocol.VERSION]) + b"no"
 
 
-@given(sample=U32, decided=U32, finger=st.sampled_from(Finger), flags=st.integers(0, 3), ns=U32)
+@given(
+    sample=U32,
+    decided=U32,
+    finger=st.sampled_from(Finger),
+    flags=st.integers(0, 3),
+    reason=st.sampled_from(Reason),
+    ns=U32,
+)
 def test_payloads_of_predictions_equal_pythons(
-    core: Core, sample: int, decided: int, finger: Finger, flags: int, ns: int
+    core: Core, sample: int, decided: int, finger: Finger, flags: int, reason: int, ns: int
 ) -> None:
     number, first = list(Finger).index(finger), bool(flags & 1)
     payload = contact_payload(finger, sample, decided, first)
     assert core.contact_payload(sample, decided, number, first) == payload
-    assert read_contact(payload, 3) == DeviceContact(finger, sample, decided, first, 3)
+    contact = DeviceContact(finger, sample, decided, first, 3)
+    assert read_contact(payload, 3) == contact
+    assert read_contact(payload, 3, withdrawn=True) == replace(contact, withdrawn=True)
     estimate = DeviceEstimate(
-        finger, sample, 59, decided, 41.5, 30.25, 52.75, first, flags >= 2, ns * 1e-9, 3
+        finger, sample, 59, decided, 41.5, 30.25, 52.75, first, flags & 2 > 0, ns * 1e-9, 3, reason
     )
     payload = estimate_payload(estimate)
+    flags |= reason << 4
     assert (
         core.estimate_payload(sample, decided, 59, number, flags, 41.5, 30.25, 52.75, ns) == payload
     )

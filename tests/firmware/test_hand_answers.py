@@ -15,7 +15,7 @@ from test_emulated_device import emulated
 
 from firstcontact.device import DeviceEstimate, DevicePrediction, SerialSource, flash_model
 from firstcontact.export import HandImage
-from firstcontact.twin import TwinStream
+from firstcontact.twin import DeviceFilter, TwinStream
 from firstcontact.twin._scans import write_scans
 
 SAMPLES = 30 * 4936
@@ -62,6 +62,34 @@ def test_native_device_predicts_as_the_chain_in_python(
     assert answers.estimates.items() <= host.estimates.items()
     # On a busy machine the device skips estimates that are late.
     assert len(answers.estimates) >= 25
+
+
+def test_a_measured_speed_changes_the_estimates_as_in_python(
+    program: Path, images: tuple[HandImage, HandImage], scans: Path, tmp_path: Path
+) -> None:
+    """The hint precedes all samples, so it counts for the first closing. Bad hints are ignored."""
+    options = ("--scans", str(scans), "--speed", "2", "--ring", "65000")
+    options += ("--models", str(tmp_path / "models"))
+    data = TwinStream(seed=4).read(SAMPLES)
+    plain = chain_events(images[0], DeviceFilter().update(data))
+    hinted = chain_events(images[0], DeviceFilter().update(data), (0.3, 0.1, 0.01))
+    assert of_chain(plain).estimates != of_chain(hinted).estimates
+    with running(program, *options) as device:
+        flash_model(device.path, images[0].data)
+        with SerialSource(device.path) as source:
+            source.hint(0.3, 0.1, 0.01)
+            source.hint(-1.0, 0.1, 0.01)
+            source.hint(float("nan"), 0.1, 0.01)
+            messages: list[DevicePrediction] = []
+            patience = time.monotonic() + 60
+            while sum(isinstance(m, DeviceEstimate) for m in messages) < 3:
+                assert time.monotonic() < patience
+                messages += [p for arrival in source.read(0.2) for p in arrival.predictions]
+    first = {
+        k: v for k, v in of_device(messages).estimates.items() if k in of_chain(hinted).estimates
+    }
+    key = next(iter(first))
+    assert first[key] == of_chain(hinted).estimates[key] != of_chain(plain).estimates[key]
 
 
 def test_emulated_board_predicts_as_the_chain_in_python_and_measures_its_time(

@@ -177,7 +177,9 @@ def answers(rng: Random, _: Path) -> None:
         if rng.random() < 0.4:
             first = rng.random() < 0.7
             payload = contact_payload(rng.choice(list(Finger)), contact, labelled_contacts, first)
-        kind = FrameType.CONTACT if len(payload) == 10 else FrameType.ESTIMATE
+        kind = FrameType.ESTIMATE
+        if len(payload) == 10:
+            kind = rng.choice((FrameType.CONTACT, FrameType.CONTACT, FrameType.WITHDRAWN))
         sent.append((kind, mutate.raw(rng, payload) if rng.random() < 0.1 else payload))
         many = np.zeros((5, CHANNELS), np.int16)
         for _ in range(rng.choice((0, 1, 30))):
@@ -252,13 +254,13 @@ class _FlashedDevice(Responder):
 def flashing(rng: Random, _: Path) -> None:
     """Send a model to a device with random replies. The transfer must end soon."""
     device = _FlashedDevice(rng)
-    data = rng.randbytes(rng.choice((1, 200, 9000)))
+    data = rng.randbytes(rng.choice((8, 200, 9000)))
     with (
         patch.multiple(flashing_of_models, SerialTransport=lambda port: device),
         patch.multiple(flashing_of_models, REPEAT_AFTER=0.002, PATIENCE=0.004),
     ):
         try:
-            assert flashing_of_models.flash_model("port", data, 1, 2) == MODEL
+            assert flashing_of_models.flash_model("port", data) == MODEL
         finally:
             pieces = len(data) // flashing_of_models.CHUNK
             assert device.asked < 10 * (pieces + 10), "it is served for ever"

@@ -62,11 +62,8 @@ ELSEWHERE = {
     'python docs/write_out_of_range.py --measure --data "$FIRSTCONTACT_DATA"': (
         "by hand before a release: it makes the table of out-of-range signals"
     ),
-    "firstcontact export-model model --to hand --out hand --data pinches": (
-        "tests/firmware/test_flash_model.py"
-    ),
-    "firstcontact flash-model hand --device /dev/ttyACM0": "tests/firmware/test_flash_model.py",
-    "firstcontact live --device /dev/ttyACM0 --model hand": "tests/firmware/test_hand_answers.py",
+    "firstcontact flash-model model --device /dev/ttyACM0": "tests/firmware/test_flash_model.py",
+    "firstcontact live --device /dev/ttyACM0 --model model": "tests/firmware/test_hand_answers.py",
     "make study": "by hand before a release: it makes docs/results/study.json",
     "firstcontact grasp-study": "by hand before a release: it makes docs/results/grasp.json",
     "make real": "by hand before a release: it makes docs/results/real.json",

@@ -7,9 +7,6 @@ from pathlib import Path
 
 import measure
 
-from firstcontact.contact import DETECTORS
-from firstcontact.export import USUAL_DIRECTIONS
-
 DOCS = Path(__file__).parents[2] / "docs"
 RESULTS = json.loads((DOCS / "results" / "embedded.json").read_text(encoding="utf-8"))
 
@@ -19,12 +16,10 @@ def test_the_page_has_the_table_of_the_results() -> None:
     assert measure.table(RESULTS) in page
 
 
-def test_the_page_says_what_a_steady_state_takes() -> None:
+def test_the_page_says_what_the_chain_takes() -> None:
     page = (DOCS / "reference" / "embedded.md").read_text(encoding="utf-8")
-    row = RESULTS["models"][f"detector_{DETECTORS.default}"]
-    for field in ("dearest_3ms", "steady", "steady_3ms"):
-        assert f"{row[field]:,}" in page
-    assert f"{RESULTS['models']['detector_svm']['steady']:,}" in page
+    for name in ("chain_sample", "chain_first", "chain_25", "chain_74"):
+        assert f"{RESULTS['models'][name]['instructions']:,}" in page
 
 
 def test_c_equals_python_at_every_query() -> None:
@@ -41,8 +36,7 @@ def test_the_budgets_of_the_hand_are_preserved() -> None:
     models = RESULTS["models"]
     assert all(models[name]["instructions"] <= 120_000 for name in models if name[:3] == "svr")
     assert models["cnn"]["instructions"] <= 600_000
-    assert models[f"detector_{DETECTORS.default}"]["dearest_3ms"] <= 15_000
-    assert models[f"detector_{DETECTORS.default}"]["steady"] <= 15_000
-    assert models[f"anytime_{USUAL_DIRECTIONS}"]["instructions"] <= 200_000
-    assert RESULTS["together"]["flash"] <= 256_000
-    assert RESULTS["together"]["ram"] <= 128_000
+    assert models["chain_25"]["instructions"] <= 210_000
+    assert models["chain_74"]["instructions"] <= 210_000
+    assert models["chain_74"]["flash"] <= 256_000
+    assert models["chain_74"]["ram"] <= 64_000

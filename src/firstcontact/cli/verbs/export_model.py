@@ -1,4 +1,4 @@
-"""Verb ``firstcontact export-model``: a model as C, as ONNX, or as an image for a hand."""
+"""Verb ``firstcontact export-model``: a model as C or as ONNX."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from firstcontact.export import MODEL_EXPORTERS
 
 @dataclass(frozen=True)
 class ExportModel:
-    """Write a trained model as C, as ONNX, or as an image for a hand."""
+    """Write a trained model as C or as ONNX."""
 
     model: Annotated[Path, Option(positional=True)]
     """Folder that `train` or `adapt` wrote."""

@@ -222,13 +222,13 @@ def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
 
 
 def _verdict(row: Row[R], subjects: Mapping[str, R]) -> str:
-    """Return the comparison with the claim, and then the note in parentheses."""
+    """Return the comparison with the claim, and then the note as a sentence."""
     values = {title: row.value(results) for title, results in subjects.items()}
     compared = {t: row.claim.verdict(v, row.unit) for t, v in values.items() if row.claim}
     notes = {t: row.note(subjects[t]) for t, v in values.items() if row.note and v is not None}
     verdict, note = _joined(compared), _joined(notes)
     if verdict and note:
-        return f"{verdict} ({note})"
+        return f"{verdict}. {note[0].upper()}{note[1:]}"
     return verdict or note or "not in the paper"
 
 

@@ -41,7 +41,9 @@ def outcome(subjects: Subjects) -> list[str]:
         ),
     )
     level = _about("RMSE with one block level left out of training", subjects, _level_left_out)
-    time = _about("An estimate is ready when the second finger touches", subjects, _in_force)
+    time = _about(
+        "Pinches with an estimate ready when the second finger touches", subjects, _in_force
+    )
     return [text for text in (blocks, f"{objects} {level}".strip(), time) if text]
 
 
@@ -101,7 +103,7 @@ def _level_left_out(results: SubjectResults) -> str:
 
 def _in_force(results: SubjectResults) -> str:
     scores = results[IN_FORCE]
-    return "" if scores is None else f"{percent(scores.share)} of pinches"
+    return "" if scores is None else percent(scores.share)
 
 
 def _shore(value: float) -> str:

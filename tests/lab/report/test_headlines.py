@@ -164,5 +164,5 @@ def test_the_outcome_is_stated_for_each_subject_and_topic() -> None:
 def test_nothing_measured_is_no_outcome() -> None:
     assert outcome({"A": results()}) == []
     assert outcome({"A": results(in_force={"share": 0.5})}) == [
-        "An estimate is ready when the second finger touches: 50.0 % of pinches."
+        "Pinches with an estimate ready when the second finger touches: 50.0 %."
     ]

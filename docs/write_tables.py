@@ -94,7 +94,7 @@ def front_table(subjects: Mapping[str, SubjectResults]) -> Table:
          lambda _: PUBLISHED["svm"], "published, on real objects"),
         (f"{error}model of this package", "paper rig", "one", by_package, by_mean, mean),
         ("The same in everyday conditions", "everyday", "one", by_package, by_mean, mean),
-        ("Estimate ready when the second finger touches", "everyday", "whole", ready,
+        ("Estimate ready when the second finger touches, everyday", "everyday", "whole", ready,
          ready_window, "with 15 ms of signal, as in the paper"),
     ]  # fmt: skip
     lines = []

@@ -78,6 +78,9 @@ class _Epoch:
 
     def runs_backwards(self, stamps: NDArray[np.float64]) -> bool:
         """Return True if three of four stamps of a second step back, which no jitter explains."""
+        stamps = stamps[usable_stamps(stamps)]
+        if not len(stamps):
+            return False
         steps = np.diff(stamps, prepend=self._newest)
         self._newest = float(stamps[-1])
         self._steps += len(steps)

@@ -27,7 +27,7 @@ from firstcontact.signal import samples_in
 #: Smallest number of pinches with which a finger is conditioned separately. Against both fingers as
 #: one rig, the error on objects of 10 hands of the twin (12 rigs of another structure) changes by
 #: +0.8 ± 0.4 (+0.1 ± 0.2) Shore A with 4 pinches of each finger, and by +0.1 ± 0.1 (-0.2 ± 0.1)
-#: with 8: ``python benchmarks/fingers.py``.
+#: with 8: ``python docs/measure_fingers.py``.
 LEAST_OF_FINGER = 8
 #: Largest number of pinches of a level of Shore A. The network was trained with about this many. On
 #: held-out sessions, twenty-five times as many gave equal scores.

@@ -159,7 +159,8 @@ SHARE_TOLERANCE, ERROR_TOLERANCE = 0.02, 0.1
 VERDICTS = (
     f"Reproduced: a share within {100 * SHARE_TOLERANCE:.0f} points, an error within "
     f"{100 * ERROR_TOLERANCE:.0f} %. Not excluded: our 95 % interval (small numbers, bars) "
-    "includes the published value."
+    "includes the published value. “MSE”: the paper's word, but it gives Shore A; as MSEs, 4.17 "
+    "and 2.39 are RMSEs of 2.04 and 1.55."
 )
 
 
@@ -222,13 +223,13 @@ def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
 
 
 def _verdict(row: Row[R], subjects: Mapping[str, R]) -> str:
-    """Return the comparison with the claim, and then the note in parentheses."""
+    """Return the comparison with the claim, and then the note as a sentence."""
     values = {title: row.value(results) for title, results in subjects.items()}
     compared = {t: row.claim.verdict(v, row.unit) for t, v in values.items() if row.claim}
     notes = {t: row.note(subjects[t]) for t, v in values.items() if row.note and v is not None}
     verdict, note = _joined(compared), _joined(notes)
     if verdict and note:
-        return f"{verdict} ({note})"
+        return f"{verdict}. {note[0].upper()}{note[1:]}"
     return verdict or note or "not in the paper"
 
 

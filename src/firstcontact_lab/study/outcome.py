@@ -8,7 +8,7 @@ from firstcontact.core import percent
 from firstcontact.models import ESTIMATORS
 from firstcontact_lab.report import names
 from firstcontact_lab.report.results import SubjectResults
-from firstcontact_lab.report.tables import SHARE_TOLERANCE, number
+from firstcontact_lab.report.tables import ERROR_TOLERANCE, SHARE_TOLERANCE, number
 from firstcontact_lab.study.part import Subjects
 from firstcontact_lab.study.parts.blocks import BLOCKS, LEVEL, RANDOM
 from firstcontact_lab.study.parts.blocks import PUBLISHED as ACCURACIES
@@ -27,19 +27,23 @@ def outcome(subjects: Subjects) -> list[str]:
     Topics without results are left out.
     """
     blocks = _about(
-        "Blocks",
+        "Accuracy on blocks (random 90/10)",
         subjects,
         lambda results: _judged(
-            _accuracies(results), lambda name, x: x >= ACCURACIES[name] - SHARE_TOLERANCE, percent
+            _accuracies(results), ACCURACIES, lambda x, paper: x >= paper - SHARE_TOLERANCE, percent
         ),
     )
     objects = _about(
         "Unseen objects, RMSE in Shore A",
         subjects,
-        lambda results: _judged(_errors(results), lambda name, x: x <= ERRORS[name], _shore),
+        lambda results: _judged(
+            _errors(results), ERRORS, lambda x, paper: x <= (1 + ERROR_TOLERANCE) * paper, _shore
+        ),
     )
     level = _about("RMSE with one block level left out of training", subjects, _level_left_out)
-    time = _about("An estimate is in force when the second finger touches", subjects, _in_force)
+    time = _about(
+        "Pinches with an estimate ready when the second finger touches", subjects, _in_force
+    )
     return [text for text in (blocks, f"{objects} {level}".strip(), time) if text]
 
 
@@ -52,13 +56,19 @@ def _about(topic: str, subjects: Subjects, describe: Callable[[SubjectResults], 
 
 
 def _judged(
-    scores: Scored, is_as_good: Callable[[str, float], bool], form: Callable[[float], str]
+    scores: Scored,
+    published: Scored,
+    is_as_good: Callable[[float, float], bool],
+    form: Callable[[float], str],
 ) -> str:
     """Return a comparison of an estimator's scores with the published ones; "" without scores."""
     if not scores:
         return ""
-    good = all(is_as_good(name, value) for name, value in scores.items())
-    listed = ", ".join(f"{names.estimator(n).title} {form(v)}" for n, v in scores.items())
+    good = all(is_as_good(value, published[name]) for name, value in scores.items())
+    listed = ", ".join(
+        f"{names.estimator(name).title} {form(value)} against {form(published[name])}"
+        for name, value in scores.items()
+    )
     return f"{'as good as' if good else 'worse than'} published ({listed})"
 
 
@@ -93,7 +103,7 @@ def _level_left_out(results: SubjectResults) -> str:
 
 def _in_force(results: SubjectResults) -> str:
     scores = results[IN_FORCE]
-    return "" if scores is None else f"{percent(scores.share)} of pinches"
+    return "" if scores is None else percent(scores.share)
 
 
 def _shore(value: float) -> str:

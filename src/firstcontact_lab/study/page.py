@@ -139,13 +139,14 @@ _HEADING = "First contact: stiffness from the first 15 ms after contact"
 _TWIN_INTRO = (
     "Every experiment of “At First Contact” (Pimpalkar, Slepyan, Thakor), repeated on a simulated "
     "hand (the twin). The results follow from the simulation's assumptions: a real hand may differ."
+    " “Paper rig” has the paper's conditions; in “everyday”, hand, temperature and objects vary."
 )
 _INTRO = (
     "The experiments of “At First Contact” (Pimpalkar, Slepyan, Thakor) that the labels of these "
     "recordings permit."
 )
 _TWIN_CLAIMS = (
-    "The published numbers come from one real hand; no score set a parameter of the twin."
+    "The published numbers come from one real hand. No parameter of the twin was chosen by a score."
 )
 _CLAIMS = "The published numbers come from another hand and its objects."
 

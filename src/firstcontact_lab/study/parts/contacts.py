@@ -303,7 +303,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             scores = results[CONTACT].get(name)
             if scores is None or not scores.windows:
                 return ""
-            return f"never firing scores {percent(scores.quiet_windows / scores.windows)}"
+            return f"a detector that never fires: {percent(scores.quiet_windows / scores.windows)}"
 
         if published is None:
             rows.append(lifted(first, prefix, find))

@@ -140,7 +140,11 @@ def _proportional(results: SubjectResults) -> str:
 
 
 PROPORTIONAL = Row[SubjectResults](
-    "Peak amplitude grows as Shore A to the power", peak_power, "rho", "1", note=_proportional
+    "Peak amplitude over Shore A, exponent (1: in proportion)",
+    peak_power,
+    "rho",
+    "1",
+    note=_proportional,
 )
 
 PART = Part(

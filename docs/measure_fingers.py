@@ -4,7 +4,7 @@ Prints the error on objects with each finger as a rig of its own, minus the erro
 rig, by the number of block pinches of each finger: Shore A, mean and standard error over rigs. The
 fingers of the twin's hands differ, those of the rigs of another structure are equal.
 
-    python benchmarks/fingers.py
+    python docs/measure_fingers.py
 """
 
 from __future__ import annotations

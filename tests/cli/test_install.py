@@ -81,7 +81,10 @@ def test_the_wheel_has_the_kernels_and_only_the_c_sources_that_are_exported(
     wheel, _ = wheel_and_sdist
     sources = {Path(name) for name in contents(wheel) if name.endswith((".c", ".h"))}
     exported = ROOT / "src" / "firstcontact" / "export" / "c"
-    assert sources == {Path("firstcontact/export/c", path.name) for path in exported.iterdir()}
+    expected = {Path("firstcontact/export/c", path.name) for path in exported.iterdir()}
+    chain = ROOT / "src" / "firstcontact" / "chain" / "c"
+    expected |= {Path("firstcontact/chain/c", path.name) for path in chain.glob("fc_*")}
+    assert sources == expected
     assert "firstcontact/core/_compiled.abi3.so" in contents(wheel)
     assert wheel.stem.split("-")[2:4] == ["cp311", "abi3"]
 

@@ -274,5 +274,5 @@ def test_a_place_that_changes_during_the_call_is_not_used() -> None:
             pass
         mine[0][0] = 10**12 if is_disturbed else mine[0][0]
         filters.join()
-        results.append((out.tobytes(), *arrays(mine)))
+        results.append((out.tobytes(), *arrays(mine[1:])))
     assert results[0] == results[1]

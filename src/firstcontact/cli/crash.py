@@ -67,13 +67,7 @@ def _redacted(arguments: Sequence[str]) -> tuple[str, list[str]]:
 
 
 def _write(text: str) -> Path | None:
-    """Write a crash log.
-
-    The log goes into the user's folder for program states (``~/.local/state``) or, if this folder
-    cannot be written, into the folder for temporary files.
-
-    Return the path of the log, or None if neither folder can be written.
-    """
+    """Write a crash log."""
     name = f"firstcontact-{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}-{os.getpid()}.log"
     for folder in (_state, lambda: Path(tempfile.gettempdir())):
         try:

@@ -18,13 +18,7 @@ NOISY = 1.4
 
 
 def entered() -> bool:
-    """Return True if Enter was pressed since the last call; do not wait for it.
-
-    Raises
-    ------
-    InputError
-        Standard input has ended.
-    """
+    """Return True if Enter was pressed since the last call; do not wait for it."""
     try:
         if not select.select([sys.stdin], [], [], 0)[0]:
             return False
@@ -40,23 +34,7 @@ def entered() -> bool:
 
 
 class Terminal:
-    """Terminal display of a recording. It asks for Enter when the object has to be changed.
-
-    Parameters
-    ----------
-    source
-        Source of the recorded samples.
-    stop
-        Request to stop. While samples are recorded, a signal such as Ctrl-C only sets this request
-        and raises no error.
-    asks
-        True if a person changes the objects.
-
-    Attributes
-    ----------
-    complete
-        True if every pinch was recorded.
-    """
+    """Terminal display of a recording. It asks for Enter when the object has to be changed."""
 
     def __init__(self, source: Source, stop: Stop, asks: bool) -> None:
         self.complete = True
@@ -113,13 +91,7 @@ class Terminal:
             )
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        """Print the next object. Return False if a person must put it in place first.
-
-        Raises
-        ------
-        InputError
-            A person must put the object in place, but standard output is closed.
-        """
+        """Print the next object. Return False if a person must put it in place first."""
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
         self._say_and_reset_timer(
             f"next: {label.object}{shore}, specimen {label.specimen}, "
@@ -134,13 +106,7 @@ class Terminal:
         return not self._asks
 
     def in_place(self) -> bool:
-        """Return True if Enter was pressed: the object is in place.
-
-        Raises
-        ------
-        InputError
-            Standard input has ended.
-        """
+        """Return True if Enter was pressed: the object is in place."""
         return entered()
 
     def judged(self, judged: Judged) -> None:

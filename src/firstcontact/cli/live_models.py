@@ -43,10 +43,7 @@ def landmarks(model: Model) -> dict[str, float]:
 
 
 def device_model_line(device: DevicePredictor, model: Path | None) -> str:
-    """Return a line about the model that runs on a device, and how it compares with ``model``.
-
-    ``model`` is the folder from which the device was flashed; None if the user names none.
-    """
+    """Return a line about the model that runs on a device, and how it compares with ``model``."""
     from firstcontact.export import hand_image
 
     line = f"the device predicts by itself, with the model {device.model}"

@@ -18,13 +18,7 @@ _kept: deque[str] = deque(maxlen=KEPT)
 
 
 class _Lines(logging.Handler):
-    """Handler that keeps each log record as one line of text, and prints the important records.
-
-    Parameters
-    ----------
-    level_shown
-        Lowest level of the records that are printed.
-    """
+    """Handler that keeps each log record as one line of text, and prints the important records."""
 
     def __init__(self, level_shown: int) -> None:
         super().__init__()
@@ -45,13 +39,7 @@ class _Lines(logging.Handler):
 
 @contextmanager
 def logged(verbose: bool) -> Iterator[None]:
-    """Keep and print the package's log records until the end of the ``with`` block.
-
-    Parameters
-    ----------
-    verbose
-        True to print all records on standard error, not only warnings.
-    """
+    """Keep and print the package's log records until the end of the ``with`` block."""
     _kept.clear()
     logger = logging.getLogger("firstcontact")
     handler = _Lines(logging.INFO if verbose else logging.WARNING)

@@ -34,14 +34,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb.
-
-    Returns
-    -------
-    int
-        0 for success, 2 for input that cannot be used, 70 for an unexpected error, 128 plus its
-        number for a signal (130 for Ctrl-C).
-    """
+    """Run one verb."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     verbose = VERBOSE in arguments
     if verbose:
@@ -129,10 +122,7 @@ def _failed(code: int, sentence: str) -> int:
 
 
 def _output_code(out: Output) -> int:
-    """Return the exit code of the output: 2 if printed text was lost, else 0.
-
-    If the reader closed the output, the code is 0, too.
-    """
+    """Return the exit code of the output: 2 if printed text was lost, else 0."""
     if out.failed is None or out.gone:
         return DONE
     return _failed(INPUT, f"standard output: {out.failed.strerror}: the output is incomplete")

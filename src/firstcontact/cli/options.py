@@ -54,15 +54,7 @@ Condition = Annotated[Literal["paper-rig", "everyday"], Option(group="simulated 
 
 @dataclass(frozen=True)
 class Argument:
-    """One option, or one positional argument, of a verb.
-
-    Attributes
-    ----------
-    flag
-        Name on the command line; empty for a positional argument.
-    choices
-        Allowed values; empty if the values are not listed.
-    """
+    """One option, or one positional argument, of a verb."""
 
     field: Field[Any]
     kind: Any
@@ -131,25 +123,7 @@ class Argument:
 
 
 def parse_options(verb: type[Any], prog: str, words: Sequence[str]) -> Any:
-    """Return the verb with the options in these words.
-
-    ``--help`` prints the help and exits, as argparse does.
-
-    Parameters
-    ----------
-    verb
-        Dataclass of the verb. An optional class attribute ``former`` maps old option names to new
-        ones.
-    prog
-        Command and verb, as the help shows them.
-    words
-        Command-line words after the verb.
-
-    Raises
-    ------
-    InputError
-        An option is unknown or missing, or its value is not allowed.
-    """
+    """Return the verb with the options in these words."""
     parser = _parser(verb, prog, every="--help-all" in words)
     former = getattr(verb, "former", {})
     for word in words:
@@ -188,10 +162,7 @@ def choice(
 
 
 def devices(recorded: bool = True, more: str = "") -> Option:
-    """Return an option that takes a device and, if ``recorded``, also a recording.
-
-    ``more`` is added to the end of its help.
-    """
+    """Return an option that takes a device and, if ``recorded``, also a recording."""
     from firstcontact.device import SOURCES
 
     kinds = [SOURCES[name] for name in SOURCES.builtin_names]

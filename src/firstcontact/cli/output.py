@@ -16,24 +16,7 @@ GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
 
 
 class Output:
-    r"""Text stream that escapes control characters.
-
-    Newlines and tabs are kept, and so is a carriage return at the start of a text, because progress
-    bars need it. Other control characters are printed as text such as ``\u001b``. After the first
-    failed write, text is dropped.
-
-    Parameters
-    ----------
-    stream
-        Stream that is written to.
-    raises
-        True to raise an error at the first failed write. If False, only ``failed`` is set.
-
-    Attributes
-    ----------
-    failed
-        Error of the first write that failed; None before.
-    """
+    r"""Text stream that escapes control characters."""
 
     def __init__(self, stream: TextIO, raises: bool = False) -> None:
         self.failed: OSError | None = None
@@ -79,13 +62,7 @@ class Output:
 
 @contextmanager
 def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
-    """Send all printed text through an :class:`Output`.
-
-    Parameters
-    ----------
-    raises
-        True to raise an error if standard output fails. Standard error never raises one.
-    """
+    """Send all printed text through an :class:`Output`."""
     former = sys.stdin, sys.stdout, sys.stderr
     # The next files that are opened would get the numbers of closed descriptors.
     stdin, stdout, stderr = (s or _nowhere(mode) for s, mode in zip(former, "rww", strict=True))

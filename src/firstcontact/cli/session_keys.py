@@ -35,13 +35,7 @@ class Request:
 
 @contextmanager
 def session_keys(session: LiveSession) -> Iterator[None]:
-    """Take new objects and hand requests from standard input while the session runs.
-
-    On a terminal, N begins a new object, C closes the hand, and any other key opens it. Keys are
-    not read while another program is in the terminal's foreground. If standard input is not a
-    terminal and a hand is driven, lines are read: ``close``, ``open``, ``new``, or JSON like
-    ``{"do": "close"}``. If a line closed the hand, the end of standard input opens it.
-    """
+    """Take new objects and hand requests from standard input while the session runs."""
     number = _standard_input()
     if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):
         yield
@@ -85,11 +79,7 @@ def _keys(session: LiveSession) -> Iterator[str]:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Make a terminal deliver each key immediately, and return its old settings.
-
-    ``number`` is a file descriptor. Return None if the file is no terminal, or if another program
-    is in the foreground of the terminal.
-    """
+    """Make a terminal deliver each key immediately, and return its old settings."""
     if not (os.isatty(number) and _ours(number)):
         return None
     try:
@@ -101,10 +91,7 @@ def _keys_at_once(number: int) -> list[Any] | None:
 
 
 def _ours(number: int) -> bool:
-    """Return True if this program is in the foreground of a terminal, given its file descriptor.
-
-    In the background, reading the terminal would stop the program.
-    """
+    """Return True if this program is in the foreground of a terminal, given its file descriptor."""
     try:
         return os.tcgetpgrp(number) == os.getpgrp()
     except OSError:

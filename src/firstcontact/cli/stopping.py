@@ -18,16 +18,7 @@ INSISTED = 5.0
 
 
 class Stop:
-    """Request to stop the process, made by a signal such as Ctrl-C.
-
-    Attributes
-    ----------
-    signal
-        First signal that came; None before.
-    gently
-        True while a loop polls ``requested``. The first signal then only sets ``requested``. If
-        ``gently`` is False, the first signal also raises KeyboardInterrupt.
-    """
+    """Request to stop the process, made by a signal such as Ctrl-C."""
 
     def __init__(self) -> None:
         self.signal: signal.Signals | None = None
@@ -63,13 +54,7 @@ _installed: list[Stop] = []
 
 @contextmanager
 def stopping() -> Iterator[Stop]:
-    """Yield a Stop that handles the signals in :data:`NAMES` until the end of the ``with`` block.
-
-    Nested blocks share one Stop.
-
-    If SIGHUP or SIGQUIT was ignored before (``nohup``), it stays ignored. Only the main thread gets
-    signals.
-    """
+    """Yield a Stop that handles the signals in :data:`NAMES` within the ``with`` block."""
     if _installed:
         yield _installed[-1]
         return

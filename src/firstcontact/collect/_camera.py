@@ -26,21 +26,7 @@ Key = tuple[int, Finger]
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Agreement of contact times on two clocks, after their offset and drift were removed.
-
-    Parameters
-    ----------
-    residuals
-        Time by the camera minus time by the strip, for each contact, s.
-    fps
-        Frames per second of the camera.
-    offset
-        Camera's time at the device's sample 0 of the first epoch, s.
-    drift, drift_error
-        Relative difference of the camera's clock rate from the device's, and its standard error.
-    left_out
-        Contacts for which only the camera has a time.
-    """
+    """Agreement of contact times on two clocks, after their offset and drift were removed."""
 
     residuals: Mapping[Key, float]
     fps: float
@@ -173,11 +159,7 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Fit the clocks by least squares to the contacts that the mask ``near`` selects.
-
-    Return the parameters and the standard error of the last parameter, the drift. If the mask
-    selects too few contacts, return ``otherwise`` as the parameters and NaN as the error.
-    """
+    """Fit the clocks by least squares to the contacts that the mask ``near`` selects."""
     a, b = design[near], difference[near]
     if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:
         return otherwise, math.nan

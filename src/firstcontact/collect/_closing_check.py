@@ -36,15 +36,7 @@ LOWEST = -PIEZO_OFFSET_VOLTS + 0.5 * _COUNT
 
 @dataclass(slots=True)
 class ClosingCheck:
-    """Check of one closing, updated with each block. It keeps no samples.
-
-    Parameters
-    ----------
-    layout
-        Columns of the blocks.
-    began, epoch
-        Number and epoch of the sample at which the closing began.
-    """
+    """Check of one closing, updated with each block. It keeps no samples."""
 
     layout: Layout
     began: int
@@ -61,10 +53,7 @@ class ClosingCheck:
 
     @property
     def anchor(self) -> int | None:
-        """Number of the first contact's sample; None without a contact.
-
-        It comes from the strips or, if no strip has closed, from the detector.
-        """
+        """Number of the first contact's sample; None without a contact."""
         samples = self.strips.values() or [c.sample for c in self.contacts.values()]
         return min(samples, default=None)
 
@@ -132,21 +121,14 @@ class ClosingCheck:
         return faults
 
     def disagreement(self) -> float | None:
-        """Return the time (s) from the first strip's contact to that of the same finger's piezo.
-
-        Return None if one of the two contacts is missing.
-        """
+        """Return the time (s) from the first strip's contact to that of the same finger's piezo."""
         if not self.truth or self.truth[0].finger not in self.contacts:
             return None
         first = self.truth[0]
         return (self.contacts[first.finger].sample - first.sample) / self.layout.rate
 
     def _piezo_agrees(self, finger: Finger) -> bool:
-        """Return True if the finger's piezo also shows the contact that its strip shows.
-
-        The piezo of the second finger may already show the first finger's touch, through the
-        object.
-        """
+        """Return True if the finger's piezo also shows the contact that its strip shows."""
         if finger not in self.layout.vibration_fingers:
             return True
         margin = AGREE * self.layout.rate

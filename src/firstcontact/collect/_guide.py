@@ -200,10 +200,7 @@ class Guide:
 
 
 class _Noise:
-    """Meter of the noise in a stream's quietest piece, as a multiple of the noise floor.
-
-    ``floors`` holds the noise floor of each finger, V, shape (fingers,).
-    """
+    """Meter of the noise in a stream's quietest piece, as a multiple of the noise floor."""
 
     def __init__(self, layout: Layout, floors: np.ndarray) -> None:
         self._layout = layout

@@ -25,32 +25,7 @@ class Opened:
 
 
 class Journal:
-    """File to which each action is appended before the page gets its reply.
-
-    Parameters
-    ----------
-    path
-        File of the journal; an existing one is continued.
-    opened
-        Names of the recordings to label, and number of their onsets.
-    is_new_allowed
-        True to accept a journal without actions. If False, such a journal is refused and stays
-        unchanged.
-
-    Attributes
-    ----------
-    actions
-        Actions that the file already holds.
-    lost_bytes
-        Number of unreadable bytes at the end of the file, as a crash or a power cut leaves them.
-        They are ignored, and the next action overwrites them.
-
-    Raises
-    ------
-    InputError
-        The file belongs to other recordings, is damaged, cannot be read or written, or another
-        command uses it.
-    """
+    """File to which each action is appended before the page gets its reply."""
 
     def __init__(self, path: Path, opened: Opened, is_new_allowed: bool = True) -> None:
         self.path = path

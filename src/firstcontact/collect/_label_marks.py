@@ -26,26 +26,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Onset in a recording, with the decision about it and its label.
-
-    Parameters
-    ----------
-    number
-        Number that identifies the onset.
-    recording, stretch
-        Number of the onset's recording, and of the stretch (samples without a gap) in the
-        recording.
-    column
-        Number of the onset's vibration channel.
-    sample
-        Position of the onset, in samples from the start of the stretch.
-    found
-        Position at which the onset finder put the onset; None if a person added the onset.
-    status
-        Decision about the onset.
-    object, shore_a
-        Object that was touched, and its Shore A; "" and None if unknown.
-    """
+    """Onset in a recording, with the decision about it and its label."""
 
     number: int
     recording: int
@@ -63,11 +44,7 @@ Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """Action of the person who labels.
-
-    The action ``label`` labels an onset and all onsets after it, up to the next onset that has a
-    label of its own. The action ``undo`` reverts the last action that is not reverted yet.
-    """
+    """Action of the person who labels."""
 
     do: Literal["accept", "reject", "move", "add", "label", "undo"]
     number: Whole = 0
@@ -77,15 +54,7 @@ class Action:
 
 
 class Marks:
-    """Onsets in the order of recordings and time, after all actions.
-
-    Parameters
-    ----------
-    onsets
-        Onsets from the onset finder.
-    lengths
-        Number of samples of each stretch of each recording.
-    """
+    """Onsets in the order of recordings and time, after all actions."""
 
     def __init__(self, onsets: Sequence[Mark], lengths: Sequence[Sequence[int]]) -> None:
         self._onsets = tuple(onsets)
@@ -113,15 +82,7 @@ class Marks:
         return out
 
     def act(self, action: Action) -> int:
-        """Apply an action. Return the number of the onset that it changed.
-
-        For the action ``add`` this is the new onset, for ``undo`` the onset of the reverted action.
-
-        Raises
-        ------
-        InputError
-            There is no such onset, there is nothing to undo, or a sample is outside the signal.
-        """
+        """Apply an action. Return the number of the onset that it changed."""
         if action.do == "undo":
             if not self.done:
                 raise InputError("there is no label left to undo")

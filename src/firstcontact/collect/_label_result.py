@@ -37,32 +37,7 @@ class Labeller:
 def write_labelled(
     recording: Recording, marks: Sequence[Mark], path: Path, by: Labeller
 ) -> tuple[int, int]:
-    """Write a copy of a recording in which each accepted onset is the first contact of a pinch.
-
-    If another finger has an accepted onset soon after, that onset is the second contact of the same
-    pinch. The file is written whole or not at all. The original is only read.
-
-    Parameters
-    ----------
-    recording
-        Original recording.
-    marks
-        Onsets in this recording, in the order of time.
-    path
-        New file.
-    by
-        Author, for the notes.
-
-    Returns
-    -------
-    pinches, left
-        Number of pinches that were written, and number of onsets without a decision.
-
-    Raises
-    ------
-    InputError
-        The file exists, or cannot be written.
-    """
+    """Write a copy of a recording in which each accepted onset is the first contact of a pinch."""
     accepted = [m for m in marks if m.status is Status.ACCEPTED]
     left = sum(m.status is Status.FOUND for m in marks)
     notes = [*recording.header.notes.splitlines(), _note(marks, by), *recording.skipped]

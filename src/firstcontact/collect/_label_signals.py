@@ -40,13 +40,7 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
 
 
 def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
-    """Return all detected onsets. An onset inside a pinch has the label of that pinch.
-
-    Raises
-    ------
-    InputError
-        There are no onsets, or too many.
-    """
+    """Return all detected onsets. An onset inside a pinch has the label of that pinch."""
     out: list[Mark] = []
     for number, recording in enumerate(recordings):
         layout = recording.header.layout
@@ -105,24 +99,7 @@ def about(recordings: Sequence[Recording]) -> list[dict[str, Any]]:
 
 
 def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[str, Any]:
-    """Return all vibration signals around one sample, reduced to minima and maxima for a plot.
-
-    Parameters
-    ----------
-    recording, stretch
-        Recording, and number of the stretch (samples without a gap) in the recording.
-    middle
-        Position of the middle, in samples from the start of the stretch.
-    half
-        Length on either side of the middle, s.
-
-    Returns
-    -------
-    dict
-        ``first``: position of the first sample in the stretch. ``step``: number of samples that
-        each minimum and maximum covers. ``least`` and ``most``: for each channel, the minima and
-        maxima, in the channel's unit.
-    """
+    """Return all vibration signals around one sample, reduced to minima and maxima for a plot."""
     layout = recording.header.layout
     block = recording.stretches[stretch]
     reach = max(1, round(min(half, WIDEST) * layout.rate))

@@ -15,19 +15,7 @@ from firstcontact.recording import cut, read_recording
 
 @dataclass(frozen=True, slots=True)
 class SoFar:
-    """Files and pinches of a session that are already in a folder.
-
-    Parameters
-    ----------
-    path
-        Next file to record to; it does not exist yet.
-    counts
-        Number of complete pinches, by label.
-    files
-        Readable files of the session.
-    unreadable
-        Sentences about files with the session's name that cannot be read.
-    """
+    """Files and pinches of a session that are already in a folder."""
 
     path: Path
     counts: Counter[Label] = field(default_factory=Counter)

@@ -30,17 +30,7 @@ ALIKE = 3.0
 
 
 class TapWatch:
-    """Search for a tap on one fingertip.
-
-    Parameters
-    ----------
-    layout
-        Columns of the blocks.
-    calibration
-        Calibration with the finger's noise floor.
-    finger
-        Finger that is tapped.
-    """
+    """Search for a tap on one fingertip."""
 
     def __init__(self, layout: Layout, calibration: Calibration, finger: Finger | None) -> None:
         self._layout = layout

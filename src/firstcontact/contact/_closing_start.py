@@ -161,10 +161,7 @@ def _gate_image(rate: float) -> Image:
 
 
 def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
-    """Return the pinches whose motor start is unknown, in one group per session.
-
-    Sessions with fewer than ``FEW`` pinches share one group.
-    """
+    """Return the pinches whose motor start is unknown, in one group per session."""
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:
         if pinch.motor_start is None and pinch.layout.vibration_fingers:

@@ -152,10 +152,7 @@ def _standing(
 
 
 def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
-    """Yield a pinch in pieces of ``PIECE`` s. The last can be shorter.
-
-    The first piece ends at sample ``until`` if that is later.
-    """
+    """Yield a pinch in pieces of ``PIECE`` s. The last can be shorter."""
     size = samples_in(PIECE, rate)
     end = max(until - block.first_sample, size)
     yield Block(block.data[:end], block.first_sample, block.epoch)

@@ -36,19 +36,7 @@ DETECTOR_WEIGHTS = "detector.safetensors"
 
 @dataclass(frozen=True, slots=True)
 class DetectorCard:
-    """Fields of a detector's card.
-
-    Parameters
-    ----------
-    name
-        Name in the registry.
-    rate_hz
-        Sampling rate of the detector; None accepts any.
-    sigmas
-        Threshold in sigmas, only in cards of older versions.
-    sha256
-        Checksum of the weights; None without weights.
-    """
+    """Fields of a detector's card."""
 
     name: Name
     rate_hz: Rate | None = None

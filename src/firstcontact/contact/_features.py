@@ -51,10 +51,7 @@ def _loudness_edges(quiet: int, new: int, n: int) -> _Edges:
 
 
 def edges(samples: int, step: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the starts of the pieces for loudness, and of the pieces for means, in samples.
-
-    Each array ends with the end of its last piece.
-    """
+    """Return the starts of the pieces for loudness, and of the pieces for means, in samples."""
     new, quiet = samples - step, samples - 2 * step
     coarse = _part_edges(quiet, new, COARSE).starts
     return (

@@ -30,17 +30,7 @@ QUIET_SHARE, PIECE = 0.2, 0.010
 
 @dataclass(frozen=True, slots=True)
 class Onset:
-    """Contact found in a recording.
-
-    Parameters
-    ----------
-    column
-        Number of the vibration channel.
-    sample
-        Position at which the contact began, counted from the start of the searched signals.
-    loudness
-        Loudness relative to the signal's quiet level.
-    """
+    """Contact found in a recording."""
 
     column: int
     sample: int
@@ -106,11 +96,7 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
 def _levels(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two levels at each position in ``places``: the signal's RMS before it and after it.
-
-    Both are taken around the mean of the signal before the position, so that the drift of a sensor
-    causes no contact. ``ahead`` and ``behind`` are the numbers of samples after and before it.
-    """
+    """Return two levels at each position in ``places``: the signal's RMS before it and after it."""
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
     mean = (sums[places] - sums[places - behind]) / behind
@@ -121,10 +107,7 @@ def _levels(
 
 
 def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
-    """Return the sample near the leap at ``place`` that best separates quiet from loud samples.
-
-    At a low rate there are too few samples to separate. Then the leap is the best position.
-    """
+    """Return the sample near the leap at ``place`` that best separates quiet from loud samples."""
     earlier, later = samples_in(EARLIER, rate), samples_in(LATER, rate)
     start, stop = max(0, place - earlier), min(len(x), place + later)
     if stop - start < 2 * LEAST_LOUD:
@@ -135,10 +118,7 @@ def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
 
 
 def _quiet(x: NDArray[np.float64], piece: int) -> float:
-    """Return the quiet level of a signal: a low quantile of the deviations of its pieces.
-
-    A constant signal has the level 0. ``piece`` is the length of a piece in samples.
-    """
+    """Return the quiet level of a signal: a low quantile of the deviations of its pieces."""
     pieces = x[: len(x) // piece * piece].reshape(-1, piece)
     pieces = pieces[np.ptp(pieces, axis=1) > 0]
     return float(np.quantile(pieces.std(axis=1), QUIET_SHARE)) if len(pieces) else 0.0

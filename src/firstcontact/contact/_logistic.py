@@ -47,18 +47,7 @@ ROUGH = 4e-5
 
 
 class LogisticDetector(TrainedDetector):
-    """Detector that reports a contact if four scores in a row, 0.4 ms apart, exceed a threshold.
-
-    Frequent looks mean more chances of a false alarm. Two rules compensate for this: the lowest of
-    the four scores must exceed the threshold, and the threshold is chosen on held-out pinches. All
-    features are levels relative to the rig's noise while its motor runs. So the detector also works
-    on rigs that it was not trained on.
-
-    Parameters
-    ----------
-    seed
-        Random seed of the training.
-    """
+    """Detector that reports a contact if four scores in a row, 0.4 ms apart, exceed a threshold."""
 
     name: ClassVar[str] = "logistic"
     title: ClassVar[str] = "Logistic"
@@ -78,14 +67,7 @@ class LogisticDetector(TrainedDetector):
         return self._line is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches with known first contacts, each from the start of its closing.
-
-        Raises
-        ------
-        InputError
-            Fewer than two pinches have a known first contact after enough quiet, or the rate is
-            below :attr:`lowest`.
-        """
+        """Learn from pinches with known first contacts, each from the start of its closing."""
         dataset = cut_closings(dataset)
         rate, sizes = self._window_sizes(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
@@ -112,13 +94,7 @@ class LogisticDetector(TrainedDetector):
         return self
 
     def constants(self, rate: float) -> DetectorConstants:
-        """Return the constants of this detector for the chain.
-
-        Raises
-        ------
-        InputError
-            The detector is not trained, or was trained at another rate.
-        """
+        """Return the constants of this detector for the chain."""
         self._check_rate(rate)
         return self._constants(
             rate,
@@ -158,26 +134,14 @@ class LogisticDetector(TrainedDetector):
         return Judgement("loudness", constants, lengths_of, doubles)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the rate, the weights, and the intercept from which the threshold is subtracted.
-
-        Raises
-        ------
-        InputError
-            The detector is not trained.
-        """
+        """Return the rate, the weights, and the intercept less the threshold."""
         self._require_training("there is nothing to save")
         assert self._line is not None
         return {"line": self._line, "rate": np.asarray(self._rate)}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a detector from :meth:`to_arrays`.
-
-        Raises
-        ------
-        InputError
-            An array is missing, has a wrong shape or is not finite.
-        """
+        """Restore a detector from :meth:`to_arrays`."""
         detector = cls()
         detector._line = stored_array(arrays, "line", (2 * EACH + 1,))
         detector._rate = float(stored_array(arrays, "rate", ()))

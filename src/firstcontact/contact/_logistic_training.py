@@ -36,24 +36,7 @@ MOST = 40_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
-    """Looks at one pinch, as features of windows, grouped by finger.
-
-    Parameters
-    ----------
-    features
-        Shape (looks, features).
-    quiet
-        Mask of looks before the finger's contact, shape (looks,).
-    shows
-        Mask of looks that must show the finger's contact, shape (looks,).
-    early, due
-        Two masks, shape (looks,). ``early`` marks looks that end before the pinch's first contact.
-        ``due`` marks looks that can still detect that contact in time.
-    begins
-        Positions at which runs of consecutive looks begin, then the total number of looks. Each
-        finger has two runs of the same looks. In one, the steady state is always the first one. In
-        the other, it follows a motor that becomes quieter.
-    """
+    """Looks at one pinch, as features of windows, grouped by finger."""
 
     features: NDArray[np.float64]
     quiet: NDArray[np.bool_]
@@ -63,10 +46,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest agreed score before the first contact, and the highest after it.
-
-        The agreed score of :data:`LOOKS` consecutive looks is the lowest of their scores.
-        """
+        """Return the highest agreed score before the first contact, and the highest after it."""
         score = scores(self.features, line)
         agreed = np.full(len(score), -np.inf)
         for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):
@@ -81,22 +61,7 @@ class Looks:
 def add_clicks(
     x: NDArray[np.float64], weights: NDArray[np.float64], stop: int, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return a channel with added clicks, as the rig's gears could make them.
-
-    The clicks are short bursts that ring like the rig's own noise. They are added because gears
-    that hardly clicked during the recording may click on another day.
-
-    Parameters
-    ----------
-    x
-        One channel, in sigmas of its steady state, shape (samples,).
-    weights
-        Weights of :func:`firstcontact.chain.fit_predictions`.
-    stop
-        All clicks begin before this sample.
-    rng
-        Random generator.
-    """
+    """Return a channel with added clicks, as the rig's gears could make them."""
     burst = np.zeros(len(x))
     for start in rng.integers(0, max(1, stop), rng.poisson(CLICKS * stop / len(x))):
         length = int(rng.integers(1, CLICK_LENGTH + 1))
@@ -112,19 +77,7 @@ def add_clicks(
 
 
 def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Generator) -> Looks:
-    """Return the looks at a pinch with a known first contact, from the start of its closing.
-
-    Parameters
-    ----------
-    pinch
-        Pinch with enough samples before the first contact for a steady state.
-    sizes
-        Lengths of a window, a step and the steady state at the pinch's rate.
-    early
-        Longest time by which a contact may precede its label, s.
-    rng
-        Random generator of the added clicks.
-    """
+    """Return the looks at a pinch with a known first contact, from the start of its closing."""
     layout, rate = pinch.layout, pinch.layout.rate
     smooth = DeviceSmoothing(layout).update(pinch.vibration())
     steady = SteadyState.measure(smooth[: sizes.steady])
@@ -183,12 +136,7 @@ def _settled(
     last: int,
     rate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return windows in sigmas of the steady state, and weights that predict the motor's noise.
-
-    The weights predict each sample from those before it. Both results use the steady state that is
-    valid at the end of the window. Up to the sample ``last``, the steady state is measured again
-    if the motor becomes quieter, as the chain does.
-    """
+    """Return windows in sigmas of the steady state, and weights that predict the motor's noise."""
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
     state = SteadyState.measure(x[:steady, None])
     ringing = _prediction(state.normalise(x[:steady, None])[:, 0])
@@ -206,10 +154,7 @@ def _settled(
 
 
 def scores(features: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the score of each look, shape (looks,). A positive score means a contact.
-
-    ``line`` holds the weights of the features, then the intercept.
-    """
+    """Return the score of each look, shape (looks,). A positive score means a contact."""
     # A matrix product would round differently for other numbers of rows.
     out: NDArray[np.float64] = (features * line[:-1]).sum(axis=1) + line[-1]
     return out
@@ -233,17 +178,7 @@ def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
 
 
 def best_threshold(levels: NDArray[np.float64]) -> float:
-    """Return the threshold with the fewest false alarms and late decisions.
-
-    Errors are counted smoothly: each level adds a logistic function of how far it is on the wrong
-    side of the threshold. So the threshold lies in the middle of a gap between scores, not just
-    above a single click.
-
-    Parameters
-    ----------
-    levels
-        Finite results of :meth:`Looks.levels`, shape (pinches, 2).
-    """
+    """Return the threshold with the fewest false alarms and late decisions."""
     quiet, loud = levels.T
     candidates = np.linspace(quiet.min(), max(loud.max(), quiet.max()), 1001)
 

@@ -21,10 +21,7 @@ EACH = len(PARTS) + 3
 
 
 def parts(rate: float) -> list[int]:
-    """Return the lengths of spans that end with a window, ascending, in samples.
-
-    The last one is the recent part. The samples before it are the quiet part.
-    """
+    """Return the lengths of spans that end with a window, ascending, in samples."""
     lengths: list[int] = []
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
@@ -32,13 +29,7 @@ def parts(rate: float) -> list[int]:
 
 
 def logarithm_weights(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Convert weights of loudness features to weights of logarithms of levels.
-
-    The features are differences of these logarithms. ``weights`` has the shape (2 * EACH,). The
-    result has the shape (2, EACH + 1): a row for the signal and one for its prediction error. The
-    order in a row is: spans of the newest 3 ms, quiet part, the 3 ms between them, peak of the
-    newest 3 ms, peak of the quiet part.
-    """
+    """Convert weights of loudness features to weights of logarithms of levels."""
     out = []
     for quiet, *newest, between, peak in weights.reshape(2, EACH):
         out.append([*newest, quiet - sum(newest) - between, between, peak, -peak])

@@ -12,23 +12,7 @@ LEAST_LOUD = 3
 
 
 def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
-    """Return the split of each window that best separates quiet from loud.
-
-    Maeda's picker (1985, Zisin 38, 365) minimises ``AIC(k) = k log var(x[:k]) + (n - k - 1) log
-    var(x[k:])`` over the split k. It needs neither a threshold nor samples after the window.
-
-    Parameters
-    ----------
-    windows
-        Windows, shape (windows, samples), in sigmas of the steady state.
-    search
-        Number of newest samples that may hold the onset.
-
-    Returns
-    -------
-    ndarray
-        Position of the first loud sample in each window, shape (windows,).
-    """
+    """Return the split of each window that best separates quiet from loud."""
     n = windows.shape[1]
     first = max(LEAST_LOUD, n - search)
     counts, weights = _sides(n, first)
@@ -50,10 +34,7 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _sides(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sample counts and the weights of both sides of each split.
-
-    Each of the two arrays has the shape (2, 1, splits).
-    """
+    """Return the sample counts and the weights of both sides of each split."""
     left = np.arange(first, n - LEAST_LOUD + 1, dtype=np.float64)
     counts = np.stack([left, n - left])[:, None]
     weights = np.stack([left, n - left - 1])[:, None]

@@ -20,19 +20,7 @@ ROWS = 4096
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RbfMachine:
-    """Decision function ``sum_i w_i exp(-gamma |x - s_i|^2) + b`` of scaled features.
-
-    Parameters
-    ----------
-    mean, scale
-        Mean and scale of each feature, shape (features,).
-    support
-        Scaled support vectors, shape (vectors, features).
-    weights
-        Weights of the support vectors, shape (vectors,).
-    intercept, gamma
-        Intercept, and kernel coefficient.
-    """
+    """Decision function ``sum_i w_i exp(-gamma |x - s_i|^2) + b`` of scaled features."""
 
     mean: NDArray[np.float64]
     scale: NDArray[np.float64]
@@ -47,12 +35,7 @@ class RbfMachine:
 
     @classmethod
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
-        """Return a machine that is trained on features, shape (windows, features).
-
-        Both classes have the same weight.
-
-        Gamma is :data:`WIDTH` divided by the number of features.
-        """
+        """Return a machine that is trained on features, shape (windows, features)."""
         from sklearn.svm import SVC
 
         mean, scale = x.mean(axis=0), x.std(axis=0)
@@ -70,15 +53,7 @@ class RbfMachine:
         )
 
     def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the decision values of windows, shape (windows,). Positive means a contact.
-
-        ``x`` holds the features, shape (windows, features).
-
-        Raises
-        ------
-        InputError
-            A decision value is not finite.
-        """
+        """Return the decision values of windows, shape (windows,). Positive means a contact."""
         with np.errstate(all="ignore"):
             out = self._decide(x)
         if not np.isfinite(out).all():
@@ -100,13 +75,7 @@ class RbfMachine:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a machine from :meth:`to_arrays`.
-
-        Raises
-        ------
-        InputError
-            An array is missing, has a wrong shape or is not finite.
-        """
+        """Restore a machine from :meth:`to_arrays`."""
         names = _names(cls)
         missing = [name for name in names if name not in arrays]
         if missing:

@@ -39,24 +39,7 @@ class _Start:
 
 
 def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
-    """Return the noise floors of the fingers if these pinches begin at rest, else None.
-
-    A pinch begins at rest if its first 39 ms are quiet, the signal then rises and stays up for 80
-    ms (the motor), and a much louder event follows (the contact). At least half of the pinches must
-    begin at rest. If the motor is inaudible, the first rise is the contact itself, and no event
-    three times as loud follows: such a pinch does not count. Labels are not used.
-
-    Parameters
-    ----------
-    pinches
-        Pinches of one rig, with one layout and one noise floor.
-
-    Returns
-    -------
-    Calibration or None
-        The noise floors. A finger without an audible motor gets an infinite floor, so that the gate
-        ignores this finger.
-    """
+    """Return the noise floors of the fingers if these pinches begin at rest, else None."""
     few = len(pinches) < FEW
     starts = [start for p in pinches if (start := _start(p, RUNNING_OF_FEW if few else RUNNING))]
     if not starts:
@@ -114,10 +97,7 @@ def _start(pinch: Pinch, running: float) -> _Start | None:
 
 
 def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the sum and the sum of squares of each step, shape (steps, 2, fingers).
-
-    ``piezo`` has shape (steps, samples, fingers).
-    """
+    """Return the sum and the sum of squares of each step, shape (steps, 2, fingers)."""
     sums = np.empty((len(piezo), 2, piezo.shape[2]))
     sums[:, 0] = piezo.sum(axis=1)
     sums[:, 1] = (piezo**2).sum(axis=1)
@@ -125,23 +105,7 @@ def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
-    """Return the power of each step in every run of 13 consecutive steps, without the run's level.
-
-    The level is the median of the means of the run's steps. A knock does not change this median,
-    because it lasts less than 7 steps.
-
-    Parameters
-    ----------
-    sums
-        Sums of :func:`step_sums`, shape (steps, 2, fingers), at least 13 steps.
-    samples
-        Samples per step.
-
-    Returns
-    -------
-    ndarray
-        Shape (steps - 12, fingers, 13), in the squared unit of the signal.
-    """
+    """Return the power of each step in every run of 13 steps, relative to the run's level."""
     sums = np.ascontiguousarray(sums)
     step, kind, finger = sums.strides
     shape = (2, len(sums) - STEPS + 1, sums.shape[2], STEPS)

@@ -176,13 +176,7 @@ def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
 
 
 def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
-    """Return the threshold that detects the most first contacts correctly.
-
-    Several thresholds can detect equally many. The middle of their lowest range is returned. A
-    first contact is detected correctly under two conditions. No window before the contact exceeds
-    the threshold. At every position of the window grid, a window with the contact exceeds the
-    threshold.
-    """
+    """Return the threshold that detects the most first contacts correctly."""
     is_quiet = data.first & ~data.positive
     is_loud = data.first & data.positive
     pinches = np.unique(data.pinch[is_loud])

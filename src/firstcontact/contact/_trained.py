@@ -20,13 +20,7 @@ LARGEST = 1e100
 
 
 class TrainedDetector(WindowDetector):
-    """Window detector that must be trained.
-
-    Parameters
-    ----------
-    seed
-        Random seed of the training.
-    """
+    """Window detector that must be trained."""
 
     learns: ClassVar[bool] = True
     #: Lowest rate, Hz. Below it some part of a window has no samples.
@@ -52,13 +46,7 @@ class TrainedDetector(WindowDetector):
         return self.title if self.title.isupper() else self.title.lower()
 
     def constants(self, rate: float) -> DetectorConstants:
-        """Return the constants of this detector for the chain.
-
-        Raises
-        ------
-        InputError
-            The detector is not trained, or was trained at another rate.
-        """
+        """Return the constants of this detector for the chain."""
         self._check_rate(rate)
         return super().constants(rate)
 
@@ -92,10 +80,7 @@ class TrainedDetector(WindowDetector):
 
 
 def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) -> Dataset:
-    """Return a dataset of up to ``most`` usable pinches of ``dataset``.
-
-    They are evenly spaced in the dataset, not random, so every session and object keeps its share.
-    """
+    """Return a dataset of up to ``most`` usable pinches of ``dataset``."""
     usable_positions = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
     spaced = np.linspace(0, max(0, len(usable_positions) - 1), min(most, len(usable_positions)))
     return dataset.take(usable_positions[spaced.round().astype(np.intp)])
@@ -104,13 +89,7 @@ def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) ->
 def stored_array(
     arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...]
 ) -> NDArray[np.float64]:
-    """Return an array that a detector has saved.
-
-    Raises
-    ------
-    InputError
-        The array is missing, has another shape, is not finite, or is so large that scores overflow.
-    """
+    """Return an array that a detector has saved."""
     value = np.array(arrays.get(name, np.nan), dtype=np.float64)
     if value.shape != shape or not (np.abs(value) < LARGEST).all():
         raise InputError(f"the detector's array {name!r} is missing or damaged: train it again")

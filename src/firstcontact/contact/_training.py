@@ -26,33 +26,14 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return the group of each pinch. A group is a session, and stays in one fold.
-
-    If there are fewer sessions than ``folds``, each pinch is a group of its own.
-    """
+    """Return the group of each pinch. A group is a session, and stays in one fold."""
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingWindows:
-    """Features and labels of windows from many pinches.
-
-    Parameters
-    ----------
-    features
-        Features of each window, shape (windows, features).
-    positive
-        Mask of windows that show a contact, shape (windows,).
-    pinch
-        Pinch number of each window, shape (windows,).
-    first
-        Mask of windows that concern the first contact of their pinch, shape (windows,). They are
-        the windows of both fingers before this contact, and the windows that show this contact.
-    phase
-        Position of the window grid relative to the contact; 0 for windows without a contact. Shape
-        (windows,).
-    """
+    """Features and labels of windows from many pinches."""
 
     features: NDArray[np.float64]
     positive: NDArray[np.bool_]
@@ -76,24 +57,7 @@ def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
 def training_windows(
     dataset: Dataset, sizes: WindowSizes, early: float, seed: int
 ) -> TrainingWindows:
-    """Return the training windows of all usable pinches.
-
-    Negative windows end before the contact of their finger, one per step from a random sample on.
-    If the second contact is unknown, the negative windows of both fingers end before the first
-    contact. Positive windows end 1.4 ms after each contact, and at several times in the two steps
-    after that.
-
-    Parameters
-    ----------
-    dataset
-        Pinches, each from the start of its closing.
-    sizes
-        Lengths of a window, a step and the steady state at the pinches' rate.
-    early
-        Longest time by which a contact may precede its label, s.
-    seed
-        Random seed of the sample from which the negative windows are cut.
-    """
+    """Return the training windows of all usable pinches."""
     rng = np.random.default_rng(seed)
     empty = TrainingWindows(
         np.zeros((0, feature_count(sizes.step))),

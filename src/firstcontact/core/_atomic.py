@@ -50,11 +50,7 @@ def temporary_path(path: Path) -> Iterator[Path]:
 
 
 def sweep(folder: Path, name: str | None = None) -> None:
-    """Remove the leftovers of killed writers in a folder, for one target ``name`` or for all.
-
-    A folder stays if a running writer has locked it. It also stays if it cannot be locked or
-    removed.
-    """
+    """Remove the leftovers of killed writers in a folder, for one target ``name`` or for all."""
     with suppress(OSError):  # the folder does not exist
         for path in temporaries(folder, name):
             if not path.is_symlink():
@@ -62,15 +58,7 @@ def sweep(folder: Path, name: str | None = None) -> None:
 
 
 def temporaries(folder: Path, name: str | None = None) -> list[Path]:
-    """Return the temporary folders of running and killed writers in a folder.
-
-    If ``name`` is given, only the temporary folders for this target are returned.
-
-    Raises
-    ------
-    OSError
-        The folder cannot be read.
-    """
+    """Return the temporary folders of running and killed writers in a folder."""
     matches = ((entry, _NAME.fullmatch(entry.name)) for entry in folder.iterdir())
     return [entry for entry, match in matches if match and name in (None, match["of"])]
 

@@ -35,17 +35,7 @@ GONE = "the connection to the cluster is lost: start the cluster and this comman
 
 
 class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib states no types
-    """Joblib backend that submits calls as tasks of a Dask cluster.
-
-    Joblib's own Dask backend has three faults, which this class avoids. It waits forever for a task
-    that killed its workers or lost its scheduler. If the cluster has a single worker, it does not
-    use the cluster. When a worker ends, the shared data that it holds are lost.
-
-    Parameters
-    ----------
-    client
-        Client that is connected to the cluster.
-    """
+    """Joblib backend that submits calls as tasks of a Dask cluster."""
 
     supports_retrieve_callback = True
 
@@ -57,20 +47,14 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._delivered = threading.Condition()
 
     def effective_n_jobs(self, n_jobs: int) -> int:
-        """Return the number of the cluster's cores, or 2 for one core.
-
-        For a single core joblib would not use the backend.
-        """
+        """Return the number of the cluster's cores, or 2 for one core."""
         try:
             return max(2, int(sum(self._client.ncores().values())))
         except OSError as error:
             raise InputError(GONE) from error
 
     def submit(self, func: Any, callback: Callable[[Future[Any]], object]) -> Future[Any]:
-        """Submit a batch of calls.
-
-        Each large array is a task of its own, so Dask can restore the array if its worker ends.
-        """
+        """Submit a batch of calls."""
         calls = [
             (
                 call,
@@ -101,13 +85,7 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         return self._shared[id(array)][1]
 
     def retrieve_result_callback(self, task: Future[Any]) -> Any:
-        """Return the result of a task.
-
-        Raises
-        ------
-        InputError
-            The cluster lost the task.
-        """
+        """Return the result of a task."""
         try:
             return task.result()
         except KilledWorker as error:
@@ -123,11 +101,7 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._shared.clear()
 
     def abort_everything(self, ensure_ready: bool = True) -> None:
-        """Cancel all tasks that have not started, and wait until joblib knows of it.
-
-        If the error of a cancelled task came later, joblib would count it to its next call, and
-        end that call without results. The wait is at most ``PATIENCE`` s.
-        """
+        """Cancel all tasks that have not started, and wait until joblib knows of it."""
         with self._delivered:
             tasks = set(self._tasks)
         if self._client.status == "running":
@@ -155,10 +129,7 @@ def _run_batch(expected: str, calls: list[tuple[Callable[..., Any], list[Any], A
 
 
 def _aligned(argument: Any) -> Any:
-    """Return a copy of an argument, with all arrays in it aligned; an aligned array as it is.
-
-    Arrays that Dask has received begin anywhere in a message, and compiled code needs whole words.
-    """
+    """Return a copy of an argument, with all arrays in it aligned; an aligned array as it is."""
     if isinstance(argument, np.ndarray):
         return np.require(argument, requirements="A")
     # Up to this protocol NumPy copies arrays, and does not refer to the message.

@@ -18,16 +18,7 @@ POLL_INTERVAL = 0.5
 
 
 def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
-    """Send this process a signal when its parent ends.
-
-    Parameters
-    ----------
-    parent
-        Process ID of the parent, which may have ended already.
-    number
-        Number of the signal. SIGKILL ends even a process that hangs or is stopped; others can end
-        or wake it.
-    """
+    """Send this process a signal when its parent ends."""
     if not _request_parent_signal(number):
         threading.Thread(
             target=_poll_parent, args=(parent, number), name="parent", daemon=True

@@ -141,10 +141,7 @@ def _folder() -> str | None:
 
 
 def _restore(path: list[str], folder: str | None) -> None:
-    """Restore the import path and the working folder.
-
-    Keep new entries of the import path at its end.
-    """
+    """Restore the import path and the working folder."""
     added = [place for place in sys.path if place not in path]
     if sys.path[: len(path)] != path:
         sys.path[:] = [*path, *added]

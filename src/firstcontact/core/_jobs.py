@@ -90,19 +90,7 @@ class Serial(Runner):
 
 
 class Pool(Runner):
-    """Runner that uses :class:`joblib.Parallel`.
-
-    Parameters
-    ----------
-    parallel
-        An open ``joblib.Parallel`` that returns a generator.
-    tick
-        Function that is called in this process after each result, with the number of finished
-        jobs and of all jobs.
-    share_memory
-        True if jobs run in threads of this process: they then get the shared data directly, and run
-        at the same time.
-    """
+    """Runner that uses :class:`joblib.Parallel`."""
 
     def __init__(self, parallel: Any, tick: Tick, share_memory: bool) -> None:
         self._parallel, self._tick, self._share_memory = parallel, tick, share_memory
@@ -208,13 +196,7 @@ def _init_worker(parent: int) -> None:
 
 
 def _run_job(function: Callable[..., B], job: object, payload: Any) -> B:
-    """Run a job in a worker process.
-
-    A lock lets the threads of a worker run one job at a time, because they share a random state.
-
-    A job may itself run other jobs in its thread; the lock allows that. A cluster starts its own
-    workers, so this function also limits the threads of numerical libraries there.
-    """
+    """Run a job in a worker process."""
     with _job_lock, one_thread(), ForeignCode():
         return function(job, *(() if payload is None else unpack_payload(payload)))
 
@@ -240,11 +222,7 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _numerical_libraries(modules: int) -> Any:
-    """Return the loaded numerical libraries. The search takes 2 ms.
-
-    ``modules`` is the number of imported modules. Another number repeats the search, because a new
-    module may have loaded a library.
-    """
+    """Return the loaded numerical libraries. The search takes 2 ms."""
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
@@ -269,12 +247,7 @@ def cores() -> int:
 
 
 def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
-    """Pack values into one array of bytes. Arrays in the values are stored uncompressed.
-
-    Joblib maps this array into the memory of all processes on a machine. A cluster sends the array
-    once to each machine. The array only travels from a program to its workers; it is never read
-    from a user's file.
-    """
+    """Pack values into one array of bytes. Arrays in the values are stored uncompressed."""
     buffers: list[pickle.PickleBuffer] = []
     head = pickle.dumps(values, protocol=5, buffer_callback=buffers.append)
     parts: list[Any] = [head, *(buffer.raw() for buffer in buffers)]

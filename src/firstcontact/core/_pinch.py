@@ -236,13 +236,7 @@ class Dataset:
     def __getitem__(
         self, index: int | np.integer[Any] | slice | NDArray[Any] | Sequence[int]
     ) -> Pinch | Dataset:
-        """Return a pinch, or the dataset of a slice, of positions or of a boolean mask.
-
-        Raises
-        ------
-        IndexError
-            A position is out of range, or a mask has another length than the dataset.
-        """
+        """Return a pinch, or the dataset of a slice, of positions or of a boolean mask."""
         if isinstance(index, slice):
             return replace(self, pinches=self.pinches[index])
         if isinstance(index, int | np.integer):

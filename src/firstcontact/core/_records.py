@@ -64,10 +64,7 @@ def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: i
 
 
 def _sentence(problem: str) -> str:
-    """Return "Expected `int`, got `str` - at `$.layout.rate`" reworded, with the field first.
-
-    ``problem`` is such a message of msgspec.
-    """
+    """Return "Expected `int`, got `str` - at `$.layout.rate`" reworded, with the field first."""
     reason, _, place = problem.rpartition(" - at `")
     if not reason:
         return _short(problem)

@@ -201,13 +201,7 @@ class Registry(Mapping[str, E], Generic[E]):
             return True
 
     def _check(self, name: str, entry: Any) -> None:
-        """Raise an error if an entry has another name or kind, or lacks an attribute.
-
-        Raises
-        ------
-        TypeError
-            The entry has another name or kind, or lacks an attribute.
-        """
+        """Raise an error if an entry has another name or kind, or lacks an attribute."""
         if entry.name != name:
             raise TypeError(f"its attribute 'name' is {entry.name!r}")
         if self._base is None:

@@ -21,10 +21,7 @@ def compress(takes: str, gives: str, size: int, each: float, mean: float, slope:
 
 
 def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
-    """Return the step that convolves zero-padded channels.
-
-    ``weight`` has shape (outputs, inputs, taps). The number of taps is odd.
-    """
+    """Return the step that convolves zero-padded channels."""
     outputs, inputs, taps = weight.shape
     length = _length(samples, stride)
     constants: Constants = {
@@ -41,10 +38,7 @@ def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride:
 
 
 def _conv_cost(samples: int, inputs: int, outputs: int, taps: int, stride: int) -> int:
-    """Return the number of instructions of :func:`conv`.
-
-    The C kernel of ``conv`` computes up to five samples and four outputs at a time.
-    """
+    """Return the number of instructions of :func:`conv`."""
     fours, rest_outputs = divmod(outputs, 4)
     reach = taps // 2
     full_outputs = (samples - taps + reach) // stride + 1  # outputs before this one use all taps
@@ -61,10 +55,7 @@ def _conv_cost(samples: int, inputs: int, outputs: int, taps: int, stride: int) 
 
 
 def depthwise(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
-    """Return the step that convolves each zero-padded channel with its own taps.
-
-    ``weight`` has shape (channels, taps). The number of taps is odd.
-    """
+    """Return the step that convolves each zero-padded channel with its own taps."""
     channels, taps = weight.shape
     length = _length(samples, stride)
     constants: Constants = {
@@ -87,10 +78,7 @@ def silu(takes: str, gives: str, size: int) -> Step:
 
 
 def gate(takes: tuple[str, str], gives: str, samples: int, channels: int) -> Step:
-    """Return the step that multiplies each channel of the first input by a factor.
-
-    The factor is the logistic function of the channel's value in the second input.
-    """
+    """Return the step that multiplies each channel of the first input by a factor."""
     constants: Constants = {"samples": samples, "channels": channels}
     cost = (6 * channels + 10) * samples + 30 * channels + 40
     return Step("gate", takes, gives, samples * channels, constants, cost)

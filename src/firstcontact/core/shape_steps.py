@@ -19,18 +19,12 @@ def over_peak(takes: str, gives: str, size: int) -> Step:
 
 
 def powers(takes: str, gives: str, lines: int) -> Step:
-    """Return the step that computes the squared magnitudes of complex numbers.
-
-    ``takes`` holds all real parts, then all imaginary parts.
-    """
+    """Return the step that computes the squared magnitudes of complex numbers."""
     return Step("powers", (takes,), gives, lines, {"lines": lines}, 9 * lines + 20)
 
 
 def level_free(takes: str, gives: str, size: int, floor: float) -> Step:
-    """Return the step that computes ``ln(x / sum + floor)`` for each value x, minus their mean.
-
-    ``sum`` is the sum of all values x. The subtracted mean is that of all these logarithms.
-    """
+    """Return the step that computes ``ln(x / sum + floor)`` for each value x, minus their mean."""
     constants: Constants = {"size": size, "floor": floor}
     return Step("level_free", (takes,), gives, size, constants, 47 * size + 60)
 
@@ -38,12 +32,7 @@ def level_free(takes: str, gives: str, size: int, floor: float) -> Step:
 def course(
     takes: str, gives: str, samples: int, channels: int, channel: int, quantiles: Sequence[float]
 ) -> Step:
-    """Return the step for features of a signal's course: energy times, roughness and others.
-
-    ``takes`` is the window, of which one ``channel`` is used. The output begins with one value per
-    quantile: the time at which that share of the energy is reached. The share of sign changes, the
-    roughness and the time of the peak follow.
-    """
+    """Return the step for features of a signal's course: energy times, roughness and others."""
     constants: Constants = {
         "samples": samples,
         "channels": channels,
@@ -58,13 +47,7 @@ def course(
 def shares_above(
     takes: str, gives: str, samples: int, channels: int, steps: Sequence[int], biases: Real
 ) -> Step:
-    """Return the step for the features of MiniRocket: shares of convolved values above biases.
-
-    The window is convolved with each of MiniRocket's 84 convolution kernels. A feature is the
-    proportion of the resulting values above a bias. ``takes`` is the window. The last output is the
-    logarithm of the window's RMS. ``steps`` holds the dilations; ``biases`` has shape (dilations,
-    84, biases per kernel).
-    """
+    """Return the step for the features of MiniRocket: shares of convolved values above biases."""
     each = biases.shape[2]
     constants: Constants = {
         "samples": samples,

@@ -28,10 +28,7 @@ LEAST_DECISION = 1e-30
 
 
 def _rows(n: int, inputs: int) -> int:
-    """Return the number of instructions for a matrix (n, inputs) times a vector (inputs,).
-
-    The C kernel computes 8, 4 or 1 rows of the matrix at a time.
-    """
+    """Return the number of instructions for a matrix (n, inputs) times a vector (inputs,)."""
     rows, each, overhead = (8, 20, 54) if n >= 8 else (4, 11, 45) if n >= 4 else (1, 5, 30)
     return -(-n // rows) * (each * inputs + overhead) + 35
 
@@ -74,10 +71,7 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
 
 
 def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
-    """Return the step that computes ``weight @ x + bias``.
-
-    ``weight`` has shape (outputs, inputs), and ``bias`` has shape (outputs,).
-    """
+    """Return the step that computes ``weight @ x + bias``."""
     n, inputs = weight.shape
     constants: Constants = {
         "outputs": n,
@@ -89,12 +83,7 @@ def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
 
 
 def votes(takes: str, gives: str, classes: int) -> Step:
-    """Return the step that counts the votes for each class.
-
-    The input is one decision for each pair of classes, in the order of ``itertools.combinations``.
-
-    The first class of a pair wins if the decision is above ``LEAST_DECISION``, else the second.
-    """
+    """Return the step that counts the votes for each class."""
     constants: Constants = {"classes": classes, "least": LEAST_DECISION}
     cost = classes * (classes - 1) // 2 * 25 + 10 * classes + 40
     return Step("votes", (takes,), gives, classes, constants, cost)
@@ -112,10 +101,7 @@ def log_peak(takes: str, gives: str, samples: int) -> Step:
 
 
 def parabola(takes: str, gives: str, powers: Real, low: float, high: float) -> Step:
-    """Return the step that computes ``(a x + b) x + c`` for one value x, and clips the result.
-
-    ``powers`` holds a, b and c. The bounds of the result are ``low`` and ``high``.
-    """
+    """Return the step that computes ``(a x + b) x + c`` for one value x, and clips the result."""
     a, b, c = (float(p) for p in powers)
     constants: Constants = {"a": a, "b": b, "c": c, "low": low, "high": high}
     return Step("parabola", (takes,), gives, 1, constants, 30)
@@ -128,11 +114,7 @@ def nearness(takes: str, gives: str, places: Real) -> Step:
 
 
 def deviation(takes: str, gives: str, lower: Real, most: float, least: float, scale: float) -> Step:
-    """Return the step that computes ``scale sqrt(max(most - |L x|², least))``.
-
-    ``L`` is the lower triangular matrix ``lower``, shape (n, n). The result is one value: the
-    standard deviation of a Gaussian process's prediction.
-    """
+    """Return the step that computes ``scale sqrt(max(most - |L x|², least))``."""
     n = len(lower)
     packed = flat32(lower[np.tril_indices(n)])
     constants: Constants = {

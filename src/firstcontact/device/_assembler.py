@@ -35,10 +35,7 @@ FARTHEST = 60.0
 
 @dataclass(slots=True)
 class Counts:
-    """Counts of received and lost data; see :class:`firstcontact.device._source.Health`.
-
-    ``malformed_frames`` counts undamaged frames with invalid content.
-    """
+    """Counts of received and lost data; see :class:`firstcontact.device._source.Health`."""
 
     samples: int = 0
     lost_samples: int = 0
@@ -52,11 +49,7 @@ class Counts:
 
 @dataclass(slots=True, eq=False)
 class Assembled:
-    """Content of some frames: blocks, markers and predictions, each in order.
-
-    ``greeted`` is True if the frames held a descriptor, ``stopped`` if they held the ``stopped``
-    frame, with which a device ends its samples.
-    """
+    """Content of some frames: blocks, markers and predictions, each in order."""
 
     blocks: list[Block] = field(default_factory=list)
     markers: list[Marker] = field(default_factory=list)
@@ -271,10 +264,7 @@ class Assembler:
         self.counts.samples += n
 
     def _account(self, sample: int, overflow: int) -> int | None:
-        """Count the samples lost before ``sample``. Return the sample's number in 64 bits.
-
-        Return None if the sample was received before.
-        """
+        """Count the samples lost before ``sample``. Return the sample's number in 64 bits."""
         number = self._unwrapped(sample)
         if self._next is not None:
             if number < self._next:

@@ -36,11 +36,7 @@ CLOSING_TIME = 2.0
 
 
 class _InputBlock(NamedTuple):
-    """Block from PortAudio.
-
-    ``taken`` is the sampling time of its first sample by PortAudio's clock, s. ``host`` is the
-    arrival of the block by the monotonic clock, s.
-    """
+    """Block from PortAudio."""
 
     data: NDArray[np.float32]
     taken: float
@@ -49,28 +45,7 @@ class _InputBlock(NamedTuple):
 
 
 class AudioSource(ThreadedSource):
-    """Sound input through PortAudio.
-
-    Samples that are lost in an overflow are counted. PortAudio's sampling times give their number,
-    which is exact to about one sample. Unplugging the input ends the source, because an input that
-    is plugged in later may be another device.
-
-    Parameters
-    ----------
-    input_name
-        Name of the input, a unique part of the name, or the input's number; "" for the default
-        input.
-    channels
-        Number of channels, 1 or 2. Two channels belong to index finger and thumb.
-    rate
-        Output rate, Hz.
-
-    Raises
-    ------
-    InputError
-        On entering the ``with`` block: PortAudio is missing, no input or several inputs have this
-        name, or the input is in use.
-    """
+    """Sound input through PortAudio."""
 
     def __init__(
         self, input_name: str = "", channels: int = 1, rate: float = FINGERTIP_RATE
@@ -182,13 +157,7 @@ class AudioSource(ThreadedSource):
 
 
 def portaudio() -> Any:
-    """Return the package sounddevice, the interface to PortAudio.
-
-    Raises
-    ------
-    InputError
-        The package or the PortAudio library is missing.
-    """
+    """Return the package sounddevice, the interface to PortAudio."""
     require_modules("audio", "sounddevice")
     try:
         import sounddevice

@@ -31,10 +31,7 @@ STILL_RISING = 0.999
 
 
 class _ArrivalTime(NamedTuple):
-    """Arrival of a sample at the host.
-
-    ``delay`` is the host's time minus the time that the sample number gives at the nominal rate, s.
-    """
+    """Arrival of a sample at the host."""
 
     delay: float
     sample: float
@@ -42,15 +39,7 @@ class _ArrivalTime(NamedTuple):
 
 
 class _FastestArrivals:
-    """Least delayed arrival of each of the last seconds.
-
-    Parameters
-    ----------
-    rate
-        Nominal rate of the samples, Hz.
-    seconds
-        Number of complete seconds that are remembered.
-    """
+    """Least delayed arrival of each of the last seconds."""
 
     def __init__(self, rate: float, seconds: int) -> None:
         self._rate = rate
@@ -72,18 +61,7 @@ class _FastestArrivals:
 
 
 class ClockFit:
-    """Rate of the samples by the host's clock, from a line through the arrival times.
-
-    Parameters
-    ----------
-    rate
-        Nominal rate, Hz.
-
-    Attributes
-    ----------
-    rate
-        Samples per second of the host's clock, Hz; 0 before it is measured.
-    """
+    """Rate of the samples by the host's clock, from a line through the arrival times."""
 
     def __init__(self, rate: float) -> None:
         self._fastest = _FastestArrivals(rate, LONGEST)

@@ -51,12 +51,7 @@ class _Counter:
     _doubted: float | None = None
 
     def next(self, line: tuple[float, ...], damaged: int) -> int | None:
-        """Return the sample number of a line that follows ``damaged`` damaged lines.
-
-        Without a counter column, each damaged line stands for one sample. With a counter column, a
-        line whose count goes back or leaps counts as damaged, and None is returned. If the line
-        after it continues its count, the counter has restarted.
-        """
+        """Return the sample number of a line that follows ``damaged`` damaged lines."""
         self.restarted = False
         if self.place is None:
             self.number += 1 + damaged
@@ -82,31 +77,7 @@ class _Counter:
 
 
 class CsvSource(ThreadedSource):
-    """Board on a serial port that prints its samples as lines of numbers.
-
-    The rate is measured with the host's clock over the first 2 s, and samples are resampled to the
-    models' rate. A column that counts samples makes losses visible. Without such a column only
-    damaged lines are counted.
-
-    Parameters
-    ----------
-    port
-        Path or name of the port.
-    columns
-        Signal columns, by header or position; by default all except time and counter columns.
-    baud
-        Baud rate of the port.
-    rate
-        Output rate, Hz.
-    measured
-        Time over which the rate is measured, s.
-
-    Raises
-    ------
-    InputError
-        On entering the ``with`` block: there is no such port, it sends no lines of numbers, or it
-        is too slow.
-    """
+    """Board on a serial port that prints its samples as lines of numbers."""
 
     def __init__(
         self,

@@ -43,17 +43,7 @@ class DevicePredictor:
 
 @dataclass(frozen=True, slots=True)
 class ModelSlot:
-    """Storage for models on a device, as stated in the device's descriptor.
-
-    Parameters
-    ----------
-    format
-        Format of the model images.
-    room
-        Length of the longest model image that fits, bytes.
-    fault
-        Reason why the newest stored model is not used; "" if it is used or none is stored.
-    """
+    """Storage for models on a device, as stated in the device's descriptor."""
 
     format: Annotated[int, Meta(ge=0, lt=2**32)]
     room: Annotated[int, Meta(ge=0, lt=2**32)]
@@ -154,10 +144,7 @@ def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> b
 
 
 def read_contact(payload: bytes, epoch: int, *, withdrawn: bool = False) -> DeviceContact:
-    """Return the contact in the payload of a frame that reports or withdraws it.
-
-    Its sample numbers have 32 bits. Raise FrameError if the payload is damaged.
-    """
+    """Return the contact in the payload of a frame that reports or withdraws it."""
     if len(payload) != _CONTACT.size:
         raise FrameError("a contact frame has the wrong length")
     sample, decided, finger, first = _CONTACT.unpack(payload)
@@ -182,10 +169,7 @@ def estimate_payload(estimate: DeviceEstimate) -> bytes:
 
 
 def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
-    """Return the estimate in the payload of an estimate frame.
-
-    Its sample numbers have 32 bits. Raise FrameError if the payload is damaged.
-    """
+    """Return the estimate in the payload of an estimate frame."""
     if len(payload) != _ESTIMATE.size:
         raise FrameError("an estimate frame has the wrong length")
     contact, decided, samples, finger, flags, value, low, high, nanoseconds = _ESTIMATE.unpack(
@@ -210,18 +194,7 @@ def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
 
 
 def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> None:
-    """Raise FrameError if a contact or estimate cannot belong to the device's samples.
-
-    Parameters
-    ----------
-    prediction
-        Contact or estimate, with sample numbers of 64 bits.
-    newest
-        Number of the sample that the host expects next.
-    farthest
-        Largest distance between ``newest`` and the decision, and between the decision and the
-        contact, samples.
-    """
+    """Raise FrameError if a contact or estimate cannot belong to the device's samples."""
     contact = prediction.sample if isinstance(prediction, DeviceContact) else prediction.contact
     if not max(0, prediction.decided - farthest) <= contact <= prediction.decided:
         raise FrameError(

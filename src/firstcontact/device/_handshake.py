@@ -18,15 +18,7 @@ class Greeting:
 
 
 def read_greeting(payload: bytes) -> Greeting:
-    """Parse the payload of a descriptor frame.
-
-    Raises
-    ------
-    FrameError
-        The frame is damaged.
-    InputError
-        The device has another protocol version, or its descriptor cannot be used.
-    """
+    """Parse the payload of a descriptor frame."""
     version, boot, text = read_descriptor(payload)
     if version != VERSION:
         raise InputError(_version_mismatch(version))

@@ -14,11 +14,7 @@ from firstcontact.recording import Marker
 
 
 class Inbox:
-    """Queue with one writing and one reading thread.
-
-    The queue's lock :attr:`changed` can also protect other fields that both threads use. Hold this
-    lock for all calls except :meth:`read`, :attr:`ended` and :attr:`waiting`.
-    """
+    """Queue with one writing and one reading thread."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
@@ -53,15 +49,7 @@ class Inbox:
     def attach(
         self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], empty: Block
     ) -> None:
-        """Attach markers and predictions whose own samples are lost to the last samples.
-
-        Parameters
-        ----------
-        markers, predictions
-            Markers and predictions to attach.
-        empty
-            Block without samples, which carries them if the last samples were read already.
-        """
+        """Attach markers and predictions whose own samples are lost to the last samples."""
         last = self._arrivals.pop() if self._arrivals else Arrival(empty, time.monotonic())
         self._arrivals.append(
             replace(
@@ -81,20 +69,7 @@ class Inbox:
             return self.finished and not self._arrivals and (self.error is None or self._raised)
 
     def read(self, timeout: float, least: int) -> list[Arrival]:
-        """Return all samples received since the last call. Takes the lock.
-
-        Parameters
-        ----------
-        timeout
-            Longest wait, s.
-        least
-            Number of samples to wait for. The wait ends as soon as they have arrived.
-
-        Raises
-        ------
-        InputError
-            The stream ended with an error, and all its samples were read.
-        """
+        """Return all samples received since the last call. Takes the lock."""
         with self.changed:
             self._wanted = least
             self.changed.wait_for(lambda: self.enough, timeout)

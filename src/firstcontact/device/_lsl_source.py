@@ -65,10 +65,7 @@ class _Epoch:
         return _Epoch(self.number + 1, self._rate)
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the samples whose ages ``ago``, s, fit the ages of earlier samples.
-
-        The age of a sample is the sender's time now, minus the stamp of the sample.
-        """
+        """Return a mask of the samples whose ages ``ago``, s, fit the ages of earlier samples."""
         good = usable_stamps(ago)
         if math.isinf(self._least) and good.any():
             self._least = float(np.sort(ago[good])[good.sum() // 2])
@@ -101,28 +98,7 @@ class _Epoch:
 
 
 class LslSource(ThreadedSource):
-    """Inlet for an LSL stream with vibration channels.
-
-    Stamps of the sender's clock give sample numbers, and missing numbers count as lost samples.
-    LSL's time correction gives the difference between the clocks of sender and host. If the stream
-    stops, the source searches until it is back and begins a new epoch.
-
-    Parameters
-    ----------
-    stream
-        Name of the stream; NAME@HOST or NAME@SOURCE_ID if several streams share the name.
-    channels
-        Vibration channels, by label or by position from 1. By default, channels whose type is a
-        vibration sensor, or all channels if there are one or two.
-    rate
-        Output rate, Hz.
-
-    Raises
-    ------
-    InputError
-        On entering the ``with`` block: LSL is missing, no stream or several streams have this name,
-        or the stream cannot be used.
-    """
+    """Inlet for an LSL stream with vibration channels."""
 
     def __init__(
         self, stream: str, channels: tuple[str, ...] = (), rate: float = FINGERTIP_RATE
@@ -239,17 +215,7 @@ class LslSource(ThreadedSource):
         host: float,
         clock: float,
     ) -> _Epoch:
-        """Deliver a chunk. Return its epoch, which is a new one if the sender's clock was changed.
-
-        Parameters
-        ----------
-        epoch
-            Current epoch.
-        values, stamps
-            Samples, shape (samples, channels), and their stamps, s, shape (samples,).
-        host, clock
-            Current time by the host's clock and by the sender's, s.
-        """
+        """Deliver a chunk. Return its epoch, a new one if the sender's clock was changed."""
         if epoch.runs_backwards(stamps):
             raise InputError(
                 f"{self.name}: its time stamps run backwards: correct the program that sends"
@@ -293,15 +259,7 @@ class LslSource(ThreadedSource):
 def vibration_channels(
     info: Any, names: tuple[str, ...], name: str
 ) -> tuple[tuple[Channel, ...], list[int]]:
-    """Return the vibration channels and their positions in the stream.
-
-    ``names`` are the channels that the user named, or empty. ``name`` is the stream, for messages.
-
-    Raises
-    ------
-    InputError
-        A named channel is missing, or the vibration channels cannot be identified.
-    """
+    """Return the vibration channels and their positions in the stream."""
     metadata = []
     node = info.desc().child("channels").child("channel")
     for k in range(info.channel_count()):

@@ -56,20 +56,7 @@ class _Part:
 
 
 class RestMeter:
-    """Meter of the vibration sensors' noise in a stream. It uses only the parts at rest.
-
-    Parameters
-    ----------
-    layout
-        Layout of the blocks.
-    seconds
-        Time at rest that the measurement needs in total, s.
-
-    Raises
-    ------
-    InputError
-        The layout has no vibration channel.
-    """
+    """Meter of the vibration sensors' noise in a stream. It uses only the parts at rest."""
 
     def __init__(self, layout: Layout, seconds: float = 2.0) -> None:
         self._fingers = layout.vibration_fingers
@@ -106,13 +93,7 @@ class RestMeter:
         return int(self._rest_mask().sum()) >= self._wanted
 
     def calibration(self) -> Calibration:
-        """Return noise floor and offset of each vibration sensor over all parts at rest so far.
-
-        Raises
-        ------
-        InputError
-            Too little of the stream was at rest. The message states the reason.
-        """
+        """Return noise floor and offset of each vibration sensor over all parts at rest so far."""
         at_rest = self._rest_mask()
         if int(at_rest.sum()) < self._wanted:
             raise InputError(f"the noise floor cannot be measured: {'; '.join(self.obstacles())}")
@@ -160,10 +141,7 @@ class RestMeter:
         return _Part(piezo.mean(axis=0), rms, np.array(strip), tuple(force))
 
     def _faults(self, parts: Sequence[_Part]) -> tuple[NDArray[np.bool_], ...]:
-        """Return four masks of faults, each of shape (parts, fingers).
-
-        The faults are: vibration flat, strip closed, taxel loaded, vibration loud.
-        """
+        """Return four masks of faults, each of shape (parts, fingers)."""
         none = np.zeros((0, len(self._fingers)), np.bool_)
         if not parts:
             return none, none, none, none

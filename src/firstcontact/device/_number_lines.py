@@ -27,19 +27,7 @@ MOST = 64
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Meaning of the columns of a line.
-
-    Parameters
-    ----------
-    names
-        Names of the signals: from the header, or else their positions.
-    signals
-        Positions of the signal columns, at most two: of the index finger, then of the thumb.
-    counter
-        Position of the column that counts samples; None if there is none.
-    width
-        Number of columns in a line.
-    """
+    """Meaning of the columns of a line."""
 
     names: tuple[str, ...]
     signals: tuple[int, ...]
@@ -49,15 +37,7 @@ class Columns:
 
 @dataclass(slots=True)
 class LineReader:
-    """Reader that turns bytes into the numbers of each complete line.
-
-    Attributes
-    ----------
-    bad
-        Number of lines without numbers or with a wrong number of columns.
-    header
-        Column names, if the board printed them.
-    """
+    """Reader that turns bytes into the numbers of each complete line."""
 
     bad: int = 0
     header: tuple[str, ...] = ()
@@ -66,11 +46,7 @@ class LineReader:
     _headers: int = field(default=0)
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
-        """Return the numbers in each line that ``data`` completes.
-
-        An invalid line gives None. The first line of the stream is ignored, because its beginning
-        may be missing.
-        """
+        """Return the numbers in each line that ``data`` completes."""
         pieces = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
         self._rest = pieces.pop()
         if len(self._rest) > LONGEST:  # wrong baud rate, or no text
@@ -144,24 +120,7 @@ def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
 def identify_columns(
     lines: list[tuple[float, ...]], header: tuple[str, ...], wanted: tuple[str, ...], port: str
 ) -> Columns:
-    """Return the meaning of the columns, from the first lines of a board.
-
-    Parameters
-    ----------
-    lines
-        Numbers in each of the first lines.
-    header
-        Column names, if the board printed them.
-    wanted
-        Signal columns that the user named, by header or by position from 1; empty for all.
-    port
-        Port name for error messages.
-
-    Raises
-    ------
-    InputError
-        Lines differ in length, a named column is missing, or there are more than two signals.
-    """
+    """Return the meaning of the columns, from the first lines of a board."""
     widths = [len(line) for line in lines]
     width = max(set(widths), key=widths.count)
     full_lines = [line for line in lines if len(line) == width]
@@ -200,11 +159,7 @@ def identify_columns(
 def _counter(
     lines: list[tuple[float, ...]], names: tuple[str, ...], signals: Sequence[int]
 ) -> int | None:
-    """Return the counter column: the one with a counter's name, or one that rises by 1 per line.
-
-    The columns ``signals``, which the user named, are no counters. Beside a thumb, "index" is a
-    finger unless it counts.
-    """
+    """Return the counter column: the one with a counter's name, or one that rises by 1 per line."""
     lower = [name.lower() for name in names]
     for k, name in enumerate(lower):
         is_finger = name == "index" and "thumb" in lower and not _counts(lines, k)

@@ -12,17 +12,7 @@ TEENSY = 0x16C0
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """One serial port.
-
-    Parameters
-    ----------
-    name
-        Device name, as given to ``--device``.
-    description
-        Description that the system gives without opening the port.
-    teensy
-        True if the USB vendor number belongs to a Teensy.
-    """
+    """One serial port."""
 
     name: str
     description: str

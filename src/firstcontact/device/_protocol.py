@@ -87,13 +87,7 @@ def stuff(data: bytes) -> bytes:
 
 
 def unstuff(stuffed: bytes) -> bytes:
-    """Decode COBS, the inverse of :func:`stuff`.
-
-    Raises
-    ------
-    FrameError
-        The bytes are empty or contain a zero, or their byte stuffing points beyond their end.
-    """
+    """Decode COBS, the inverse of :func:`stuff`."""
     n = len(stuffed)
     if n == 0 or 0 in stuffed:
         raise FrameError("a frame is empty or contains a zero byte")
@@ -125,13 +119,7 @@ def encode(kind: int, counter: int, payload: bytes = b"") -> bytes:
 
 
 def decode(stuffed: bytes) -> Frame:
-    """Return the frame in the bytes before its final zero.
-
-    Raises
-    ------
-    FrameError
-        The frame is damaged.
-    """
+    """Return the frame in the bytes before its final zero."""
     body = unstuff(stuffed)
     if len(body) < _HEAD.size + _CRC.size:
         raise FrameError("a frame is too short")
@@ -148,21 +136,7 @@ def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -
 
 
 def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
-    """Return the parts of a samples frame's payload, without decoding the samples.
-
-    Returns
-    -------
-    first_sample, overflow, n : int
-        Number of the first sample, number of samples that the device dropped (32 bits each), and
-        number of samples in the frame.
-    data : bytes
-        Encoded samples.
-
-    Raises
-    ------
-    FrameError
-        The number of columns is wrong, or there is no sample.
-    """
+    """Return the parts of a samples frame's payload, without decoding the samples."""
     if len(payload) < _SAMPLES.size:
         raise FrameError("a frame of type SAMPLES is too short")
     first, overflow, n = _SAMPLES.unpack_from(payload)
@@ -187,13 +161,7 @@ def descriptor_payload(boot: int, text: str, version: int = VERSION) -> bytes:
 
 
 def read_descriptor(payload: bytes) -> tuple[int, int, str]:
-    """Return protocol version, boot number and text of a descriptor frame.
-
-    Raises
-    ------
-    FrameError
-        The payload is too short or not UTF-8.
-    """
+    """Return protocol version, boot number and text of a descriptor frame."""
     if len(payload) < _DESCRIPTOR.size:
         raise FrameError("a frame of type DESCRIPTOR is too short")
     version, boot = _DESCRIPTOR.unpack_from(payload)
@@ -223,10 +191,7 @@ def stopped_payload(next_sample: int, overflow: int) -> bytes:
 
 
 def read_stopped(payload: bytes) -> tuple[int, int]:
-    """Return the number of the next sample and the overflow count of a stopped frame.
-
-    Both have 32 bits. Raise FrameError if the payload is damaged.
-    """
+    """Return the number of the next sample and the overflow count of a stopped frame."""
     if len(payload) != _STOPPED.size:
         raise FrameError("a frame of type STOPPED has the wrong length")
     next_sample, overflow = _STOPPED.unpack(payload)
@@ -239,10 +204,7 @@ def late_payload(skipped: int, unheard: int) -> bytes:
 
 
 def read_late(payload: bytes) -> tuple[int, int]:
-    """Return the counts of skipped predictions and missed samples in a ``late`` frame.
-
-    Raise FrameError if the payload is damaged.
-    """
+    """Return the counts of skipped predictions and missed samples in a ``late`` frame."""
     if len(payload) != _LATE.size:
         raise FrameError("a frame of type LATE (count of skipped estimates) has the wrong length")
     skipped, unheard = _LATE.unpack(payload)
@@ -250,10 +212,7 @@ def read_late(payload: bytes) -> tuple[int, int]:
 
 
 def hint_payload(speed: float, error: float, radius: float) -> bytes:
-    """Return the payload of a hint: closing speed (m/s), its relative error, and radius (m).
-
-    0 stands for an unknown speed, NaN for an unknown radius.
-    """
+    """Return the payload of a hint: closing speed (m/s), its relative error, and radius (m)."""
     return _HINT.pack(speed, error, radius)
 
 

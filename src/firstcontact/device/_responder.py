@@ -24,31 +24,7 @@ MARKERS_WAITING = 16
 
 
 class Responder:
-    """State machine of the device's side of the protocol, from one start of the device to the next.
-
-    Parameters
-    ----------
-    descriptor
-        Descriptor of the device.
-    boot
-        Boot number, a new one for each start.
-    room
-        Number of samples that fit in the ring.
-    on_order
-        Function called with the text of each order. It returns the text of a marker, which answers
-        the order. A device without a hand has no such function and ignores orders.
-
-    Attributes
-    ----------
-    next_sample
-        Number of the next sample, counted from 0 whether samples are sent or not.
-    overflow
-        Number of samples dropped because the ring was full.
-    streaming
-        True while samples are sent.
-    finished
-        True if no more samples follow, so that the last frame can be shorter.
-    """
+    """State machine of the device's side of the protocol."""
 
     def __init__(
         self,

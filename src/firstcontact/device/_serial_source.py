@@ -333,11 +333,7 @@ class SerialSource:
 
     @contextmanager
     def _last_turn(self) -> Iterator[None]:
-        """Wait until no reader reads the port. Keep readers away during the ``with`` block.
-
-        The wait has a time limit, because a signal may have ended a reader that still holds the
-        lock.
-        """
+        """Wait until no reader reads the port. Keep readers away during the ``with`` block."""
         has_turn = self._turn.acquire(timeout=LAST_TURN)
         try:
             yield
@@ -346,10 +342,7 @@ class SerialSource:
                 self._turn.release()
 
     def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
-        """Ask a silent device for its descriptor, then read the port.
-
-        The caller holds the lock ``_turn`` of the port.
-        """
+        """Ask a silent device for its descriptor, then read the port."""
         now = time.monotonic()
         if now - self._heard > SILENCE and now - self._asked > AGAIN:
             if self._assembler.epoch < 0 and now - self._opened > self._patience:
@@ -369,10 +362,7 @@ class SerialSource:
             transport.send(FrameType.START)
 
     def _is_needed(self) -> bool:
-        """Return True if the source's thread must read the port, because no reader does.
-
-        Return False if too many samples wait for the reader already.
-        """
+        """Return True if the source's thread must read the port, because no reader does."""
         now = time.monotonic()
         if now - self._looked < LOOK:
             return False
@@ -428,13 +418,7 @@ class SerialSource:
             return assembled
 
     def _check_rate(self, end: int, now: float) -> None:
-        """Compare the measured rate of a real-time device with its stated rate.
-
-        Raises
-        ------
-        InputError
-            The rates differ in the first seconds after opening. Later a warning is logged instead.
-        """
+        """Compare the measured rate of a real-time device with its stated rate."""
         self._began = min(self._began, now)
         descriptor = self.descriptor
         if not descriptor.paced or descriptor.source in SIMULATED or self._has_warned:

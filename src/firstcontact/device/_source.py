@@ -284,10 +284,7 @@ class Source(Protocol):
 
 
 def check_readable(source: Source, timeout: float, *, is_drained: bool) -> None:
-    """Refuse a read that would give nothing for ever: see :meth:`Source.read`.
-
-    ``is_drained`` is True if the source was closed and an earlier read returned nothing.
-    """
+    """Refuse a read that would give nothing for ever: see :meth:`Source.read`."""
     source.descriptor  # noqa: B018  # refuses if the source is not open
     if is_drained:
         raise InputError(f"{source.name} is closed: open it again")

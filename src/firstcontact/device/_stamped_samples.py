@@ -27,21 +27,7 @@ SMALLEST = 2.0
 
 
 class StampedSamples:
-    """Numbering of samples by their time stamps. It detects missing samples.
-
-    If the stamps are regular, even a gap of one sample is detected at its position. Otherwise the
-    stamps jitter, or all samples of a chunk (samples received together) have one stamp. Then the
-    chunk's median time is compared with a line that is fitted to earlier chunks and follows the
-    clock's drift.
-
-    A gap shorter than the scatter of these medians is not detected. A gap is counted only if the
-    next chunk is late too. If a single chunk is late, it was delayed and nothing is lost.
-
-    Parameters
-    ----------
-    rate
-        Nominal rate, Hz.
-    """
+    """Numbering of samples by their time stamps. It detects missing samples."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -54,19 +40,7 @@ class StampedSamples:
         self._late = 0  # delay of the last chunk in samples, not counted as lost yet
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the samples of the next chunk.
-
-        Parameters
-        ----------
-        stamps
-            Stamp of each sample by the sender's clock, s, shape (samples,), at least one. A sample
-            with an unusable stamp (:func:`usable_stamps`) follows the previous sample.
-
-        Returns
-        -------
-        ndarray
-            Sample numbers, rising, shape (samples,).
-        """
+        """Return the numbers of the samples of the next chunk."""
         stamps = self._repaired(stamps)
         if self._zero is None:
             self._zero, self._last = float(stamps[0]), float(stamps[0]) - 1 / self._rate

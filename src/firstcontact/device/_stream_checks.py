@@ -25,35 +25,13 @@ SIGMAS = 4.0
 
 
 def usable_samples(values: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return True for each sample whose values are all finite and at most ``LARGEST_SAMPLE``.
-
-    Parameters
-    ----------
-    values
-        Samples before any filter, shape (samples, channels).
-
-    Returns
-    -------
-    ndarray
-        Mask, shape (samples,).
-    """
+    """Return True for each sample whose values are all finite and at most ``LARGEST_SAMPLE``."""
     usable: NDArray[np.bool_] = (np.abs(values) <= LARGEST_SAMPLE).all(axis=1)
     return usable
 
 
 class RateCheck:
-    """Measured rate of a stream, compared with its stated rate.
-
-    The rate is the median over spans of a quarter of a second. A stall, the burst after it, or a
-    gap changes only one or two spans, so the median stays. Jitter widens the tolerance by the
-    standard error of the median. A span in which the reader was late is not counted, because it
-    shows the speed of the reader, not of the device.
-
-    Parameters
-    ----------
-    stated
-        Stated rate, Hz.
-    """
+    """Measured rate of a stream, compared with its stated rate."""
 
     def __init__(self, stated: float) -> None:
         self._stated = stated
@@ -66,17 +44,7 @@ class RateCheck:
         return float(np.median(self._rates)) if self._rates else 0.0
 
     def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:
-        """Add samples up to a time. Return True if the measured rate differs from the stated rate.
-
-        Parameters
-        ----------
-        end
-            Number of samples up to that time.
-        seconds
-            Time of the last sample, s.
-        behind
-            True if the reader was late, so that samples had waited for it.
-        """
+        """Add samples up to a time. Return True if the measured rate differs from the stated."""
         if behind or self._begin is None or seconds < self._begin[1]:
             self._begin = end, seconds
             return False

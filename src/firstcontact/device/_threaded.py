@@ -67,23 +67,11 @@ class ThreadedSource(ABC):
 
     @abstractmethod
     def _open(self) -> Descriptor:
-        """Open the source in the caller's thread. Return its descriptor.
-
-        Raises
-        ------
-        InputError
-            The source cannot be opened. Opened resources are closed again.
-        """
+        """Open the source in the caller's thread. Return its descriptor."""
 
     @abstractmethod
     def _work(self) -> None:
-        """Deliver samples until ``self._closing`` is set.
-
-        Raises
-        ------
-        InputError
-            The source is permanently lost. The reader gets this error after the last sample.
-        """
+        """Deliver samples until ``self._closing`` is set."""
 
     @abstractmethod
     def _shut(self) -> None:
@@ -179,22 +167,7 @@ class ThreadedSource(ABC):
         host: float,
         taken: float | None = None,
     ) -> None:
-        """Deliver samples at the output rate. Unusable samples become gaps.
-
-        Parameters
-        ----------
-        values
-            Samples at the input rate, shape (samples, channels).
-        numbers
-            Sample numbers, rising, shape (samples,).
-        epoch, host, taken
-            See :meth:`_put`.
-
-        Raises
-        ------
-        InputError
-            The source has not sent any usable sample, or its rate differs from the stated rate.
-        """
+        """Deliver samples at the output rate. Unusable samples become gaps."""
         if not len(values):
             return
         if self._resampler is None or self._resampler[0] != epoch:
@@ -212,15 +185,7 @@ class ThreadedSource(ABC):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count the input samples after the last delivered one, up to number ``end``, as lost.
-
-        The count holds until the next sample is delivered, which shows the exact number.
-
-        Raises
-        ------
-        InputError
-            The source has not sent any usable sample.
-        """
+        """Count the input samples after the last delivered one, up to number ``end``, as lost."""
         until = -int(-end * self._output_rate // self._input_rate)
         with self._inbox.changed:
             self._begin_epoch(epoch, 0)
@@ -234,10 +199,7 @@ class ThreadedSource(ABC):
             )
 
     def _wait(self) -> bool:
-        """Count the time without a usable sample. Return True if the source counts as silent.
-
-        Subclasses call it after each read that returns nothing.
-        """
+        """Count the time without a usable sample. Return True if the source counts as silent."""
         now = time.monotonic()
         self._silence += min(now - self._looked, LONGEST_LOOK)
         self._looked = now
@@ -253,24 +215,7 @@ class ThreadedSource(ABC):
         host: float,
         taken: float | None = None,
     ) -> None:
-        """Deliver received samples to the reader.
-
-        Parameters
-        ----------
-        data
-            Samples, shape (samples, columns).
-        first, epoch
-            Number and epoch of the first sample.
-        host
-            Host time at which the last sample arrived, s.
-        taken
-            Host time at which the last sample was taken, s, if the source knows it.
-
-        Raises
-        ------
-        InputError
-            The source's rate differs from the stated rate.
-        """
+        """Deliver received samples to the reader."""
         if not len(data):
             return
         self._silence, self._looked = 0.0, time.monotonic()
@@ -291,10 +236,7 @@ class ThreadedSource(ABC):
             self._refuse_rate(self._rate_check.rate / self.descriptor.layout.rate, "this machine's")
 
     def _begin_epoch(self, epoch: int, first: int) -> None:
-        """Begin ``epoch`` at sample ``first``, unless it has begun.
-
-        The caller holds the lock of the inbox.
-        """
+        """Begin ``epoch`` at sample ``first``, unless it has begun."""
         if epoch == self._next[0]:
             return
         rate = self.descriptor.layout.rate

@@ -39,21 +39,7 @@ class LinkError(OSError):
 
 
 class SerialTransport:
-    """Open serial port, locked for this process.
-
-    The port is locked before any setting is changed, so another program that uses it is not
-    disturbed. Only one thread may read. :meth:`send` can be called from any thread.
-
-    Parameters
-    ----------
-    port
-        Path or name of the port.
-
-    Raises
-    ------
-    InputError
-        The port does not exist, is in use, or may not be opened.
-    """
+    """Open serial port, locked for this process."""
 
     def __init__(self, port: str) -> None:
         import serial
@@ -69,15 +55,7 @@ class SerialTransport:
             raise InputError(opening_error(port, error)) from error
 
     def read(self, patience: float = PATIENCE) -> bytes:
-        """Return the available bytes. Wait at most ``patience`` s for the first; b"" if none comes.
-
-        The wait is never longer than :data:`PATIENCE`.
-
-        Raises
-        ------
-        LinkError
-            The port is gone.
-        """
+        """Return the available bytes. Wait at most ``patience`` s for the first."""
         try:
             patience = min(patience, PATIENCE)
             return self._read(patience) if os.name == "posix" else self._read_portably(patience)
@@ -103,13 +81,7 @@ class SerialTransport:
         return data + self._serial.read(self._serial.in_waiting) if data else data
 
     def send(self, kind: FrameType, payload: bytes = b"") -> None:
-        """Send a frame.
-
-        Raises
-        ------
-        LinkError
-            The port has vanished or accepts no bytes.
-        """
+        """Send a frame."""
         with self._sending:
             try:
                 self._write(encode(kind, self._counter, payload))

@@ -33,37 +33,7 @@ PATIENCE = 3.0
 
 
 class TwinDevice:
-    """Twin on a pseudo terminal, until it is closed.
-
-    It produces samples in real time (by the monotonic clock) and sends them on request, as
-    ``docs/protocol.md`` describes. The twin's process ends when the process that created it ends
-    for any reason. It ignores Ctrl-C.
-
-    Parameters
-    ----------
-    condition
-        "paper-rig" or "everyday".
-    objects
-        Names of the objects to pick up; by default the objects of the set "paper".
-    seed
-        Random seed. The hand is that of ``firstcontact simulate`` with this condition and seed.
-    speed
-        Multiple of real time, limited by the speed of the host.
-    latency
-        Time from a command to its effect, s of the samples' time.
-
-    Raises
-    ------
-    InputError
-        An argument is unknown, the twin's extra is not installed, or the process did not start.
-
-    Notes
-    -----
-    The methods may be called from any thread. If the host does not read for half a second, the
-    device drops samples and counts them. A twin faster than real time waits for the host instead.
-    An unplugged twin stays switched on: it continues to count samples, and drops those that do not
-    fit its buffer.
-    """
+    """Twin on a pseudo terminal, until it is closed."""
 
     def __init__(
         self,
@@ -103,13 +73,7 @@ class TwinDevice:
         return self._child.pid
 
     def closing_speed(self, sample: int) -> ClosingSpeed | None:
-        """Return the closing speed before a contact, as the twin's hand measures it.
-
-        Parameters
-        ----------
-        sample
-            Sample of the contact, within the last half second.
-        """
+        """Return the closing speed before a contact, as the twin's hand measures it."""
         answer = self._ask(f"speed {sample}")
         if answer == "unknown":
             return None

@@ -51,18 +51,7 @@ WIRE_BYTES = 4096
 
 
 class TwinProcess:
-    """Simulated hand at the device side of a pseudo terminal.
-
-    Parameters
-    ----------
-    terminal
-        Terminal with the host at its other end.
-    condition, objects, seed, latency
-        See :class:`firstcontact.twin._stream.TwinStream`.
-    speed
-        Multiple of real time. Up to 1 the twin is a device: samples that the host does not read in
-        time are lost and counted. A faster twin waits for the host instead.
-    """
+    """Simulated hand at the device side of a pseudo terminal."""
 
     def __init__(
         self,

@@ -18,13 +18,7 @@ AHEAD = 0.25
 
 
 class TwinSource(SerialSource):
-    """:class:`SerialSource` that creates a :class:`TwinDevice` and opens its port.
-
-    Parameters
-    ----------
-    condition, objects, seed, speed, latency
-        See :class:`TwinDevice`.
-    """
+    """:class:`SerialSource` that creates a :class:`TwinDevice` and opens its port."""
 
     def __init__(
         self,
@@ -76,13 +70,7 @@ def from_name(name: str, options: SourceOptions) -> TwinSource:
 
 
 def shore_a(name: str) -> float:
-    """Return the Shore A of an object of the twin.
-
-    Raises
-    ------
-    InputError
-        The object is unknown.
-    """
+    """Return the Shore A of an object of the twin."""
     from firstcontact.twin import find_object
 
     return find_object(name).shore_a

@@ -37,13 +37,7 @@ def object_text(name: str) -> str:
 
 
 def read_order(text: str) -> Command | None:
-    """Return the command in an order that begins with :data:`HAND`; None for a release.
-
-    Raises
-    ------
-    InputError
-        The order is neither a command nor a release.
-    """
+    """Return the command in an order that begins with :data:`HAND`; None for a release."""
     words = text.removeprefix(HAND).split()
     if words == ["release"]:
         return None

@@ -53,13 +53,7 @@ const uint64_t fc_model_image[FC_MODEL_BYTES / 8] FC_FLASH = {{
 
 
 def write_chain(trained: Trained) -> CUnit:
-    """Return the C code of a detector and a network for one sampling rate.
-
-    Raises
-    ------
-    InputError
-        The detector has no form in C.
-    """
+    """Return the C code of a detector and a network for one sampling rate."""
     detector, network = trained.detector, trained.anytime
     if detector is None:
         raise InputError("the model has no detector: name a folder that `firstcontact adapt` wrote")

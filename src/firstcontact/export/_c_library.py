@@ -53,13 +53,7 @@ def fixed_sources(names: Collection[str], *, with_chain: bool = False) -> dict[s
 
 
 def generate_units(trained: Trained) -> list[CUnit]:
-    """Return the generated C units of a model.
-
-    Raises
-    ------
-    InputError
-        A part cannot be written in C. The message gives the reason.
-    """
+    """Return the generated C units of a model."""
     units = [write_model(named) for named in trained.models]
     if trained.has_chain:
         units.append(write_chain(trained))

@@ -42,10 +42,7 @@ def c_array(name: str, array: NDArray[Any]) -> str:
 
 
 def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDArray[Any]]) -> str:
-    """Return the C definition of a constant struct and its arrays.
-
-    Values of ``fields`` that are texts are inserted unchanged.
-    """
+    """Return the C definition of a constant struct and its arrays."""
     arrays, members = [], []
     for field, value in fields.items():
         if isinstance(value, np.ndarray):
@@ -64,24 +61,7 @@ def constant_bytes(fields: Mapping[str, Any]) -> int:
 
 @dataclass(frozen=True, slots=True)
 class CUnit:
-    """C header and source that the export generates for one part of a model.
-
-    Parameters
-    ----------
-    name
-        File name without its extension.
-    header, source
-        Texts of the two files.
-    constants, memory
-        Sizes of constants and of static memory, bytes.
-    instructions
-        Estimated number of instructions of one prediction; 0 if unknown.
-    fixed
-        Names of required hand-written C files, without extensions.
-    rate
-        Sampling rate for which the array lengths in the C code hold, Hz; None if they hold for any
-        rate.
-    """
+    """C header and source that the export generates for one part of a model."""
 
     name: str
     header: str

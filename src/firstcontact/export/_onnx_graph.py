@@ -40,16 +40,7 @@ def _inner(vector: str) -> str:
 
 
 def to_onnx(program: Program) -> bytes:
-    """Return a program as a serialised ONNX graph.
-
-    The graph's input is ``window``, shape (n, inputs). Its outputs are ``outputs`` and, if the
-    program has a spread, ``spread``.
-
-    Raises
-    ------
-    InputError
-        A step has no ONNX form.
-    """
+    """Return a program as a serialised ONNX graph."""
     from onnx import TensorProto, checker, helper
 
     graph = Graph()
@@ -73,16 +64,7 @@ def to_onnx(program: Program) -> bytes:
 
 
 def checked(named: NamedModel, raw: bytes) -> float:
-    """Return the largest difference between the outputs of ONNX Runtime and of Python.
-
-    The difference is relative to Python's largest output, if that is above 1. For a classifier,
-    return the share of windows for which the two choose different classes.
-
-    Raises
-    ------
-    InputError
-        The difference exceeds ``TOLERANCE``.
-    """
+    """Return the largest difference between the outputs of ONNX Runtime and of Python."""
     spec = named.model.spec
     windows = np.random.default_rng(0).standard_normal((64, spec.samples, spec.channels))
     X = (0.1 * windows).astype(np.float32)

@@ -25,25 +25,7 @@ OPENING = 2.0
 
 
 class AbilityHand(Hand):
-    """Ability Hand: index finger and thumb close at the commanded speed.
-
-    The other fingers follow the index. A separate thread sends position targets a hundred times a
-    second and reads back positions and touch sensors. If the thread gets no command for 0.3 s, it
-    opens the hand. (The hand itself ignores the port after 0.3 s without data.)
-
-    On entering the ``with`` block the fingers open. The hand must be empty then, because the
-    touch sensors are set to zero.
-
-    Parameters
-    ----------
-    port
-        Serial port, or "simulated" for the package's own simulated hand.
-
-    Raises
-    ------
-    InputError
-        The package or the port is missing. On entering the ``with`` block: no hand answers.
-    """
+    """Ability Hand: index finger and thumb close at the commanded speed."""
 
     name = "ability"
     limits = HandLimits(speed=0.25, force=10.0, rate=100.0, watchdog=0.3)
@@ -73,13 +55,7 @@ class AbilityHand(Hand):
         return list(self._positions)
 
     def send(self, command: Command) -> None:
-        """Set the command. It holds until the next command, for at most 0.3 s.
-
-        Raises
-        ------
-        HandError
-            The hand is not open, or has stopped answering.
-        """
+        """Set the command. It holds until the next command, for at most 0.3 s."""
         with self._change:
             if self._thread is None or self._closing:
                 raise HandError(f"the hand {self.name!r} is not open: use it in a with block")

@@ -40,15 +40,7 @@ NEARLY_OPEN = OPEN + 3.0
 
 @dataclass(frozen=True, slots=True)
 class Felt:
-    """State that the hand last reported.
-
-    Parameters
-    ----------
-    position
-        Positions of the six motors, degrees.
-    touch
-        Forces of the thirty touch sensors above their unloaded reading, N; empty without sensors.
-    """
+    """State that the hand last reported."""
 
     position: Sequence[float]
     touch: Sequence[float] = ()
@@ -71,13 +63,7 @@ class Felt:
 
 
 class Fingers:
-    """Position targets of index finger and thumb. The other fingers follow the index.
-
-    Parameters
-    ----------
-    felt
-        State of the hand. The targets start there.
-    """
+    """Position targets of index finger and thumb. The other fingers follow the index."""
 
     def __init__(self, felt: Felt) -> None:
         self._targets = {finger: _within(felt.position[finger]) for finger in LEVERS}
@@ -93,11 +79,7 @@ class Fingers:
         self._targets = dict.fromkeys(self._targets, OPEN)
 
     def move(self, command: Command, seconds: float, felt: Felt) -> None:
-        """Move the targets at the commanded speed for ``seconds``.
-
-        If a closing finger presses with the force limit or more, its target does not advance. If
-        the target was ahead of the finger, it returns to the finger's position.
-        """
+        """Move the targets at the commanded speed for ``seconds``."""
         for finger, lever in LEVERS.items():
             target, position = self._targets[finger], felt.position[finger]
             pressed = command.speed >= 0 and felt.force(finger) >= command.force

@@ -39,13 +39,7 @@ def _unanswered(code: object = None) -> None:
 
 
 def check(port: str | None) -> str:
-    """Check that the package is installed and a port was given. Return the port.
-
-    Raises
-    ------
-    InputError
-        The package or the port is missing.
-    """
+    """Check that the package is installed and a port was given. Return the port."""
     require_modules("hand", "ah_wrapper")
     if port is None:
         raise InputError(
@@ -57,15 +51,7 @@ def check(port: str | None) -> str:
 
 @contextmanager
 def claimed(port: str) -> Iterator[None]:
-    """Lock the port against other programs during the ``with`` block.
-
-    The package itself opens the port without a lock.
-
-    Raises
-    ------
-    InputError
-        The port does not exist, or another program has locked it.
-    """
+    """Lock the port against other programs during the ``with`` block."""
     if port == SIMULATED:
         yield
         return
@@ -90,15 +76,7 @@ def claimed(port: str) -> Iterator[None]:
 
 
 def open_client(port: str, rate: float) -> Any:
-    """Return a client of the hand. It reads in its own thread, and writes only when it is called.
-
-    Call this function in a daemon thread: only then does the client's thread end with the process.
-
-    Raises
-    ------
-    InputError
-        No hand answers on the port.
-    """
+    """Return a client of the hand that reads in its own thread."""
     package = load()
     simulated = port == SIMULATED
     try:

@@ -104,8 +104,5 @@ class Grip:
 
 
 def _within(shore_a: float) -> float:
-    """Clip a Shore A to the range from 0 to 99. NaN becomes 0.
-
-    The modulus is infinite at 100.
-    """
+    """Clip a Shore A to the range from 0 to 99. NaN becomes 0."""
     return min(max(shore_a, 0.0), 99.0) if isfinite(shore_a) else 0.0

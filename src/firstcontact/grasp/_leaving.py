@@ -19,19 +19,7 @@ INSISTED = 2.0
 
 
 class Leaving:
-    """Handler for signals that the program does not handle, while a hand is open.
-
-    It is active from :meth:`take` to :meth:`give_back`. The first signal releases all open hands
-    and raises KeyboardInterrupt (SIGINT) or SystemExit in the main thread, which then leaves its
-    ``with`` block. A second signal could interrupt the release of the hand, so it is ignored for
-    2 s. Outside the main thread no handler is installed or restored.
-
-    Parameters
-    ----------
-    let_go
-        Function that is called in the main thread on the first signal. It must be quick, and safe
-        at any point of the program.
-    """
+    """Handler for signals that the program does not handle, while a hand is open."""
 
     def __init__(self, let_go: Callable[[], None]) -> None:
         self._let_go = let_go

@@ -11,21 +11,7 @@ from firstcontact.grasp._hand import HandLimits
 
 @dataclass(slots=True)
 class HandCounts:
-    """Counts of the commands to a hand.
-
-    Attributes
-    ----------
-    sent
-        Number of commands sent, without repetitions.
-    clipped
-        Number of commands that were clipped to the hand's limits.
-    superseded
-        Number of commands that were replaced by a newer one or a release while they waited.
-    repeated
-        Number of commands repeated so that the hand's own watchdog does not act.
-    released
-        Number of releases, for any reason.
-    """
+    """Counts of the commands to a hand."""
 
     sent: int = 0
     clipped: int = 0
@@ -42,21 +28,7 @@ class Due:
 
 
 class Pacer:
-    """Schedule of a hand's commands. It has no clock: the caller passes the times.
-
-    Parameters
-    ----------
-    limits
-        Limits of the hand.
-    silence
-        Time without a call from the program after which the hand is released, s. A failed release
-        is tried again after this time.
-
-    Raises
-    ------
-    InputError
-        ``silence`` is not above 0.
-    """
+    """Schedule of a hand's commands. It has no clock: the caller passes the times."""
 
     def __init__(self, limits: HandLimits, silence: float) -> None:
         if not silence > 0:  # true of NaN
@@ -74,13 +46,7 @@ class Pacer:
         self._release_at = inf  # time at which a failed release is tried again
 
     def offer(self, command: Command, now: float) -> None:
-        """Take a command, which replaces a command that still waits.
-
-        Raises
-        ------
-        ValueError
-            Speed or force is not a finite number.
-        """
+        """Take a command, which replaces a command that still waits."""
         if not (isfinite(command.speed) and isfinite(command.force)):
             raise ValueError(
                 f"a hand cannot close at {command.speed} m/s with {command.force} N: use finite "

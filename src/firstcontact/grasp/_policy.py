@@ -85,17 +85,7 @@ class SensorVariant:
 
 @dataclass(frozen=True, slots=True)
 class Tunable:
-    """Setting of a policy that a study tunes. Its key is a parameter of the policy's class.
-
-    Parameters
-    ----------
-    title, unit
-        Name and unit of the setting in tables.
-    scale
-        Factor from the value to the number in the table.
-    tried, few
-        Candidate values in a full study, and in a quick study.
-    """
+    """Setting of a policy that a study tunes. Its key is a parameter of the policy's class."""
 
     title: str
     unit: str

@@ -13,20 +13,7 @@ from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
 
 
 class PrintHand(Hand):
-    """Hand for a dry run. It prints one line per command, but none for a repeated command.
-
-    Parameters
-    ----------
-    port
-        Ignored.
-    out
-        Stream for the lines. None means standard error, because standard output carries data.
-
-    Attributes
-    ----------
-    commands
-        Last thousand orders: each a command, or None for a release.
-    """
+    """Hand for a dry run. It prints one line per command, but none for a repeated command."""
 
     name = "print"
     limits = HandLimits(speed=0.5, force=20.0, rate=200.0, watchdog=inf)

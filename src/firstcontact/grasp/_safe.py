@@ -201,11 +201,7 @@ class SafeHand(Hand):
         return self
 
     def _let_go(self) -> None:
-        """Make the watchdog thread release the hand.
-
-        A signal handler calls this method. The handler must not release the hand itself, because it
-        may have interrupted any code.
-        """
+        """Make the watchdog thread release the hand."""
         self._release_requested = True
         if self._change.acquire(timeout=PROMPT):
             self._change.notify()

@@ -22,30 +22,7 @@ MUTE = 1.0
 
 
 class SeparateHand(Hand):
-    """Hand that a separate process drives. It is a hand itself.
-
-    The process opens the hand's port and receives each order through a pipe. It releases the hand
-    if no order comes for ``silence``, or for the time of the hand's own watchdog. When the pipe
-    ends, the process releases the hand, closes it and exits. The hand is therefore released even
-    when this program is killed or stopped, crashes, or runs code that keeps Python's global lock. A
-    thread could not do that.
-
-    Parameters
-    ----------
-    kind
-        Class of the hand, whose constructor takes a port. The process imports it by its module's
-        name.
-    port
-        Port of the hand.
-    silence
-        Longest time without an order, s. :class:`~firstcontact.grasp._safe.SafeHand` repeats the
-        last order more often.
-
-    Raises
-    ------
-    InputError
-        The class refused the port, here or on entering the ``with`` block.
-    """
+    """Hand that a separate process drives. It is a hand itself."""
 
     def __init__(self, kind: type[Any], port: str | None = None, silence: float = 1.0) -> None:
         hand: Hand = kind(port)
@@ -58,13 +35,7 @@ class SeparateHand(Hand):
         self._unanswered: deque[float] = deque()  # time of each order without an answer
 
     def send(self, command: Command) -> None:
-        """Send the command to the process.
-
-        Raises
-        ------
-        HandError
-            The hand is not open or has failed, or its process does not answer.
-        """
+        """Send the command to the process."""
         if self._child is None:
             raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         self._read_answers(self._child)
@@ -74,13 +45,7 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} takes no orders") from error
 
     def positions(self) -> Sequence[tuple[float, float]]:
-        """Return the positions that the hand last reported; an empty result if its process is late.
-
-        Raises
-        ------
-        HandError
-            As in :meth:`send`.
-        """
+        """Return the positions that the hand last reported, or nothing if its process is late."""
         child = self._child
         if child is None:
             raise HandError(f"the hand {self.name!r} is not open: use it in a with block")

@@ -24,17 +24,7 @@ MOST_POSITIONS = 60
 
 
 class Orders:
-    """Loop that reads orders from the pipe and passes them to a hand.
-
-    Parameters
-    ----------
-    hand
-        Open hand.
-    silence
-        Time without an order after which the hand is released, s.
-    out
-        File descriptor for the answers.
-    """
+    """Loop that reads orders from the pipe and passes them to a hand."""
 
     def __init__(self, hand: Hand, silence: float, out: int) -> None:
         self._hand = hand

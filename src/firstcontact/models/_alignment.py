@@ -50,13 +50,7 @@ class Alignment:
 
 
 def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
-    """Return True if signals start at known contacts instead of detected contacts.
-
-    Raises
-    ------
-    InputError
-        ``contacts`` is not a known word, or no contact of these pinches is known.
-    """
+    """Return True if signals start at known contacts instead of detected contacts."""
     if contacts not in get_args(Contacts):
         raise InputError(
             f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"

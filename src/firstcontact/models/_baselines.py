@@ -79,15 +79,7 @@ def _log_peak(X: NDArray[Any]) -> Values:
 
 
 class PeakModel(ArraysModel):
-    """Model of the log peak, the logarithm of a window's peak amplitude.
-
-    A regression predicts a parabola in the log peak. A classification predicts the class whose mean
-    log peak is nearest.
-
-    For regression, ``weights`` holds the parabola (highest power first) and the range of the
-    training targets, to which predictions are clipped. For classification it holds the mean log
-    peak of each class.
-    """
+    """Model of the log peak, the logarithm of a window's peak amplitude."""
 
     kind: ClassVar[str] = "peak"
     declared: ClassVar[Mapping[str, ArrayCheck]] = {"weights": ArrayCheck(("weights",))}

@@ -46,23 +46,7 @@ SMALLEST = 8
 
 @dataclass(frozen=True)
 class Cnn(Estimator):
-    """Estimator that trains an EfficientNetV2 for one dimension.
-
-    The optimiser is Adam with a one-cycle schedule, and the loss is the MSE.
-
-    For classification the loss is the MSE against one-hot targets. There is no augmentation and no
-    hyper-parameter search, so ``groups`` is not used.
-
-    Parameters
-    ----------
-    task, rate
-        See :class:`Estimator`.
-    epochs
-        Number of passes over the windows.
-    published
-        True to use the paper's schedule: 40 epochs, with the learning rate halved every 5 epochs.
-        The scores are the same, but training takes three times as long.
-    """
+    """Estimator that trains an EfficientNetV2 for one dimension."""
 
     name: ClassVar[str] = "cnn"
     title: ClassVar[str] = "CNN"
@@ -85,10 +69,7 @@ class Cnn(Estimator):
         return self._fit([(X, y, groups)], seed)[0]
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
-        """Fit several networks.
-
-        Networks with equal window shapes and equal numbers of training steps train together.
-        """
+        """Fit several networks."""
         if type(self).fit is not Cnn.fit:  # a subclass trains in its own way
             return super().fit_several(sets, seed)
         return self._fit(sets, seed)
@@ -174,20 +155,7 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
 def _train(
     examples: Sequence[tuple[Inputs, Inputs]], epochs: int, published: bool, seed: int
 ) -> list[EfficientNet]:
-    """Train networks. The seed and the number of threads determine the weights.
-
-    Parameters
-    ----------
-    examples
-        Inputs and targets of each network, with equal batch sizes and numbers of steps.
-    epochs, published, seed
-        As in :class:`Cnn`, and the random seed of each network.
-
-    Returns
-    -------
-    list of EfficientNet
-        Trained networks in evaluation mode.
-    """
+    """Train networks. The seed and the number of threads determine the weights."""
     import torch
 
     from firstcontact.models._efficientnet import EfficientNet

@@ -19,18 +19,7 @@ _BATCH = 256
 
 
 def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return the input of the network: arcsinh of the window divided by a typical amplitude.
-
-    Amplitudes span decades from soft, slow contacts to hard, fast ones. The arcsinh is linear
-    around zero and logarithmic above the typical amplitude.
-
-    Parameters
-    ----------
-    X
-        Windows in V, any shape.
-    scale
-        Typical amplitude (V), then mean and standard deviation of the compressed training windows.
-    """
+    """Return the input of the network: arcsinh of the window divided by a typical amplitude."""
     out: NDArray[np.float32] = np.arcsinh(X * np.float32(1.0 / scale[0]), dtype=np.float32)
     out -= np.float32(scale[1])
     out *= np.float32(1.0 / scale[2])
@@ -38,26 +27,7 @@ def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]
 
 
 class CnnModel(ArraysModel):
-    """Window model: an EfficientNetV2 for one dimension, exported from PyTorch.
-
-    Parameters
-    ----------
-    spec
-        Specification of its inputs and outputs.
-    scale
-        See :func:`compress`.
-    target
-        Mean and standard deviation of the targets of a regression, else (0, 1).
-    training
-        Epochs and batch size, for the card.
-    onnx
-        Bytes of an ONNX model, as :func:`network_export.export` makes it.
-
-    Raises
-    ------
-    InputError
-        The arrays do not fit together, or the network was not exported by this package.
-    """
+    """Window model: an EfficientNetV2 for one dimension, exported from PyTorch."""
 
     kind: ClassVar[str] = "cnn"
     modules: ClassVar[tuple[str, ...]] = ("onnx", "onnxruntime")

@@ -231,11 +231,7 @@ def adapt_combined(
 def _spread_scale(
     base: InContextModel, touches: Touches, shore_a: Values, scheme: str, seed: int
 ) -> NDArray[np.float64]:
-    """Return the factor of the regression's spread at each stage, shape (stages,).
-
-    With this factor, network and regression have the same ratio of spread to error on held-out
-    levels of Shore A. The factor is measured at ``TIMES`` and interpolated for the stages between.
-    """
+    """Return the factor of the regression's spread at each stage, shape (stages,)."""
     ones = np.ones(len(STAGES))
     squares = np.zeros((2, len(TIMES)))
     groups = level_groups(shore_a)
@@ -264,17 +260,7 @@ def _spread_scale(
 
 
 def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
-    """Return positions of at most ``most`` random pinches, as equally many of each Shore A.
-
-    Parameters
-    ----------
-    shore_a
-        Shore A of each pinch, shape (n,).
-    most
-        Largest number of positions.
-    seed
-        Random seed.
-    """
+    """Return positions of at most ``most`` random pinches, as equally many of each Shore A."""
     order = np.random.default_rng(seed).permutation(len(shore_a))
     earlier = np.empty(len(order), np.intp)
     for level in np.unique(shore_a):

@@ -130,23 +130,7 @@ def held_out_bounds(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Iterator[tuple[Interval, NDArray[np.bool_]]]:
-    """Yield the interval of each fold, made from the predictions of the other folds.
-
-    Parameters
-    ----------
-    answers, truth
-        As in :func:`conformal_interval`.
-    folds
-        Fold number of each prediction, shape (n,). All pinches of a session are in one fold.
-    level, limits, spreads
-        As in :func:`conformal_interval`.
-
-    Yields
-    ------
-    interval, in_fold
-        Interval, and mask of the fold's predictions, shape (n,). A fold is skipped if the other
-        folds have too few predictions.
-    """
+    """Yield the interval of each fold, made from the predictions of the other folds."""
     for fold in np.unique(folds):
         in_fold = folds == fold
         if (~in_fold).sum() >= least_answers(level):
@@ -163,16 +147,7 @@ def coverage(
     truth: Values,
     spreads: Values | None = None,
 ) -> dict[str, float]:
-    """Return the share of truths within their bounds, and the mean width of the intervals.
-
-    ``pairs`` is the result of :func:`held_out_bounds`.
-
-    Returns
-    -------
-    dict
-        ``coverage`` (share), ``mean_width`` (unit of the prediction) and ``n``; empty without
-        predictions.
-    """
+    """Return the share of truths within their bounds, and the mean width of the intervals."""
     inside, widths = [], []
     for interval, rows in pairs:
         units = None if spreads is None else spreads[rows]

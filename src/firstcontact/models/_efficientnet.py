@@ -28,22 +28,7 @@ HEAD = 96
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Stage in the sense of EfficientNetV2: a sequence of blocks (groups of layers) of one type.
-
-    Parameters
-    ----------
-    fused
-        True for Fused-MBConv (one wide convolution instead of expansion and depthwise convolution),
-        False for MBConv with squeeze-excitation.
-    expand
-        Factor by which the inner layers are wider than the input.
-    channels
-        Number of output channels.
-    stride
-        Stride of the first block; the other blocks keep the length.
-    blocks
-        Number of blocks.
-    """
+    """Stage in the sense of EfficientNetV2: a sequence of blocks (groups of layers) of one type."""
 
     fused: bool
     expand: int
@@ -109,17 +94,7 @@ class SqueezeExcitation(nn.Module):
 
 
 class MBConv(nn.Module):
-    """Block of a stage: Fused-MBConv, or MBConv with squeeze-excitation.
-
-    Parameters
-    ----------
-    stage
-        Stage that the block belongs to.
-    inputs
-        Number of input channels.
-    stride
-        Stride of this block.
-    """
+    """Block of a stage: Fused-MBConv, or MBConv with squeeze-excitation."""
 
     def __init__(self, stage: Stage, inputs: int, stride: int) -> None:
         super().__init__()
@@ -149,15 +124,7 @@ class MBConv(nn.Module):
 
 
 class EfficientNet(nn.Module):
-    """EfficientNetV2: stem, stages, head, mean over time, and one linear layer.
-
-    Parameters
-    ----------
-    channels
-        Channels of a window.
-    outputs
-        1 for regression, otherwise the number of classes.
-    """
+    """EfficientNetV2: stem, stages, head, mean over time, and one linear layer."""
 
     def __init__(self, channels: int, outputs: int) -> None:
         super().__init__()

@@ -145,10 +145,7 @@ def target_scale(task: Task, y: Values) -> NDArray[np.float64]:
 
 
 def library_targets(task: Task, y: Values) -> NDArray[Any]:
-    """Return targets as scikit-learn accepts them: classes as numbers from 0.
-
-    scikit-learn refuses classes with fractional values.
-    """
+    """Return targets as scikit-learn accepts them: classes as numbers from 0."""
     return np.unique(y, return_inverse=True)[1] if task is Task.CLASSIFICATION else y
 
 

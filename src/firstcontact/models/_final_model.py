@@ -139,10 +139,7 @@ def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
 
 
 def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
-    """Return folds that hold out whole sessions, and their description.
-
-    Without two named sessions there is one fold. It holds out a random fifth of the pinches.
-    """
+    """Return folds that hold out whole sessions, and their description."""
     if data.has_sessions:
         splits = by_session(data.sessions, data.y, seed, folds)
         words = f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"

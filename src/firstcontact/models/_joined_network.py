@@ -16,10 +16,7 @@ from firstcontact.models._efficientnet import EfficientNet
 
 
 class GroupedLinear(nn.Module):
-    """Linear layers of several networks as one layer.
-
-    Each network has its own part of the inputs.
-    """
+    """Linear layers of several networks as one layer."""
 
     def __init__(self, layers: Sequence[nn.Linear]) -> None:
         super().__init__()

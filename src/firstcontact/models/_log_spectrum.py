@@ -42,28 +42,7 @@ LEAST = 1e-3
 
 
 class LogSpectrumModel(ArraysModel):
-    """Linear model on standardised features of the log spectrum.
-
-    Parameters
-    ----------
-    spec
-        Specification of its inputs and outputs.
-    kind
-        Index of the feature type in ``KINDS``, shape (1,).
-    scale
-        Mean and standard deviation of each feature, shape (2, inputs).
-    weights, bias
-        Shapes (inputs, outputs) and (outputs,), with one output per class or one for regression.
-    target
-        Mean and standard deviation of the targets.
-    parameters
-        Inverse strength C of the regularisation, as the search chose it, shape (1,).
-
-    Raises
-    ------
-    InputError
-        The arrays do not fit together.
-    """
+    """Linear model on standardised features of the log spectrum."""
 
     kind: ClassVar[str] = "log_spectrum"
     declared: ClassVar[Mapping[str, ArrayCheck]] = {
@@ -113,16 +92,7 @@ class LogSpectrumModel(ArraysModel):
 
 @dataclass(frozen=True)
 class LogSpectrum(Estimator):
-    """Logistic or ridge regression on the log spectrum without its level.
-
-    Parameters
-    ----------
-    task, rate
-        See :class:`Estimator`.
-    search_windows
-        Largest number of windows for the search of feature type and C. The final model is fitted to
-        all windows.
-    """
+    """Logistic or ridge regression on the log spectrum without its level."""
 
     name: ClassVar[str] = "log_spectrum"
     title: ClassVar[str] = "Log spectrum"
@@ -198,10 +168,7 @@ class LogSpectrum(Estimator):
 def _folds(
     y: Values, groups: NDArray[Any] | None, seed: int
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield folds that hold out one group each, or several if there are many groups.
-
-    Without two groups, the folds hold out random windows.
-    """
+    """Yield folds that hold out one group each, or several if there are many groups."""
     names = np.unique(groups) if groups is not None else np.array([])
     if not 2 <= len(names) <= MOST_GROUPS:
         yield from inner_folds(y, groups, seed, FOLDS)
@@ -211,11 +178,7 @@ def _folds(
 
 
 def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
-    """Return sample weights with mean 1.
-
-    In a classification each class has the same total weight, and within a class each group. In a
-    regression each group has the same total weight.
-    """
+    """Return sample weights with mean 1."""
     weights = np.ones(len(y))
     if groups is not None:
         if task is Task.CLASSIFICATION:

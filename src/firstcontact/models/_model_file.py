@@ -46,18 +46,7 @@ _FORMER = ("card.json", "anytime.json", "*/card.json")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedModel:
-    """Content of a model folder, except the detector.
-
-    Parameters
-    ----------
-    predictors
-        Window models, the shortest window first, and the network. The first one predicts by
-        default.
-    trained_on
-        Training data.
-    digests
-        Digests of the training pinches.
-    """
+    """Content of a model folder, except the detector."""
 
     predictors: tuple[Predictor, ...]
     trained_on: TrainingData
@@ -67,15 +56,7 @@ class SavedModel:
 def write_model(
     folder: Path, predictors: Sequence[Predictor], trained_on: TrainingData, digests: Digests
 ) -> None:
-    """Write card and weights into a folder. The detector, if any, must already be in it.
-
-    Raises
-    ------
-    InputError
-        The card is invalid and could not be loaded again.
-    ValueError
-        The card cannot be stored as JSON.
-    """
+    """Write card and weights into a folder. The detector, if any, must already be in it."""
     card = ModelCard(
         trained_on=trained_on,
         predictors=tuple(predictor.card() for predictor in predictors),
@@ -98,14 +79,7 @@ def has_model(folder: Path) -> bool:
 
 
 def read_model(folder: Path) -> SavedModel:
-    """Read card and weights of a folder. Nothing in them is executed.
-
-    Raises
-    ------
-    InputError
-        A file is missing, damaged, inconsistent, or from another program or version. Or the
-        detector belongs to another model.
-    """
+    """Read card and weights of a folder. Nothing in them is executed."""
     card = read_card(folder)
     for part in card.predictors:
         if isinstance(part, WindowCard):
@@ -153,10 +127,7 @@ def model_folder(path: AnyPath) -> Path:
 
 
 def check_former(folder: Path) -> None:
-    """Refuse a folder of format version 1.
-
-    The InputError names the command that trains the model again.
-    """
+    """Refuse a folder of format version 1."""
     for pattern in _FORMER:
         for card in folder.glob(pattern):
             raise InputError(

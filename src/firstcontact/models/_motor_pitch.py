@@ -44,10 +44,7 @@ class Ear(TypedDict):
 
 @lru_cache(maxsize=8)
 def ear(rate: float) -> Ear:
-    """Return the constants of the spectrum at a sampling rate.
-
-    If the rate is below 4.6 kHz, the highest frequencies are missing and count as silent.
-    """
+    """Return the constants of the spectrum at a sampling rate."""
     quiet = samples_in(BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
     place = np.geomspace(LOWEST, HIGHEST, LINES) * (TURN / rate)
     cell = np.minimum(place.astype(np.int32), TURN // 2 - 1).astype(np.int32)
@@ -80,15 +77,7 @@ def spectra(signals: Signals, rate: float) -> Spectra:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorPitch:
-    """Spectrum of a rig's motor at its usual speed.
-
-    Parameters
-    ----------
-    reference
-        Spectrum, shape (LINES,).
-    usual
-        Median shift of the rig's own contacts relative to the reference.
-    """
+    """Spectrum of a rig's motor at its usual speed."""
 
     reference: Spectra
     usual: float
@@ -110,14 +99,7 @@ class MotorPitch:
         return cls(reference, float(np.median(shift)) * STEP)
 
     def listen(self, heard: Spectra) -> tuple[Values, Values]:
-        """Return the speed relative to the rig's usual speed.
-
-        Returns
-        -------
-        speed, alike : ndarray
-            ln(speed / usual speed), and correlation with the reference, between 0 and 1. If the
-            correlation is below ``BELIEVED``, the speed is a guess. Shape (n,).
-        """
+        """Return the speed relative to the rig's usual speed."""
         shift, alike = chain.shifts(heard, self.reference)
         speed = shift.astype(np.float64) * STEP - self.usual
         return speed, np.clip(alike, 0.0, 1.0).astype(np.float64)

@@ -97,17 +97,7 @@ class Adapted:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IntervalCheck:
-    """Check of a model's intervals on held-out pinches of the rig.
-
-    Parameters
-    ----------
-    n
-        Number of held-out pinches.
-    coverage
-        Share of truths inside the unwidened intervals, at the time where this share is lowest.
-    scales
-        Factor at each stage, at least 1, with which the intervals reach their nominal coverage.
-    """
+    """Check of a model's intervals on held-out pinches of the rig."""
 
     n: int
     coverage: float
@@ -181,10 +171,7 @@ WAYS = ("one", "each finger")
 
 
 def _is_clearly_worse(one: HeldOut, other: HeldOut, sessions: NDArray[np.str_] | None) -> bool:
-    """Return True if the first squared errors exceed the others by more than a standard error.
-
-    The standard error of the sum is that of sessions, or of single pinches without sessions.
-    """
+    """Return True if the first squared errors exceed the others by more than a standard error."""
     groups = one.rows if sessions is None else sessions[one.rows]
     excess = np.bincount(np.unique(groups, return_inverse=True)[1], one.errors**2 - other.errors**2)
     return len(excess) > 1 and bool(excess.sum() > np.sqrt(len(excess)) * excess.std(ddof=1))
@@ -197,17 +184,7 @@ Condition = Callable[[Touches, Values], InContextModel]
 def known_rigs(
     touches: Touches, shore_a: Values, scheme: str, seed: int
 ) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
-    """Return the rigs of labelled contacts, and the positions of the contacts used for each.
-
-    Parameters
-    ----------
-    touches, shore_a
-        Labelled contacts, shape (n,).
-    scheme
-        One of ``WAYS``: all fingers are one rig, or each finger is a rig of its own.
-    seed
-        Random seed for choosing pinches, if a level has too many.
-    """
+    """Return the rigs of labelled contacts, and the positions of the contacts used for each."""
 
     def rig(members: NDArray[np.intp]) -> tuple[Rig, NDArray[np.intp]]:
         chosen = members[_choose_pinches(shore_a[members], seed)]
@@ -234,19 +211,7 @@ def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldOut:
-    """Errors of predictions for held-out pinches of a rig.
-
-    Parameters
-    ----------
-    errors, from_mean
-        Errors at the longest time, Shore A, shape (n,): those of the model, and those of the mean
-        of the pinches that are not held out.
-    ratios
-        Absolute error divided by the half width of the interval, at each of ``TIMES``, shape
-        (times, n).
-    rows
-        Positions of the held-out pinches, shape (n,).
-    """
+    """Errors of predictions for held-out pinches of a rig."""
 
     errors: Values
     from_mean: Values
@@ -270,15 +235,7 @@ def score_held_out(
     sessions: NDArray[np.str_] | None,
     seed: int,
 ) -> HeldOut | None:
-    """Predict held-out pinches of a rig. Return None if none can be held out.
-
-    Parameters
-    ----------
-    condition
-        Function that makes the model from the pinches that are not held out.
-    touches, shore_a, sessions, seed
-        As in :func:`adapt_network`.
-    """
+    """Predict held-out pinches of a rig. Return None if none can be held out."""
     parts = []
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
         if len(np.unique(shore_a[learn])) < 2 or not len(ask):

@@ -17,24 +17,7 @@ Shape = tuple[int, int]
 
 
 class NetworkSteps:
-    """Converter from a graph to steps, node by node.
-
-    It knows only the nodes that firstcontact exports.
-
-    Parameters
-    ----------
-    raw
-        Graph that :class:`firstcontact.models._network.Network` accepted.
-    samples, channels
-        Shape of a window.
-    compressed
-        Name of the network's input vector: all channels of each sample.
-
-    Raises
-    ------
-    InputError
-        The graph holds a node that has no step.
-    """
+    """Converter from a graph to steps, node by node."""
 
     def __init__(self, raw: bytes, samples: int, channels: int, compressed: str) -> None:
         from onnx import ModelProto, numpy_helper
@@ -55,10 +38,7 @@ class NetworkSteps:
         self.output = self._vectors[graph.output[0].name]
 
     def _add(self, node: Any, make: Callable[[str], Step], shape: Shape) -> None:
-        """Add the step of a node.
-
-        The step's name is the node's position, not the name in the file.
-        """
+        """Add the step of a node."""
         gives = f"layer{len(self.steps)}"
         self.steps.append(make(gives))
         self._vectors[node.output[0]], self._shapes[node.output[0]] = gives, shape

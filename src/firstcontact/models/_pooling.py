@@ -18,19 +18,7 @@ SHARED = 0.89
 
 @dataclass(frozen=True, slots=True)
 class Combined:
-    """Pooled prediction from several pinches of one object.
-
-    Parameters
-    ----------
-    value
-        Shore A.
-    low, high
-        Ends of the interval, Shore A.
-    half_width
-        Half width of the interval before clipping to the scale, Shore A.
-    pinches
-        Number of pooled pinches.
-    """
+    """Pooled prediction from several pinches of one object."""
 
     value: float
     low: float

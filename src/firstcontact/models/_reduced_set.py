@@ -27,28 +27,7 @@ def reduced_sets(
     inputs: NDArray[Any],
     sizes: Sequence[int],
 ) -> Iterator[tuple[NDArray[np.intp], Real, Real]]:
-    """Yield reduced sets of several sizes.
-
-    Parameters
-    ----------
-    vectors
-        Support vectors of the machine, shape (m, inputs).
-    gamma
-        Gamma of the machine's kernel.
-    weights
-        Weights of the machine without biases, shape (rows, m), with one row per output.
-    inputs
-        Inputs on which the outputs are fitted, shape (n, inputs).
-    sizes
-        Sizes of the reduced sets, ascending. Sizes of m and more are skipped.
-
-    Yields
-    ------
-    chosen
-        Indices of the chosen vectors, shape (size,).
-    weights, bias
-        Weights of the chosen vectors, shape (rows, size), and biases, shape (rows,).
-    """
+    """Yield reduced sets of several sizes."""
     wide = vectors.astype(np.float64)
     kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
     wanted = kernel @ weights.T.astype(np.float64)

@@ -31,13 +31,7 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
 
 
 def model_kind(kind: str) -> type[WindowModel]:
-    """Return the class of window models with this ``kind`` in their cards.
-
-    Raises
-    ------
-    InputError
-        No registered estimator makes models of this kind.
-    """
+    """Return the class of window models with this ``kind`` in their cards."""
     from firstcontact.models._regressor import RegressorModel
 
     if kind == RegressorModel.kind:

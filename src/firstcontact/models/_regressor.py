@@ -54,17 +54,7 @@ NOISE = (20, 74)
 
 
 class RegressorModel(WindowModel):
-    """Fitted scikit-learn regressor or classifier.
-
-    Parameters
-    ----------
-    spec
-        Specification of the model's windows and predictions.
-    fitted
-        Fitted object with ``predict(X)``, for X of shape (n, samples * channels), V.
-    title
-        Name for messages.
-    """
+    """Fitted scikit-learn regressor or classifier."""
 
     kind: ClassVar[str] = "sklearn"
     modules: ClassVar[tuple[str, ...]] = ("skops",)
@@ -103,13 +93,7 @@ class RegressorModel(WindowModel):
         return predicted
 
     def to_arrays(self) -> Arrays:
-        """Return the bytes of a skops file.
-
-        Raises
-        ------
-        InputError
-            The object has a type that is not trusted. The message names it.
-        """
+        """Return the bytes of a skops file."""
         return {
             "skops": np.frombuffer(to_skops(self._fitted, self._title), np.uint8),
             "title": np.frombuffer(self._title.encode(), np.uint8),
@@ -117,13 +101,7 @@ class RegressorModel(WindowModel):
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """Build the model from the bytes of a skops file, as :meth:`to_arrays` returned them.
-
-        Raises
-        ------
-        InputError
-            The file is damaged, or contains a type that is not trusted.
-        """
+        """Build the model from the bytes of a skops file, as :meth:`to_arrays` returned them."""
         title = arrays["title"].tobytes().decode(errors="replace")[:200]
         fitted = from_skops(arrays["skops"].tobytes())
         if not callable(getattr(fitted, "predict", None)):
@@ -133,10 +111,7 @@ class RegressorModel(WindowModel):
 
 @dataclass(frozen=True)
 class RegressorEstimator(Estimator):
-    """Base of the estimators that :func:`regressor_estimator` makes from regressors.
-
-    Every training uses an unfitted copy. Random states that are not set get the training's seed.
-    """
+    """Base of the estimators that :func:`regressor_estimator` makes from regressors."""
 
     model: ClassVar[type[WindowModel]] = RegressorModel
     modules: ClassVar[tuple[str, ...]] = ("skops",)
@@ -163,11 +138,7 @@ class RegressorEstimator(Estimator):
 
     @classmethod
     def check_saved(cls, seed: int) -> None:
-        """Raise InputError before training if the object could not be saved.
-
-        Fitting may add types, so the object is first fitted to noise. An object that noise cannot
-        fit is checked unfitted.
-        """
+        """Raise InputError before training if the object could not be saved."""
         with ForeignCode(cls.title):
             example = fresh(cls.regressor, seed)
         noise = np.random.default_rng(seed).standard_normal(NOISE)
@@ -183,21 +154,7 @@ class RegressorEstimator(Estimator):
 
 
 def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimator]:
-    """Return an estimator class for a scikit-learn regressor or classifier.
-
-    Parameters
-    ----------
-    regressor
-        Class, which is called without arguments, or with ``random_state`` if it accepts that; or an
-        instance, such as a pipeline, which is copied.
-    name
-        Name in results and messages; the class name if empty.
-
-    Raises
-    ------
-    InputError
-        The object lacks ``fit`` or ``predict``.
-    """
+    """Return an estimator class for a scikit-learn regressor or classifier."""
     kind = regressor if isinstance(regressor, type) else type(regressor)
     title = name or kind.__name__
     with ForeignCode(title):
@@ -217,16 +174,7 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
 
 
 def imported(name: str) -> Any:
-    """Import the regressor that ``PACKAGE:NAME`` names. This runs code of its package.
-
-    The package may be in the working folder, which joins the end of the import path, so that the
-    package can import more of its modules later.
-
-    Raises
-    ------
-    InputError
-        The regressor cannot be imported.
-    """
+    """Import the regressor that ``PACKAGE:NAME`` names. This runs code of its package."""
     module, _, path = name.partition(":")
     try:
         with ForeignCode(name):
@@ -277,13 +225,7 @@ def flat(X: Windows) -> NDArray[np.float64]:
 
 
 def to_skops(fitted: Any, title: str) -> bytes:
-    """Return an object as the bytes of a skops file; equal objects give equal bytes.
-
-    Raises
-    ------
-    InputError
-        A type is not trusted (the message names it), or skops cannot write the object.
-    """
+    """Return an object as the bytes of a skops file; equal objects give equal bytes."""
     from skops.io import dumps
 
     try:
@@ -297,13 +239,7 @@ def to_skops(fitted: Any, title: str) -> bytes:
 
 
 def from_skops(raw: bytes) -> Any:
-    """Return the object in a skops file.
-
-    Raises
-    ------
-    InputError
-        The file is damaged, or contains a type that is not trusted; the message names it.
-    """
+    """Return the object in a skops file."""
     from skops.io import loads
 
     try:

@@ -119,10 +119,7 @@ def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
 
 
 def level_groups(shore_a: Values) -> NDArray[np.intp]:
-    """Return the group of each pinch: its level of Shore A, or neighbouring levels.
-
-    At most ``LEVELS`` groups are made.
-    """
+    """Return the group of each pinch: its level of Shore A, or neighbouring levels."""
     values, group = np.unique(shore_a, return_inverse=True)
     if len(values) <= LEVELS:
         return group.astype(np.intp)

@@ -32,22 +32,7 @@ LARGEST = 10.0
 
 
 class RigRegression:
-    """Regression from features to Shore A, fitted to the pinches of one rig alone.
-
-    Parameters
-    ----------
-    inputs
-        Features of the pinches, shape (stages, n, ``WIDTH``).
-    shore_a
-        Shore A of the objects, shape (n,).
-    scale
-        Factor on the spread at each stage, shape (stages,).
-
-    Raises
-    ------
-    InputError
-        Values of the arrays are out of range.
-    """
+    """Regression from features to Shore A, fitted to the pinches of one rig alone."""
 
     def __init__(
         self, inputs: NDArray[np.float64], shore_a: Values, scale: NDArray[np.float64]
@@ -91,13 +76,7 @@ class RigRegression:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], at: str) -> Self:
-        """Return the regression in the arrays whose names begin with ``at``.
-
-        Raises
-        ------
-        InputError
-            Arrays are missing or do not fit together.
-        """
+        """Return the regression in the arrays whose names begin with ``at``."""
         shore_a = take_array(arrays, at + "shore_a", None).astype(np.float64)
         inputs = take_array(arrays, at + "inputs", len(STAGES), len(shore_a), WIDTH)
         scale = take_array(arrays, at + "scale", len(STAGES)).astype(np.float64)

@@ -28,21 +28,7 @@ FENCE = 2.0
 
 @dataclass(frozen=True, slots=True)
 class RigSpeeds:
-    """Closing speeds of a rig, from its hand's measurements and its motor's pitch.
-
-    The network treats a speed as exact, so the chain gives it the posterior mean of the speed. A
-    measurement counts more if its error is small compared with the spread of the rig's speeds.
-
-    Parameters
-    ----------
-    usual
-        Median of the measured closing speeds, m/s.
-    spread
-        Standard deviation of ln(speed) between pinches, without the error of measurement.
-    heard_error
-        Standard deviation of the error of ln(speed), if the speed is estimated from the motor's
-        pitch; infinite if the pitch is useless.
-    """
+    """Closing speeds of a rig, from its hand's measurements and its motor's pitch."""
 
     usual: float
     spread: float = ASSUMED
@@ -52,19 +38,7 @@ class RigSpeeds:
     def fit(
         cls, speeds: Values, errors: Values, heard: Values, believed: NDArray[np.bool_]
     ) -> Self | None:
-        """Return the speeds of a rig from its own pinches.
-
-        Return None if no speed was measured, or if the errors exceed the spread of the speeds.
-        Single outliers have no influence.
-
-        Parameters
-        ----------
-        speeds, errors
-            As in :class:`firstcontact.models._touches.Touches`, shape (n,).
-        heard, believed
-            Estimates of ln(speed / usual) from the motor's pitch, and mask of the trusted
-            estimates, shape (n,).
-        """
+        """Return the speeds of a rig from its own pinches."""
         is_measured = np.isfinite(speeds) & (_bounded(errors) <= USELESS)
         if not is_measured.any():
             return None
@@ -90,10 +64,7 @@ def _bounded(errors: Values) -> Values:
 
 
 def _spread(values: Values, noise: Values) -> float:
-    """Return the standard deviation of values without outliers, corrected for their noise.
-
-    ``noise`` holds the variances of the noise.
-    """
+    """Return the standard deviation of values without outliers, corrected for their noise."""
     low, high = np.quantile(values, [0.25, 0.75])
     reach = FENCE * max(high - low, LEAST)
     usual = values[(values >= low - reach) & (values <= high + reach)]

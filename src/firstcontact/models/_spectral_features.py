@@ -53,13 +53,7 @@ def log_bins(waves: Values, rate: float) -> Values:
 
 
 def course(waves: Values, rate: float) -> Values:
-    """Return features of the windows' course in time, shape (n, 8).
-
-    The features are the times of energy quantiles, the share of sign changes, the roughness, and
-    the time of the peak.
-
-    Times are shares of the window.
-    """
+    """Return features of the windows' course in time, shape (n, 8)."""
     n = waves.shape[1]
     energy = np.cumsum(waves**2, axis=1)
     total = np.maximum(energy[:, -1:], _TINY)
@@ -84,10 +78,7 @@ def _fade(n: int) -> Values:
 
 
 def faded_lines(samples: int, length: int) -> NDArray[np.complex128]:
-    """Return the matrix that fades out the end of a window and maps it to its spectrum.
-
-    Its shape is (lines, samples).
-    """
+    """Return the matrix that fades out the end of a window and maps it to its spectrum."""
     each: NDArray[np.complex128] = np.fft.rfft(np.diag(_fade(samples)), length, axis=1).T
     return each
 
@@ -101,10 +92,7 @@ def _level_free(power: Values) -> Values:
 
 @cache
 def in_bands(padded: int, rate: float) -> NDArray[np.float64]:
-    """Return the weights for the mean of a spectrum's lines in each band, shape (lines, BANDS).
-
-    A band without lines uses the line nearest to its middle.
-    """
+    """Return the weights for the mean of a spectrum's lines in each band, shape (lines, BANDS)."""
     lines = np.fft.rfftfreq(padded, 1.0 / rate)
     edges = np.geomspace(min(LOWEST, rate / 8), rate / 2, BANDS + 1)
     inside = (lines[:, None] >= edges[:-1]) & (lines[:, None] <= edges[1:])

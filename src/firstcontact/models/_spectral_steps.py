@@ -23,17 +23,7 @@ COURSE = len(QUANTILES) + 3
 
 
 def spectral_program(kind: str, spec: Spec, weights: Values, offset: Values) -> Program:
-    """Return the arithmetic of a linear model on the features of each channel, as steps.
-
-    Parameters
-    ----------
-    kind
-        One of ``KINDS``.
-    spec
-        Specification of the windows.
-    weights, offset
-        Weights and offset for unscaled features, shapes (outputs, features) and (outputs,).
-    """
+    """Return the arithmetic of a linear model on the features of each channel, as steps."""
     n, channels = spec.samples, spec.channels
     made: list[Step] = [shapes.over_peak(INPUT, "waves", n * channels)]
     parts: list[str] = []

@@ -91,10 +91,7 @@ class Svm(Estimator):
 
 
 def _sample(task: Task, y: Values) -> NDArray[np.intp]:
-    """Return the indices of the windows that the model is fitted to, ascending.
-
-    Each class has at least one window.
-    """
+    """Return the indices of the windows that the model is fitted to, ascending."""
     if len(y) <= MOST_WINDOWS:
         return np.arange(len(y))
     order = np.random.default_rng(0).permutation(len(y))
@@ -122,28 +119,7 @@ def search(
     seed: int,
     most: int = SEARCH_WINDOWS,
 ) -> tuple[float, float, float]:
-    """Choose C, gamma and epsilon on three grouped folds of at most ``most`` windows.
-
-    Parameters
-    ----------
-    task
-        Task, which determines the loss: error rate or RMSE.
-    inputs
-        Inputs with unit variance, shape (n, inputs).
-    y
-        Classes, or standardised targets, shape (n,).
-    groups
-        Session of each window.
-    seed
-        Random seed of the sample and the folds.
-    most
-        Largest number of windows for the search.
-
-    Returns
-    -------
-    tuple
-        C, gamma, epsilon (0 for classification).
-    """
+    """Choose C, gamma and epsilon on three grouped folds of at most ``most`` windows."""
     from sklearn import config_context
 
     rng = np.random.default_rng(seed)
@@ -197,11 +173,7 @@ def _loss(
     asked_kernel: NDArray[np.float64],
     truth: Values,
 ) -> float:
-    """Return the error rate or RMSE of a candidate on one fold.
-
-    ``kernel`` holds the kernel values of all pairs of training windows, ``asked_kernel`` those of
-    all pairs of a test and a training window.
-    """
+    """Return the error rate or RMSE of a candidate on one fold."""
     machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
     predicted = machine.fit(kernel, y).predict(asked_kernel)
     if task is Task.CLASSIFICATION:
@@ -234,11 +206,7 @@ def _model(
 
 
 def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
-    """Return a row of weights for each pair of classes, from libsvm's packed coefficients.
-
-    ``dual`` has the shape (classes - 1, m). For a vector of class i, its coefficient against class
-    j is in row j - 1 if j > i, else in row j.
-    """
+    """Return a row of weights for each pair of classes, from libsvm's packed coefficients."""
     end = np.cumsum(counts)
     start = end - counts
     pairs = list(combinations(range(len(counts)), 2))

@@ -216,25 +216,7 @@ def valid_samples(
     contacts: Sequence[Contact | None],
     seconds: Sequence[Contact | None] | None = None,
 ) -> NDArray[np.intp]:
-    """Return the number of samples after each first contact in which only that finger touches.
-
-    These samples end with the pinch or before the second contact. No prediction uses later samples.
-
-    Parameters
-    ----------
-    dataset
-        The pinches.
-    contacts
-        First contact of each pinch; None if unknown.
-    seconds
-        Second contacts; by default those known from the pinches.
-
-    Returns
-    -------
-    ndarray
-        Number of samples, shape (n,); 0 without a contact, or if it is placed after the second
-        contact.
-    """
+    """Return the number of samples after each first contact in which only that finger touches."""
     second_contacts = [p.second for p in dataset.pinches] if seconds is None else list(seconds)
     out = np.zeros(len(dataset), np.intp)
     triples = zip(dataset.pinches, contacts, second_contacts, strict=True)

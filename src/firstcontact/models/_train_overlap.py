@@ -63,22 +63,7 @@ SEEN, NAMESAKES = "seen in training", "names as in the training, other samples"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainOverlap:
-    """Masks of pinches by their relation to a model's training, shape (pinches,).
-
-    Parameters
-    ----------
-    seen
-        Training pinches: the same samples, under any name.
-    namesakes
-        Pinches with the source, session and specimen of a training pinch, but other samples. They
-        may be new, or resampled, filtered or newly cut training pinches. Unnamed specimens of a
-        session may be the same.
-    same_session, same_specimen
-        Pinches that share only the session with training pinches, and pinches that share only the
-        specimen. Unnamed sessions are never shared.
-    new
-        All other pinches.
-    """
+    """Masks of pinches by their relation to a model's training, shape (pinches,)."""
 
     seen: Mask
     namesakes: Mask
@@ -116,15 +101,7 @@ class TrainOverlap:
 
 
 def train_overlap(dataset: Dataset, trained_on: TrainingData, digests: Digests) -> TrainOverlap:
-    """Group pinches by their relation to a model's training.
-
-    Parameters
-    ----------
-    dataset
-        Pinches as loaded, because resampled pinches have other digests.
-    trained_on, digests
-        Training data of the model, and the digests of its training pinches.
-    """
+    """Group pinches by their relation to a model's training."""
     seen = np.isin(pinch_digests(dataset.pinches), digests)
     unseen = ~dataset.test & ~seen
     specimen = _same_specimen(dataset, trained_on) & unseen
@@ -143,11 +120,7 @@ def train_overlap(dataset: Dataset, trained_on: TrainingData, digests: Digests) 
 
 
 def _same_specimen(dataset: Dataset, trained_on: TrainingData) -> Mask:
-    """Return a mask of the pinches whose specimen is one of the training.
-
-    The training's names hold object and level only if several objects share a name, and never in
-    models of earlier versions. So a plain name must also belong to an object of the training.
-    """
+    """Return a mask of the pinches whose specimen is one of the training."""
     full = [full_specimen(pinch.label)[:LONGEST_NAME] for pinch in dataset.pinches]
     is_same: Mask = np.isin(dataset.specimens, trained_on.specimens)
     if trained_on.objects:

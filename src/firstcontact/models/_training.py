@@ -86,11 +86,7 @@ class LabelledWindows:
 def resampling_clusters(
     sessions: NDArray[np.str_], specimens: NDArray[np.str_]
 ) -> NDArray[np.str_]:
-    """Return the cluster of each pinch for the bootstrap, which draws whole clusters.
-
-    Clusters are the sessions if there are several and all have a name; otherwise the specimens, by
-    the same rule; otherwise the single pinches.
-    """
+    """Return the cluster of each pinch for the bootstrap, which draws whole clusters."""
     for names in (sessions, specimens):
         if _tells_apart(names):
             return names
@@ -310,10 +306,7 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[V
 def held_out_with_spread(
     runner: Runner, questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
-    """Return the predictions of :func:`held_out`, each with its predicted standard deviation.
-
-    The standard deviations are None for a question whose models predict none.
-    """
+    """Return the predictions of :func:`held_out`, each with its predicted standard deviation."""
     from firstcontact.models._registry import find_estimator
 
     jobs = []

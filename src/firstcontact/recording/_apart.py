@@ -16,23 +16,7 @@ T = TypeVar("T")
 
 
 def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
-    """Call a function in another process and return its result, or raise its exception.
-
-    Parameters
-    ----------
-    seconds
-        Longest time for the call, s. After it the process is killed.
-    function
-        Function at the top level of a module, so that it can be pickled. The types of its arguments
-        and results must be pickleable, too.
-    arguments
-        Arguments of the function.
-
-    Raises
-    ------
-    OSError
-        The call took longer than ``seconds``, or its process crashed.
-    """
+    """Call a function in another process and return its result, or raise its exception."""
     parent_end, child_end = multiprocessing.Pipe()
     # A process with threads cannot be forked safely. A new process takes some 0.3 s to start.
     if threading.active_count() == 1:

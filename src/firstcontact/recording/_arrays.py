@@ -53,26 +53,12 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from an HDF5 file. The file states its rate, so ``rate`` is ignored.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or an array or attribute is invalid; the message names it.
-    """
+    """Import pinches from an HDF5 file. The file states its rate, so ``rate`` is ignored."""
     return from_arrays(path, *read_hdf5(path, _KNOWN, (*SETTINGS, LAYOUT)))
 
 
 def import_npz(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a NumPy archive. The file states its rate, so ``rate`` is ignored.
-
-    Pickled objects are refused.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or an array is invalid; the message names it.
-    """
+    """Import pinches from a NumPy archive. The file states its rate, so ``rate`` is ignored."""
     return from_arrays(path, *read_npz(path, _KNOWN))
 
 

@@ -35,13 +35,7 @@ class Signal:
 
 
 def read_signals(table: Path) -> list[Signal]:
-    """Return the rows of a table of channels.
-
-    Raises
-    ------
-    InputError
-        A row is invalid; the message names the line.
-    """
+    """Return the rows of a table of channels."""
     out = []
     for line, row in read_rows(table, ["variable"]):
         origin = f"{table}: line {line}"

@@ -111,25 +111,7 @@ class FileSettings:
 
 
 def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
-    """Return the sensor whose signal a file holds, by the name of the signal.
-
-    Parameters
-    ----------
-    origin
-        Name of the file, for messages.
-    names
-        Names of the arrays or columns in the file.
-    remedy
-        Remedy for a missing signal.
-    end
-        Suffix of one finger's signal, such as "_index". A sensor's name with this suffix also
-        counts as the sensor's name.
-
-    Raises
-    ------
-    InputError
-        The file has no signal of a sensor, or signals of several sensors.
-    """
+    """Return the sensor whose signal a file holds, by the name of the signal."""
     sensors = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(names)]
     if not sensors:
         raise InputError(f"{origin} has no {remedy}")
@@ -144,15 +126,7 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
 def read_settings(
     origin: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
 ) -> FileSettings:
-    """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``.
-
-    If the values include ``LAYOUT``, all settings but the source come from this layout.
-
-    Raises
-    ------
-    InputError
-        ``sample_rate_hz`` or the unit is missing, or a value is impossible.
-    """
+    """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``."""
     source = check_source(origin, given.get("source", "unknown"))
     if LAYOUT in given:
         layout = read_layout(origin, given[LAYOUT])
@@ -200,13 +174,7 @@ def read_settings(
 
 
 def read_layout(origin: str, text: Any) -> Layout:
-    """Return the layout that an exported file states, from its JSON.
-
-    Raises
-    ------
-    InputError
-        The text is no layout, or the layout cannot be used.
-    """
+    """Return the layout that an exported file states, from its JSON."""
     place, remedy = f"{origin}: '{LAYOUT}'", "export the recordings again"
     layout = read_record(as_text(text).encode(), Layout, place, remedy)
     if layout.fault:
@@ -232,13 +200,7 @@ def check_source(origin: str, value: Any) -> str:
 
 
 def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Convert integers to int16 or int32, and floats to float32.
-
-    Raises
-    ------
-    InputError
-        The values are empty, no numbers, not finite, or too large.
-    """
+    """Convert integers to int16 or int32, and floats to float32."""
     if values.dtype.kind not in "iuf":
         raise InputError(f"{origin} holds {values.dtype} and must hold integers or floats")
     if not values.size:
@@ -262,10 +224,7 @@ def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def is_rounded_away(values: NDArray[Any]) -> bool:
-    """Return True if float32 cannot hold a vibration, such as a small one on a large offset.
-
-    The values have the shape (samples,), (samples, columns) or (pinches, samples, ...).
-    """
+    """Return True if float32 cannot hold a vibration, such as a small one on a large offset."""
     if values.dtype.kind != "f" or values.dtype.itemsize <= 4:
         return False
     values = values if values.ndim > 2 else values[None]
@@ -274,13 +233,7 @@ def is_rounded_away(values: NDArray[Any]) -> bool:
 
 
 def check_vibration(origin: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Convert the samples of a vibration as :func:`check_samples` does.
-
-    Raises
-    ------
-    InputError
-        The samples are invalid, or float32 cannot hold the vibration.
-    """
+    """Convert the samples of a vibration as :func:`check_samples` does."""
     samples = check_samples(origin, values)
     if is_rounded_away(values):
         raise InputError(
@@ -291,24 +244,7 @@ def check_vibration(origin: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
-    """Raise an error if forces exceed what a taxel can give, because their unit must be wrong.
-
-    With a wrong unit the hand could seem to hold an object, which hides the start of the motor.
-
-    Parameters
-    ----------
-    origin
-        File and column, for messages.
-    values
-        Values from the file.
-    unit
-        Key of ``FORCE_UNITS``.
-
-    Raises
-    ------
-    InputError
-        The values exceed ``FORCE_MOST``.
-    """
+    """Raise an error if forces exceed what a taxel can give, because their unit must be wrong."""
     most = float(np.abs(values.astype(np.float64)).max(initial=0.0))
     if most * FORCE_UNITS[unit] > FORCE_MOST:
         allowed = "counts (10 bits over 3.3 V)" if unit == "V" else "V"

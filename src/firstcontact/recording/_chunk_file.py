@@ -39,22 +39,7 @@ _CHANNEL = struct.Struct("<H")
 
 
 class ChunkFile:
-    """MCAP file of uncompressed chunks.
-
-    Parameters
-    ----------
-    stream
-        Empty file, open for writing and reading. The caller closes it.
-    chunk_size
-        Size above which a chunk is written, bytes.
-    profile, library
-        Fields of the file's header.
-
-    Raises
-    ------
-    OSError
-        Raised by any method if the file cannot be written.
-    """
+    """MCAP file of uncompressed chunks."""
 
     def __init__(self, stream: BufferedRandom, chunk_size: int, profile: str, library: str) -> None:
         self._stream = stream

@@ -50,10 +50,7 @@ class Scan:
 
 
 class _FileBytes:
-    """Bytes of a file, read when they are needed.
-
-    ``mmap`` would kill the process if another program shortens the file.
-    """
+    """Bytes of a file, read when they are needed."""
 
     def __init__(self, path: Path, stream: IO[bytes]) -> None:
         self._path, self._stream = path, stream
@@ -74,13 +71,7 @@ class _FileBytes:
 
 
 def scan(path: Path) -> Scan:
-    """Read all intact chunks of an MCAP file.
-
-    Raises
-    ------
-    InputError
-        The file cannot be opened, is empty, or is not MCAP of a known version.
-    """
+    """Read all intact chunks of an MCAP file."""
     if path.is_dir():
         raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
     try:

@@ -55,20 +55,7 @@ _RATES_AGREE = 0.01
 
 
 def import_csv(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a long CSV.
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-    rate
-        Rate, Hz, for a file with neither ``sample_rate_hz`` nor ``time_s``.
-
-    Raises
-    ------
-    InputError
-        A column or value is invalid; the message names the line or pinch.
-    """
+    """Import pinches from a long CSV."""
     columns = read_columns(path)
     if "pinch" not in columns:
         raise InputError(

@@ -245,11 +245,7 @@ def pinches_by_session(dataset: Dataset) -> dict[str, list[Pinch]]:
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Renumber the pinches one after the other, with a gap of one sample between them.
-
-    Use it for data without sample numbers. The gap shows that a pinch does not continue the
-    previous one.
-    """
+    """Renumber the pinches one after the other, with a gap of one sample between them."""
     numbered = []
     start = 0
     for pinch in pinches:

@@ -46,14 +46,7 @@ class Event:
 
 
 def read_event_table(table: Path) -> Columns:
-    """Read the columns of a CSV or label track.
-
-    Raises
-    ------
-    InputError
-        The table cannot be read, or gives contacts relative to the start of a pinch instead of the
-        file.
-    """
+    """Read the columns of a CSV or label track."""
     columns = read_track(table) if is_track(table) else read_columns(table)
     for name in CONTACT_COLUMNS:
         if name in columns and name != _FINGER:
@@ -73,26 +66,7 @@ def find_events(
     shapes: Sequence[tuple[int, ...]],
     rates: Sequence[float],
 ) -> list[Event]:
-    """Return the contacts in the order of the rows.
-
-    Parameters
-    ----------
-    table
-        Path of the table, for messages.
-    columns
-        Columns of the table.
-    of_rows
-        File number of each row; None for a row whose file is not used. Empty if there is only one
-        file.
-    files, shapes, rates
-        Paths of the files, shape of each file's samples (samples, channels), and sampling rates as
-        measured, Hz.
-
-    Raises
-    ------
-    InputError
-        A row is invalid; the message names it.
-    """
+    """Return the contacts in the order of the rows."""
     given = [name for name in (SECONDS, SAMPLE) if name in columns]
     if len(given) != 1:
         raise InputError(
@@ -145,11 +119,7 @@ def find_events(
 def event_labels(
     table: Path, columns: Columns, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Columns, list[str]]:
-    """Return the labels of each event, and notes. ``starts`` has the first sample of each pinch.
-
-    The column ``first_contact`` is added. It holds the contact's sample, counted from the start of
-    the contact's pinch.
-    """
+    """Return the labels of each event, and notes. ``starts`` has the first sample of each pinch."""
     given = {
         name: [cell[event.row] for event in events]
         for name, cell in columns.items()
@@ -190,10 +160,7 @@ def spans(
 def cut_events(
     events: Sequence[Event], recordings: Sequence[NDArray[Any]], rate: float
 ) -> tuple[list[NDArray[Any]], list[int]]:
-    """Return the samples around each contact, and the position of the first of them in the file.
-
-    The samples have the shape (samples, channels).
-    """
+    """Return the samples around each contact, and the position of the first of them in the file."""
     starts, stops = spans(events, [len(data) for data in recordings], rate)
     cuts = []
     for event, start, stop in zip(events, starts, stops, strict=True):

@@ -38,25 +38,7 @@ def import_events(
     sensor: VibrationSensor | None = None,
     events: Path | None = None,
 ) -> Dataset:
-    """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files.
-
-    Parameters
-    ----------
-    path
-        Path of the file, or of a folder. The files that the table names are in the folder or in its
-        subfolders.
-    rate
-        Unused: the files state their rate.
-    sensor
-        Sensor of the recording, by default a microphone.
-    events
-        Table of contacts; None imports one file as one pinch.
-
-    Raises
-    ------
-    InputError
-        A row of the table or a file is invalid; the message names it.
-    """
+    """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files."""
     if events is None:
         return _as_one(path, sensor)
     columns = read_event_table(events)

@@ -65,15 +65,7 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
 def table_values(
     dataset: Dataset, channels: Sequence[Channel]
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Return what a file of these channels holds besides samples: per pinch, and per file.
-
-    The names are those that importers use. A label or contact is left out if a pinch has none.
-
-    Raises
-    ------
-    InputError
-        The vibration channels differ in a setting.
-    """
+    """Return what a file of these channels holds besides samples: per pinch, and per file."""
     of_pinch, of_file = _pinch_values(dataset), _file_values(dataset)
     physical = tuple(replace(c, scale=1.0, offset=0.0) for c in channels)
     layout = Layout(physical, dataset.layout.rate)
@@ -158,13 +150,7 @@ def _file_values(dataset: Dataset) -> dict[str, Any]:
 
 
 def sample_values(pinch: Pinch) -> dict[str, Any]:
-    """Return the time and the signals of a pinch by name, with one value per sample.
-
-    Raises
-    ------
-    InputError
-        A signal has the name of another column, or float32 cannot hold a vibration.
-    """
+    """Return the time and the signals of a pinch by name, with one value per sample."""
     layout = pinch.layout
     clashes = sorted(_NAMES & {name.strip() for name in layout.column_names})
     if clashes:
@@ -179,13 +165,7 @@ def sample_values(pinch: Pinch) -> dict[str, Any]:
 
 
 def physical_values(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
-    """Return columns of a pinch in their physical units.
-
-    Raises
-    ------
-    InputError
-        Float32 cannot hold a vibration.
-    """
+    """Return columns of a pinch in their physical units."""
     channels = pinch.layout.column_channels
     values = pinch.layout.physical(pinch.data, columns)
     is_vibration = [channels[i].kind is ChannelKind.VIBRATION for i in columns]

@@ -18,13 +18,7 @@ def files_by_name(folder: Path, *suffixes: str) -> tuple[list[Path], dict[str, l
 
 
 def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> list[Path]:
-    """Return the file of each row. Each file with the suffix must have exactly one row.
-
-    Raises
-    ------
-    InputError
-        A row or a file has no counterpart; the message names it.
-    """
+    """Return the file of each row. Each file with the suffix must have exactly one row."""
     available, by_name = files_by_name(folder, suffix)
     files: dict[Path, None] = {}  # in the order of the rows
     for name in names:

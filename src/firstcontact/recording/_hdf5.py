@@ -44,16 +44,7 @@ _DAMAGE = (
 def read_hdf5(
     path: Path, names: Collection[str], settings: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Read datasets and attributes by name. Return them and the names that were not read.
-
-    The attributes are those of the file and of its sensor's dataset (``piezo``).
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or a dataset is invalid: a broken link or one out of the file,
-        external storage, an unreadable type, or a declared size far above that of the file.
-    """
+    """Read datasets and attributes by name. Return them and the names that were not read."""
     try:
         open_regular(path).close()
         seconds = _SECONDS + path.stat().st_size / _SPEED
@@ -69,10 +60,7 @@ def read_hdf5(
 def _read(
     path: Path, wanted: Collection[str], settings: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Return what :func:`read_hdf5` returns.
-
-    This function runs in a separate process, because h5py may loop or crash on damaged files.
-    """
+    """Return what :func:`read_hdf5` returns."""
     import h5py
 
     arrays: dict[str, NDArray[Any]] = {}

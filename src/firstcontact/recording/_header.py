@@ -112,13 +112,7 @@ class _Head:
 
 
 def read_header(data: bytes, origin: str) -> Header:
-    """Return the header in a message of the topic ``/header``.
-
-    Raises
-    ------
-    InputError
-        The header is of another program or version, or has an invalid field.
-    """
+    """Return the header in a message of the topic ``/header``."""
     remedy = "write the file again from its source"
     data = data.rstrip(b" ")
     head = read_record(data, _Head, origin, remedy)
@@ -241,13 +235,7 @@ class PinchMark:
 
 
 def read_mark(data: bytes, origin: str) -> PinchMark:
-    """Return the pinch mark in a message of the topic ``/pinch``.
-
-    Raises
-    ------
-    InputError
-        A field is missing or out of bounds, or its sample numbers contradict each other.
-    """
+    """Return the pinch mark in a message of the topic ``/pinch``."""
     m = read_record(data, _Mark, origin, "mark the pinch again", LONGEST_MARK)
     truth = tuple(Contact(c.finger, c.sample, c.sample) for c in m.truth)
     contacts = tuple(Contact(c.finger, c.sample, c.sample) for c in m.found)
@@ -275,11 +263,5 @@ class Marker:
 
 
 def read_marker(data: bytes, origin: str) -> Marker:
-    """Return the marker in a message of the topic ``/marker``.
-
-    Raises
-    ------
-    InputError
-        A field is missing or out of bounds.
-    """
+    """Return the marker in a message of the topic ``/marker``."""
     return read_record(data, Marker, origin, "mark the sample again", LONGEST_MARK)

@@ -28,15 +28,7 @@ def is_track(path: Path) -> bool:
 
 
 def read_track(path: Path) -> Table:
-    """Read the labels of a track as columns of a table of contacts.
-
-    The start of a label's range is the contact.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or a line is invalid; the message names it.
-    """
+    """Read the labels of a track as columns of a table of contacts."""
     try:
         text = read_regular(path, LONGEST_TRACK).decode("utf-8-sig")
     except OSError as error:
@@ -72,15 +64,7 @@ def read_track(path: Path) -> Table:
 
 
 def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
-    """Return the table with a column added for each label in ``texts``, one text per row.
-
-    A label without ``=`` is the name of the object.
-
-    Raises
-    ------
-    InputError
-        A name in ``name=value`` is not a label, or only some of the texts have it.
-    """
+    """Return the table with a column added for each label in ``texts``, one text per row."""
     rows: list[dict[str, str]] = []
     for number, text in enumerate(texts):
         row: dict[str, str] = {}

@@ -68,36 +68,7 @@ def labelled(
     groups: Sequence[Mapping[str, Block]] | None = None,
     exported: bool = False,
 ) -> Dataset:
-    """Build pinches from the data of an importer.
-
-    Parameters
-    ----------
-    origin
-        Name of the file, for messages.
-    cuts
-        Raw samples of each pinch, shape (samples, columns).
-    layout
-        Layout of the samples.
-    columns
-        Columns by name: any of :data:`LABEL_COLUMNS` and :data:`CONTACT_COLUMNS`. Others are
-        ignored.
-    source
-        Source of the data.
-    notes
-        Notes of the importer. Notes on assumptions are put before them.
-    starts
-        Number of each pinch's first sample, if the file counts samples. Otherwise the pinches are
-        numbered one after the other.
-    groups
-        Slower groups of each pinch. Their sample 0 is at the same time as that of ``starts``.
-    exported
-        True if the columns come from an exported file that states its layout.
-
-    Raises
-    ------
-    InputError
-        A label or contact is invalid; see the functions below.
-    """
+    """Build pinches from the data of an importer."""
     labels, assumed = make_labels(origin, columns, len(cuts))
     contacts, guessed = make_contacts(origin, columns, cuts, layout, exported)
     motors = make_motor_starts(origin, columns, [len(c) for c in cuts], contacts)
@@ -134,22 +105,7 @@ def labelled(
 
 
 def make_labels(origin: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:
-    """Return the label of each pinch, and notes on assumptions.
-
-    Parameters
-    ----------
-    origin
-        File (and table), for messages.
-    columns
-        Columns by name, one value per pinch: any of :data:`LABEL_COLUMNS`. Others are ignored.
-    pinches
-        Number of pinches.
-
-    Raises
-    ------
-    InputError
-        A column or value is invalid; the message names the pinch.
-    """
+    """Return the label of each pinch, and notes on assumptions."""
     for one, other in (("object", "material"), ("hardness_rank", "hardness_class")):
         if one in columns and other in columns:
             raise InputError(f"{origin} has both '{one}' and '{other}': keep one of them")
@@ -199,32 +155,7 @@ def make_contacts(
     layout: Layout,
     exported: bool = False,
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
-    """Return the known contacts of each pinch, counted from its first sample.
-
-    Parameters
-    ----------
-    origin
-        Name of the file, for messages.
-    columns
-        Columns by name: any of :data:`CONTACT_COLUMNS`; -1 means unknown.
-    samples
-        Samples of each pinch, shape (samples, columns).
-    layout
-        Layout of the samples.
-    exported
-        True if ``first_finger`` is exact, and -1 means that the contact belongs to no finger.
-
-    Returns
-    -------
-    contacts, notes
-        Contacts, and notes on assumptions, one sentence each.
-
-    Raises
-    ------
-    InputError
-        A contact lies outside its pinch, the second contact is before the first, or a finger is
-        unknown.
-    """
+    """Return the known contacts of each pinch, counted from its first sample."""
     if "first_contact" in columns and "pre_trigger_samples" in columns:
         raise InputError(
             f"{origin} has both 'first_contact' and 'pre_trigger_samples': keep one of them"
@@ -283,24 +214,7 @@ def make_contacts(
 def make_motor_starts(
     origin: str, columns: Columns, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
 ) -> list[int | None]:
-    """Return the start of the motor in each pinch, counted from its first sample.
-
-    Parameters
-    ----------
-    origin
-        Name of the file, for messages.
-    columns
-        Columns; only ``motor_start`` is read. -1 means unknown.
-    lengths
-        Number of samples of each pinch.
-    contacts
-        Contacts of each pinch from :func:`make_contacts`.
-
-    Raises
-    ------
-    InputError
-        A start lies outside its pinch, or not before the first contact.
-    """
+    """Return the start of the motor in each pinch, counted from its first sample."""
     starts = each(origin, columns, "motor_start", cells.integer) or [-1] * len(lengths)
     for i, (start, length, pinch_contacts) in enumerate(
         zip(starts, lengths, contacts, strict=True)
@@ -316,22 +230,7 @@ def make_motor_starts(
 
 
 def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[ClosingSpeed | None]:
-    """Return the measured closing speed of each pinch.
-
-    Parameters
-    ----------
-    origin
-        Name of the file, for messages.
-    columns
-        Columns; only ``closing_speed`` and ``closing_speed_error`` are read, m/s. -1 means unknown.
-    pinches
-        Number of pinches.
-
-    Raises
-    ------
-    InputError
-        A speed or its error is out of range, or a speed has no error.
-    """
+    """Return the measured closing speed of each pinch."""
     speeds = each(origin, columns, "closing_speed", cells.speed)
     errors = each(origin, columns, "closing_speed_error", cells.speed_error)
     if speeds is None:
@@ -354,10 +253,7 @@ def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[Clo
 
 
 def _louder_finger(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
-    """Return the finger whose vibration sensor rose more above its noise after the first contact.
-
-    ``first`` and ``second`` are the samples of the two contacts.
-    """
+    """Return the finger whose vibration rose more above its noise after the first contact."""
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
     end = max(first + round(_LISTEN * rate), first + 2)

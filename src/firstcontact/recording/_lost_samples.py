@@ -28,20 +28,7 @@ _SMALLEST, _SMALLEST_SAMPLES = 0.001, 2.0
 
 
 def lost_samples(stamps: NDArray[np.float64], rate: float) -> list[int]:
-    """Return the number of the first sample after each loss.
-
-    In regular stamps, the loss of one sample is detected. Otherwise stamps jitter, or the samples
-    of a block share a stamp. Then a loss is detected if nearly all stamps of the 5 s after it are
-    later than nearly all stamps of the 5 s before it, relative to the measured rate. At least 1.6 s
-    on each side are necessary.
-
-    Parameters
-    ----------
-    stamps
-        Time stamps, s, shape (samples,).
-    rate
-        Stated rate, Hz.
-    """
+    """Return the number of the first sample after each loss."""
     errors = np.diff(stamps) * rate - 1.0  # of the steps, in samples
     if len(errors) and errors.min() > -_STEADY and np.mean(errors < _STEADY) > _MOST:
         after_loss: list[int] = (np.flatnonzero(errors > 1 - _STEADY) + 1).tolist()
@@ -81,10 +68,7 @@ def _pace(levels: NDArray[np.float64]) -> float:
 
 
 def _rises(levels: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return by how much levels after each border of blocks exceed those before, without outliers.
-
-    Borders without enough blocks are infinite. The shape is (blocks + 1,).
-    """
+    """Return the rise of the levels at each border of blocks, without outliers."""
     padding = np.full(_LARGEST, np.inf)
     padded = [np.concatenate([levels, padding]), np.concatenate([padding, -levels])]
     windows = np.lib.stride_tricks.sliding_window_view(padded, _LARGEST, axis=1)

@@ -40,24 +40,7 @@ def import_mat(
     channels: Path | None = None,
     labels: Path | None = None,
 ) -> Dataset:
-    """Import pinches from a MATLAB file, or one pinch from each file of a folder.
-
-    Parameters
-    ----------
-    path
-        Path of the file; with ``channels``, also of a folder.
-    rate
-        Unused: the file or the table states it.
-    channels
-        Table of the signals; None if the file has arrays with our names.
-    labels
-        Table of labels with a row per file, by default ``labels.csv`` in the folder.
-
-    Raises
-    ------
-    InputError
-        A variable or a row of a table is invalid; the message names the file.
-    """
+    """Import pinches from a MATLAB file, or one pinch from each file of a folder."""
     if channels is None:
         if labels is not None or path.is_dir():
             raise InputError(
@@ -86,10 +69,7 @@ def import_mat(
 
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, list[str]], Path]:
-    """Return the files, the columns of the table of labels, and the path of that table.
-
-    Without a table there are no columns, and the path is that of the data.
-    """
+    """Return the files, the columns of the table of labels, and the path of that table."""
     table = labels or (path if path.is_dir() else path.parent) / LABELS
     if labels is None and not (path.is_dir() and table.exists()):
         if not path.is_dir():
@@ -137,12 +117,7 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:
 
 
 def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
-    """Return a variable with time along the first axis, shape (samples, columns).
-
-    If the table names no column for a vibration, the variable is read as one signal, in the order
-    of MATLAB's ``x(:)``: its columns are packets of samples, one after the other. For all other
-    signals the longer axis is time.
-    """
+    """Return a variable with time along the first axis, shape (samples, columns)."""
     if values.ndim != 2:
         raise InputError(
             f"{file}: {signal.variable} has the shape {values.shape}, but a signal must be a "
@@ -154,10 +129,7 @@ def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _from_named(path: Path) -> Dataset:
-    """Return the dataset of a file whose arrays have our names.
-
-    Dimensions of length 1, which MATLAB drops, are restored.
-    """
+    """Return the dataset of a file whose arrays have our names."""
     arrays, unread = read_mat(path, _NAMED)
     if not any(name in arrays for name in VibrationSensor):
         raise InputError(

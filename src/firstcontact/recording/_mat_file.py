@@ -30,15 +30,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
-    """Read variables by name. Return them, and the names of the variables that were not read.
-
-    Texts become arrays of texts. Rows and columns are as in MATLAB, in any version of the format.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or a variable holds neither numbers nor texts.
-    """
+    """Read variables by name. Return them, and the names of the variables that were not read."""
     try:
         with open_regular(path) as stream:
             new = stream.read(len(_HDF5)) == _HDF5
@@ -63,10 +55,7 @@ def text_of_codes(values: NDArray[Any]) -> str:
 
 
 def _read(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
-    """Return what :func:`read_mat` returns, for files before version 7.3.
-
-    This function runs in a separate process, because SciPy may loop or crash on damaged files.
-    """
+    """Return what :func:`read_mat` returns, for files before version 7.3."""
     from scipy.io import loadmat
 
     with (

@@ -12,11 +12,7 @@ _STATUS = Path("/proc/self/status")
 
 @contextmanager
 def bounded_memory(more: int) -> Iterator[None]:
-    """Limit the memory of the process to the current amount plus ``more`` bytes.
-
-    If a library trusts wrong sizes in a damaged file, it then fails instead of using all memory.
-    The limit applies to the whole process. Systems that do not report the memory have no limit.
-    """
+    """Limit the memory of the process to the current amount plus ``more`` bytes."""
     taken = _taken()
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
     limits = [x for x in (soft, hard) if x != resource.RLIM_INFINITY]

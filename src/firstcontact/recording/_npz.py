@@ -44,14 +44,7 @@ _DAMAGE = (
 
 
 def read_npz(path: Path, names: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Read arrays by name. Return them, and the names of the arrays that were not read.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or an entry is invalid: encrypted, compressed in a way that NumPy
-        does not write, no array, an array of objects, of a wrong size, or far larger than the file.
-    """
+    """Read arrays by name. Return them, and the names of the arrays that were not read."""
     arrays: dict[str, NDArray[Any]] = {}
     unread = []
     try:

@@ -78,11 +78,7 @@ class Recording:
 
 @dataclass(slots=True)
 class _Messages:
-    """Contents of messages by topic, in file order.
-
-    ``groups`` has the messages of slower groups by topic, or by channel number if the topic is
-    unknown.
-    """
+    """Contents of messages by topic, in file order."""
 
     headers: list[bytes] = field(default_factory=list)
     blocks: list[bytes] = field(default_factory=list)
@@ -228,18 +224,7 @@ def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
-    """Join consecutive blocks epoch by epoch.
-
-    Blocks are sorted first. If samples are repeated, the first ones are used. Nothing is
-    interpolated, and epochs are never joined.
-
-    Returns
-    -------
-    stretches
-        Unbroken blocks, sorted by epoch and sample number.
-    losses
-        One sentence for each epoch and kind of loss, with exact counts.
-    """
+    """Join consecutive blocks epoch by epoch."""
     stretches: list[Block] = []
     losses: list[str] = []
     by_epoch = sorted(blocks, key=lambda b: b.epoch)  # stable: keeps file order within an epoch

@@ -46,13 +46,7 @@ def encode(block: Block, dtype: str) -> bytes:
 
 
 def decode(message: bytes, dtype: str) -> Block:
-    """Return the block in a message of :func:`encode`. Its data are a view of ``message``.
-
-    Raises
-    ------
-    ValueError
-        The message is invalid.
-    """
+    """Return the block in a message of :func:`encode`. Its data are a view of ``message``."""
     if len(message) < _PREFIX.size:
         raise ValueError("a message with samples is too short")
     kind, first_sample, epoch, channels, count = _PREFIX.unpack_from(message)

@@ -50,10 +50,7 @@ class Assembled:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Return the samples ``start`` to ``stop``, and each group's samples of the same time.
-
-        All are converted to ``dtype``.
-        """
+        """Return the samples ``start`` to ``stop``, and each group's samples of the same time."""
         rates = {group.name: group.layout.rate for group in self.layout.groups}
         blocks = {}
         for name, values in self.groups.items():
@@ -64,13 +61,7 @@ class Assembled:
 
 
 def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
-    """Return signals as columns and slower groups, all cut to the end of the shortest signal.
-
-    Raises
-    ------
-    InputError
-        Rates or lengths are inconsistent, or two signals belong to one finger.
-    """
+    """Return signals as columns and slower groups, all cut to the end of the shortest signal."""
     rate = next(t.rate for t in taken if t.signal.sensor is not None)
     other = next((t for t in taken if t.signal.sensor is not None and t.rate != rate), None)
     if other is not None:
@@ -115,13 +106,7 @@ def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
 
 
 def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the samples of a signal's column in a type that recordings store, after checks.
-
-    Raises
-    ------
-    InputError
-        The column does not exist, samples are not finite, or float32 cannot hold a vibration.
-    """
+    """Return the samples of a signal's column in a type that recordings store, after checks."""
     if signal.column is not None:
         if signal.column >= values.shape[1]:
             raise InputError(
@@ -145,28 +130,7 @@ def cut_pinches(
     source: str,
     notes: Sequence[str],
 ) -> Dataset:
-    """Cut pinches from assembled signals, all in one sample type.
-
-    Parameters
-    ----------
-    table
-        Path of the table, for messages.
-    recordings
-        Signals of files, or of unbroken parts of one file, all with the same layout.
-    places
-        File number, first sample and end of each pinch.
-    columns
-        Labels and contacts, one value per pinch.
-    source
-        Source of the data.
-    notes
-        Notes for the dataset.
-
-    Raises
-    ------
-    InputError
-        A column or value is invalid; the message names the pinch.
-    """
+    """Cut pinches from assembled signals, all in one sample type."""
     one_each = [
         values[:1, :1] for signal in recordings for values in (signal.data, *signal.groups.values())
     ]

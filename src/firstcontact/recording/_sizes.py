@@ -18,15 +18,7 @@ def most_unpacked(size: int) -> int:
 
 
 def check_unpacked(path: Path, declared: int) -> None:
-    """Raise an error for a file that declares an impossible size, before it is unpacked.
-
-    Raises
-    ------
-    InputError
-        The declared size is too large.
-    OSError
-        The file does not exist.
-    """
+    """Raise an error for a file that declares an impossible size, before it is unpacked."""
     size = path.stat().st_size
     if declared > most_unpacked(size):
         raise InputError(

@@ -24,13 +24,7 @@ _DAMAGE = (OSError, RuntimeError, ValueError, TypeError, OverflowError, MemoryEr
 
 
 def read_sound(file: Path) -> tuple[int, NDArray[Any]]:
-    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels).
-
-    Raises
-    ------
-    InputError
-        The file cannot be read; the message says why.
-    """
+    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels)."""
     return _read_flac(file) if file.suffix.lower() == FLAC else read_wav(file)
 
 
@@ -57,10 +51,7 @@ def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
 
 
 def _decode(file: Path) -> tuple[int, NDArray[Any], int]:
-    """Return the rate, the samples and the declared number of samples of a FLAC file.
-
-    This function runs in a separate process, because soundfile may crash on a damaged file.
-    """
+    """Return the rate, the samples and the declared number of samples of a FLAC file."""
     import soundfile
 
     with (

@@ -26,10 +26,7 @@ _LONG = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Evenly spaced samples ``first`` to ``end`` (exclusive).
-
-    ``begin`` and ``last`` are the times of the first and of the last sample, s.
-    """
+    """Evenly spaced samples ``first`` to ``end`` (exclusive)."""
 
     first: int
     end: int
@@ -68,20 +65,7 @@ class Run:
 
 
 def check_stamps(origin: str, stamps: NDArray[np.float64]) -> None:
-    """Raise an error for time stamps that cannot be seconds.
-
-    Parameters
-    ----------
-    origin
-        Name of the stream, for messages.
-    stamps
-        Time stamps, s, shape (samples,).
-
-    Raises
-    ------
-    InputError
-        A stamp is not a number, or beyond ``LATEST``.
-    """
+    """Raise an error for time stamps that cannot be seconds."""
     wrong = np.flatnonzero(~(np.abs(stamps) <= LATEST))
     if len(wrong):
         raise InputError(
@@ -91,22 +75,7 @@ def check_stamps(origin: str, stamps: NDArray[np.float64]) -> None:
 
 
 def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run]:
-    """Return the runs between gaps and lost samples. A line is fitted to the stamps of each run.
-
-    Parameters
-    ----------
-    origin
-        Name of the stream, for messages.
-    stamps
-        Time stamps, s, shape (samples,), accepted by :func:`check_stamps`.
-    rate
-        Stated rate, Hz.
-
-    Raises
-    ------
-    InputError
-        Stamps go back, or the rate of a run differs from the stated rate.
-    """
+    """Return the runs between gaps and lost samples. A line is fitted to the stamps of each run."""
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < -BACK)
     if len(back):
@@ -130,13 +99,7 @@ def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run
 
 
 def _checked(origin: str, stamps: NDArray[np.float64], first: int, rate: float) -> Run:
-    """Return the run of stamps.
-
-    Raises
-    ------
-    InputError
-        The measured rate differs from the stated rate.
-    """
+    """Return the run of stamps."""
     run, n = _fitted(stamps, first, rate), len(stamps)
     jitter = rate * float(np.std(stamps - np.linspace(run.begin, run.last, n)))
     if n / rate > _LONG and abs(run.seconds * rate - n) > RATE_SHARE * n + 2 * jitter:

@@ -22,17 +22,7 @@ _OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
 class Table(dict[str, list[str]]):
-    """Columns by name, with the line of each row for messages.
-
-    Parameters
-    ----------
-    columns
-        Cells of each column.
-    numbers
-        Line of each row in the file, from 1 on.
-    word
-        Noun for a row in messages, such as "line".
-    """
+    """Columns by name, with the line of each row for messages."""
 
     def __init__(
         self, columns: Mapping[str, list[str]], numbers: Sequence[int], word: str = "line"
@@ -50,14 +40,7 @@ class Table(dict[str, list[str]]):
 
 
 def read_columns(path: Path) -> Table:
-    """Return the columns of a CSV with a header line.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, has no rows, repeats a column name, or has a row of another
-        length.
-    """
+    """Return the columns of a CSV with a header line."""
     lines = _lines(path)
     _, header = next(lines)
     columns: list[list[str]] = [[] for _ in header]
@@ -112,10 +95,7 @@ def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, st
 
 
 def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and cells of each line that is not empty, the header first.
-
-    If ``by_hand``, read the file as a list that people write: short, and in looser form.
-    """
+    """Yield the number and cells of each line that is not empty, the header first."""
     try:
         raw = BytesIO(read_regular(path, LONGEST_LIST)) if by_hand else open_regular(path)
         with TextIOWrapper(raw, encoding="utf-8-sig", newline="") as stream:

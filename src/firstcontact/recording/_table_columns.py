@@ -16,13 +16,7 @@ _ALIKE = 0.75
 
 
 def stated_source(table: Path, columns: Mapping[str, list[str]]) -> str:
-    """Return the source that a table states; "unknown" if it states none.
-
-    Raises
-    ------
-    InputError
-        The source differs between rows, or is none of those that recordings allow.
-    """
+    """Return the source that a table states; "unknown" if it states none."""
     sources = sorted(set(columns.get("source", ["unknown"])))
     if len(sources) > 1:
         raise InputError(

@@ -18,13 +18,7 @@ _WINDOW = 1 << 27
 
 
 class Unpacker:
-    """Unpacker for the chunks of one file.
-
-    Parameters
-    ----------
-    size
-        Size of the file, bytes.
-    """
+    """Unpacker for the chunks of one file."""
 
     def __init__(self, size: int) -> None:
         self._left = most_unpacked(size)  # bytes left for all compressed chunks together

@@ -52,18 +52,7 @@ def import_wav(
     sensor: VibrationSensor | None = None,
     labels: Path | None = None,
 ) -> Dataset:
-    """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``.
-
-    Each file states its rate. A single channel is a microphone unless ``sensor`` states another
-    sensor. Two channels are the sensors of index finger and thumb. ``labels`` is the path of the
-    table of labels if it lies outside the folder.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, files and labels do not match, or files differ in rate, type or
-        channels.
-    """
+    """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``."""
     table = labels or folder / LABELS
     if labels is None and not table.exists():
         raise InputError(
@@ -95,29 +84,14 @@ def import_wav(
 def sound_layout(
     sensor: VibrationSensor | None, rate: float, channels: int, dtype: np.dtype[Any]
 ) -> Layout:
-    """Return the layout of a sound file's channels.
-
-    Parameters
-    ----------
-    sensor
-        Sensor that the user gave; None means a microphone.
-    rate
-        Sampling rate, Hz.
-    channels
-        Number of channels.
-    dtype
-        Type of the samples. It determines full scale.
-    """
+    """Return the layout of a sound file's channels."""
     sensor_kind = sensor or VibrationSensor.MICROPHONE
     settings = FileSettings(sensor_kind, float(rate), "full scale", 1.0, "unknown", None)
     return make_layout(settings, channels, scale=1.0 / FULL_SCALE[str(dtype)])
 
 
 def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]]) -> None:
-    """Raise an error if files differ in rate, type or channels, or have impossible ones.
-
-    One or two channels are possible, and the rates that :func:`check_rate` accepts.
-    """
+    """Raise an error if files differ in rate, type or channels, or have impossible ones."""
     rate, first = sounds[0]
     for file, (other, data) in zip(files, sounds, strict=True):
         if not 1 <= data.shape[1] <= 2:
@@ -141,13 +115,7 @@ def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]
 
 
 def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
-    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels).
-
-    Raises
-    ------
-    InputError
-        The file cannot be read; the message says why.
-    """
+    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels)."""
     from scipy.io import wavfile
 
     try:
@@ -174,11 +142,7 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
 
 
 def _check_chunks(file: Path, data: BytesIO) -> None:
-    """Raise an error if numbers of the header contradict each other, or the file is truncated.
-
-    SciPy trusts some of the header's numbers. From a truncated file it returns the samples that
-    remain.
-    """
+    """Raise an error if numbers of the header contradict each other, or the file is truncated."""
     order = ">" if data.read(4) == b"RIFX" else "<"
     data.seek(12)
     while len(head := data.read(8)) == 8:
@@ -199,23 +163,7 @@ def _check_chunks(file: Path, data: BytesIO) -> None:
 def _check_format(
     file: Path, form: int, channels: int, rate: int, speed: int, frame: int, bits: int
 ) -> None:
-    """Raise an error for header numbers that contradict each other.
-
-    Parameters
-    ----------
-    file
-        Path of the file, for messages.
-    form
-        Code of the encoding. Only encodings in ``_UNPACKED`` are checked.
-    channels, rate
-        Number of channels, and frames per second.
-    speed
-        Bytes per second.
-    frame
-        Bytes per frame of all channels.
-    bits
-        Bits per sample.
-    """
+    """Raise an error for header numbers that contradict each other."""
     if form not in _UNPACKED:
         return
     if frame != channels * -(-bits // 8):
@@ -232,10 +180,7 @@ def _check_format(
 
 
 def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
-    """Return samples around 0 in a type that recordings store.
-
-    Raise InputError if a sample is not finite, or float32 cannot hold the signal.
-    """
+    """Return samples around 0 in a type that recordings store."""
     if data.dtype == np.uint8:
         return data.astype(np.int16) - np.int16(128)
     if data.dtype.kind == "i":

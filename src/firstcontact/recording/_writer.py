@@ -258,10 +258,7 @@ class RecordingWriter:
         self._sequence += 1
 
     def _failed(self, error: OSError) -> InputError:
-        """Close the file after an error. Return the error to raise.
-
-        Complete chunks stay readable.
-        """
+        """Close the file after an error. Return the error to raise."""
         self._open = False
         with suppress(OSError):
             self._stream.close()

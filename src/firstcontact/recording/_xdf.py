@@ -42,27 +42,7 @@ def import_xdf(
     events: Path | None = None,
     channels: Path | None = None,
 ) -> Dataset:
-    """Import pinches around the markers of an XDF file.
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-    rate
-        Unused: streams state their rate.
-    sensor
-        Sensor of the vibration, by default a piezo.
-    events
-        Table of the contacts, in seconds or samples from the vibration's first sample. The markers
-        are then ignored.
-    channels
-        Table of the wanted streams and their meaning.
-
-    Raises
-    ------
-    InputError
-        A stream or a row of a table is invalid; the message names it.
-    """
+    """Import pinches around the markers of an XDF file."""
     if path.is_dir():
         raise InputError(f"{path} is a folder: give one .xdf file")
     streams = read_xdf(path)
@@ -129,11 +109,7 @@ def _contacts(
     events: Path | None,
     notes: list[str],
 ) -> tuple[Columns, Path]:
-    """Return the table of the contacts, and the path of the file that it comes from.
-
-    Markers become contacts in seconds from the vibration's first sample. Without contacts the table
-    is empty.
-    """
+    """Return the table of the contacts, and the path of the file that it comes from."""
     if events is not None:
         return read_event_table(events), events
     text_streams = [s for s in streams if s.is_text and len(s.stamps)]
@@ -155,12 +131,7 @@ def _contacts(
 def _placed(
     table: Path, columns: Columns, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Columns]:
-    """Return the number of the part in which each contact lies, and the columns.
-
-    The positions in the columns then count from the start of that part.
-
-    The number is None if the contact lies in a stretch of the vibration that is left out.
-    """
+    """Return the number of the part in which each contact lies, and the columns."""
     unbroken = len(parts) == 1 and parts[0].run == vibration
     if unbroken or (SECONDS in columns) == (SAMPLE in columns):
         return [0] * len(next(iter(columns.values()))), columns
@@ -197,10 +168,7 @@ def _placed(
 
 
 def _bounds(name: str, run: Run, vibration: Run) -> tuple[float, float]:
-    """Return the positions of a run's first and last sample, counted from the vibration's start.
-
-    The unit is that of the column ``name``: seconds or samples.
-    """
+    """Return the positions of a run's first and last sample, counted from the vibration's start."""
     if name == SECONDS:
         return run.begin - vibration.begin, run.last - vibration.begin
     return run.first, run.end - 1

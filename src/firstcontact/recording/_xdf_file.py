@@ -23,25 +23,7 @@ _SECONDS, _SPEED, _SPARE = 20.0, 5e5, 256 << 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stream:
-    """Contents of one XDF stream.
-
-    Parameters
-    ----------
-    name
-        Name of the stream.
-    rate
-        Stated rate, Hz; 0 for irregular samples.
-    channels
-        Names of its channels, one per column; "" if not stated.
-    units
-        Units of the channels.
-    stamps
-        Time of each sample on the clock of the recording, s, shape (samples,).
-    values
-        Samples, shape (samples, channels). The samples of a text stream are texts.
-    closed
-        True if the recording of the stream ended properly.
-    """
+    """Contents of one XDF stream."""
 
     name: str
     rate: float
@@ -58,14 +40,7 @@ class Stream:
 
 
 def read_xdf(path: Path) -> list[Stream]:
-    """Read all streams of a file, with times on one clock.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read or is damaged. (Otherwise data after the damage would be lost
-        without notice.)
-    """
+    """Read all streams of a file, with times on one clock."""
     try:
         open_regular(path).close()
         seconds = _SECONDS + path.stat().st_size / _SPEED
@@ -90,11 +65,7 @@ class _Complaints(logging.Handler):
 
 
 def _read(path: Path) -> list[Stream]:
-    """Return all streams of a file.
-
-    This function runs in a separate process, because a damaged file can make pyxdf allocate too
-    much memory.
-    """
+    """Return all streams of a file."""
     import pyxdf
 
     complaints = _Complaints()

@@ -56,13 +56,7 @@ def guessed_signals(
 def unbroken_parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return the unbroken parts of a recording, and one run over the whole vibration.
-
-    The run over the whole vibration includes gaps.
-
-    The vibration has no gap within a part. Where another signal has no samples, the vibration is
-    left out. The samples of the other signals are those nearest in time, at the stated rates.
-    """
+    """Return the unbroken parts of a recording, and one run over the whole vibration."""
     by_name = {s.name: s for s in streams}
     for signal in signals:
         stream = by_name.get(signal.variable)
@@ -158,10 +152,7 @@ def _overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:
 
 
 def _borders(runs: Sequence[Run]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the times at which the nearest sample of a stream changes, s, and the sample numbers.
-
-    There is one number more than times. The times follow the lines of the runs, without jitter.
-    """
+    """Return the times, s, at which the nearest sample changes, and the sample numbers."""
     times = np.concatenate([np.linspace(r.begin, r.last, r.end - r.first) for r in runs])
     return (times[1:] + times[:-1]) / 2, np.concatenate([np.arange(r.first, r.end) for r in runs])
 

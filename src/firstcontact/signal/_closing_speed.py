@@ -81,11 +81,7 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
 
 
 def _few(freedom: int) -> float:
-    """Return the factor that enlarges the speed's error if it comes from few positions.
-
-    It is half the quantile of Student's t distribution at the probability of a normal variable
-    below 2, to 0.2 %. ``freedom`` is the number of degrees of freedom of the fitted line.
-    """
+    """Return the factor that enlarges the speed's error if it comes from few positions."""
     # Not scipy.special: its import takes longer than the time from a contact to its estimate.
     if freedom == 1:
         return math.tan(math.pi * (BELOW_TWO - 0.5)) / 2
@@ -95,11 +91,7 @@ def _few(freedom: int) -> float:
 
 
 def _step(positions: NDArray[np.float64]) -> float:
-    """Return the step of the encoder, m; 0 if no steps are detected.
-
-    Steps are detected if a position repeats, or if all differences between positions are multiples
-    of the smallest difference.
-    """
+    """Return the step of the encoder, m; 0 if no steps are detected."""
     travels = np.diff(np.sort(positions))
     moved = travels[travels > SAME]
     if not len(moved):

@@ -75,14 +75,7 @@ def _ratio(old: float, new: float) -> Fraction:
 
 @lru_cache(maxsize=16)
 def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
-    """Return the anti-aliasing filter and its look-ahead, in samples of the common rate.
-
-    The common rate is the smallest common multiple of both rates.
-
-    The amplitude response is that of SciPy's Kaiser-windowed resampling filter. The phase is
-    minimal, so ringing comes only after an onset. The filter's lag at low frequencies is subtracted
-    from the sample times; this lag is the look-ahead.
-    """
+    """Return the anti-aliasing filter and its look-ahead, in samples of the common rate."""
     from scipy.signal import firwin, minimum_phase
 
     if ratio == 1:  # for example 4936 Hz and a clock that is slightly off

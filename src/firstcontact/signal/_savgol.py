@@ -17,11 +17,7 @@ SAVGOL_ORDER = 2
 
 @lru_cache(maxsize=8)
 def savgol_weights(length: int, order: int) -> NDArray[np.float64]:
-    """Return the weights of the centred filter, shape (length,). They are symmetric.
-
-    They give the central value of a polynomial that is fitted by least squares (Savitzky and Golay
-    1964, Anal. Chem. 36, 1627).
-    """
+    """Return the weights of the centred filter, shape (length,). They are symmetric."""
     half = length // 2
     powers = np.vander(np.arange(-half, half + 1, dtype=np.float64), order + 1, increasing=True)
     weights: NDArray[np.float64] = np.linalg.pinv(powers)[0]

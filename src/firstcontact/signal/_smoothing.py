@@ -74,17 +74,7 @@ class ExponentialSmoothing:
 def missing_smoothing(
     layout: Layout, columns: tuple[int, ...] | None = None
 ) -> ExponentialSmoothing | None:
-    """Return the microcontroller's smoothing filter for the columns that are not smoothed yet.
-
-    Return None if all these columns are smoothed already.
-
-    Parameters
-    ----------
-    layout
-        Layout of the samples, with their smoothing.
-    columns
-        Column numbers, by default those of vibration.
-    """
+    """Return the microcontroller's smoothing filter for the columns that are not smoothed yet."""
     channels = layout.column_channels
     chosen = layout.columns(ChannelKind.VIBRATION) if columns is None else columns
     raw = np.array([channels[c].smoothing_alpha == 1.0 for c in chosen], dtype=np.bool_)

@@ -62,25 +62,7 @@ class Conditioner:
 def cut_window(
     conditioned: NDArray[np.float64], start: int, length: int, rate: float
 ) -> NDArray[np.float32] | None:
-    """Cut one window and subtract the quiet level before it.
-
-    Parameters
-    ----------
-    conditioned
-        One vibration channel after the :class:`Conditioner`, shape (samples,), V.
-    start
-        Position of the contact in ``conditioned``.
-    length
-        Number of samples in the window.
-    rate
-        Sampling rate, Hz.
-
-    Returns
-    -------
-    ndarray or None
-        Shape (length, 1). None if the window or the quiet part is incomplete or not finite, or the
-        signal is constant (an unplugged sensor).
-    """
+    """Cut one window and subtract the quiet level before it."""
     quiet_end = start - samples_in(BASELINE_GUARD, rate)
     quiet_start = max(0, quiet_end - samples_in(BASELINE, rate))
     if quiet_end - quiet_start < max(1, samples_in(BASELINE_LEAST, rate)):

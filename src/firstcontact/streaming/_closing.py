@@ -21,31 +21,7 @@ from firstcontact.streaming._events import Estimate, judged
 
 @dataclass(slots=True)
 class OpenClosing:
-    """Closing in progress.
-
-    Parameters
-    ----------
-    start
-        Sample from which contacts count.
-    epoch
-        Epoch of the samples.
-    heard
-        Number of the first sample that strips and window models have not got yet.
-    contacts
-        Contacts so far.
-    made
-        Estimates so far, each with the last sample that it depends on.
-    is_settled
-        True once no further estimate follows.
-    reason
-        Reason for a missing estimate, else "".
-    shape
-        Shape of the object in words, "" if unknown.
-    closing_speed
-        Closing speed before the first contact, as the hand measured it; None if unknown.
-    unmeasured
-        First contact, until the closing speed before it is requested; then None.
-    """
+    """Closing in progress."""
 
     start: int
     epoch: int
@@ -86,13 +62,7 @@ class OpenClosing:
 
 
 class Strips:
-    """Collector of the first contact of each strip in a closing.
-
-    Parameters
-    ----------
-    layout
-        Columns of the samples.
-    """
+    """Collector of the first contact of each strip in a closing."""
 
     def __init__(self, layout: Layout) -> None:
         self._columns = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}

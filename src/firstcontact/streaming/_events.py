@@ -125,22 +125,7 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
 
 
 def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) -> Estimate:
-    """Return the estimate with its field ``in_time`` filled in.
-
-    This is the only definition of "in time". An estimate is in time if it was available before the
-    second contact. Both times are measured from the first contact, on the host's clock. The time of
-    the estimate includes waiting, transport and computing. The time of the second contact is that
-    at which its sample was taken. If there is no second contact, no estimate is too late.
-
-    Parameters
-    ----------
-    estimate
-        Estimate to judge.
-    offset
-        Time from the first to the second contact, s; None without a second contact.
-    real_time
-        False if samples do not come in real time. ``in_time`` is then None.
-    """
+    """Return the estimate with its field ``in_time`` filled in."""
     in_time = (offset is None or estimate.available < offset) if real_time else None
     if in_time is estimate.in_time:
         return estimate

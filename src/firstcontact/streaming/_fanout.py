@@ -101,21 +101,7 @@ class _Feeder:
 
 
 class Fanout:
-    """Distributor that passes every update to every sink.
-
-    Parameters
-    ----------
-    sinks
-        Outputs.
-    descriptor
-        Descriptor of the source.
-    patient
-        True to wait for slow sinks, so that none misses an update. Use it only with a source that
-        can wait.
-    stopped
-        Function that returns True to end the patience, since a sink may wait for its reader for
-        ever.
-    """
+    """Distributor that passes every update to every sink."""
 
     def __init__(
         self,
@@ -149,10 +135,6 @@ class Fanout:
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Close each sink after its queue is empty.
-
-        Once no longer patient, wait at most ``timeout`` s. A sink that was patient gets this time
-        again as long as its queue becomes shorter.
-        """
+        """Close each sink after its queue is empty."""
         for feeder in self._feeders:
             feeder.close(timeout)

@@ -26,17 +26,7 @@ Place = tuple[int, int]
 
 
 class HandPredictions:
-    """Collector that compares the predictions of a device and of the host for the same pinches.
-
-    Parameters
-    ----------
-    model
-        Digest of the device's model.
-    rate
-        Sampling rate, Hz.
-    checked
-        True if the host has a model of its own to compare with.
-    """
+    """Collector that compares the predictions of a device and of the host for the same pinches."""
 
     def __init__(self, model: str, rate: float, checked: bool) -> None:
         self._model = model

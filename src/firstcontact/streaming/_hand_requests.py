@@ -28,28 +28,7 @@ class Request:
 
 
 class HandRequests:
-    """Queue of requests from any thread; the session's own thread carries them out.
-
-    A request to open releases the hand immediately. No command is sent to the hand until the
-    session's thread has processed the request.
-
-    Parameters
-    ----------
-    name
-        Name of the hand.
-    begins
-        Parties that can begin the hand's closings: this program, others, or both.
-    release
-        Function that releases the hand; safe to call from any thread.
-
-    Attributes
-    ----------
-    by
-        Origin of the last request to close, until the hand opens; None without one. The session's
-        thread sets it.
-    opening
-        True until the session's thread has carried out the last request to open.
-    """
+    """Queue of requests from any thread; the session's own thread carries them out."""
 
     def __init__(self, name: str, begins: Begins, release: Callable[[], None]) -> None:
         self.by: str | None = None
@@ -66,13 +45,7 @@ class HandRequests:
         return tuple(Ask) if self._begins & (Begins.US | Begins.HURRY) else (Ask.OPEN,)
 
     def ask(self, ask: Ask, by: str) -> None:
-        """Add a request.
-
-        Raises
-        ------
-        InputError
-            The request is never possible for this hand, or is not possible now.
-        """
+        """Add a request."""
         if self._over:
             raise InputError("The session has ended: start it again")
         if ask is Ask.OPEN:
@@ -103,10 +76,7 @@ class HandRequests:
         self._over = True
 
     def take(self) -> Request | None:
-        """Return the next request, in the session's thread; None if none waits.
-
-        The earlier ones have been carried out.
-        """
+        """Return the next request, in the session's thread; None if none waits."""
         with self._lock:
             self.opening = any(self.opens(request) for request in self._waiting)
             return self._waiting.popleft() if self._waiting else None

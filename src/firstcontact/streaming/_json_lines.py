@@ -161,10 +161,7 @@ class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
 
 
 def json_line(record: msgspec.Struct) -> str:
-    """Return a record as one line of JSON without line end, or a ``failed`` line on errors.
-
-    Null replaces NaN and infinity, which JSON lacks.
-    """
+    """Return a record as one line of JSON without line end, or a ``failed`` line on errors."""
     try:
         return msgspec.json.encode(record).decode()
     except (ValueError, TypeError, OverflowError) as error:

@@ -23,15 +23,7 @@ TIMES = {
 
 
 class Ledger:
-    """Collector of the times of a run: computing per estimate, all other times per pinch.
-
-    Parameters
-    ----------
-    rate
-        Sampling rate, Hz.
-    delay
-        Delay of the source's own filter, s. Each waiting time contains it.
-    """
+    """Collector of the times of a run: computing per estimate, all other times per pinch."""
 
     def __init__(self, rate: float, delay: float = 0.0) -> None:
         self.rate = rate
@@ -81,11 +73,7 @@ class Ledger:
             self._times[name].append(seconds)
 
     def summary(self) -> Mapping[str, float]:
-        """Return the counts so far, and median (p50), 99th percentile and maximum of each time, s.
-
-        ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``. ``unheard`` is
-        the number of pinches in time because no second contact was detected.
-        """
+        """Return the counts so far, and p50, p99 and maximum of each time, s."""
         figures = {
             "estimates": float(self.estimates),
             "pinches": float(self.verdicts.total()),

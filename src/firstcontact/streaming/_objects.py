@@ -16,10 +16,7 @@ WAITING, PINCHES = 16, 100
 
 
 class ObjectNames:
-    """Names of the pinched objects, from markers and from the labels of a replayed recording.
-
-    Markers and labels may come before their pinch or after it.
-    """
+    """Names of the pinched objects, from markers and from the labels of a replayed recording."""
 
     def __init__(self) -> None:
         self._markers: deque[Marker] = deque(maxlen=WAITING)
@@ -50,13 +47,7 @@ class ObjectNames:
 
 
 class ObjectCombiner:
-    """Pool of the final estimates of several pinches of one object.
-
-    Pinches are pooled only if they are marked as one object: by :meth:`new_object`, by a marker
-    with an object's name, or by the labels of a replayed recording. Labels take precedence over
-    markers. A new name, or :meth:`new_object`, begins another object. An unmarked pinch is not
-    pooled with others. Pinches whose final estimate is out of range are left out.
-    """
+    """Pool of the final estimates of several pinches of one object."""
 
     def __init__(self) -> None:
         self._names = ObjectNames()
@@ -76,10 +67,7 @@ class ObjectCombiner:
         self._names.add_markers(markers)
 
     def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Add a finished pinch. Return its object's estimate.
-
-        Return None if the pinch is left out, or waits for its label.
-        """
+        """Add a finished pinch. Return its object's estimate."""
         self._names.add_pinch(pinch)
         self._last = pinch
         self._waits = self._has_labels and self._names.label(pinch) is None
@@ -95,12 +83,7 @@ class ObjectCombiner:
         return self._pool(pinch)
 
     def add_labels(self, marks: Sequence[PinchMark]) -> ObjectEstimate | None:
-        """Process labels of pinches in a replayed recording.
-
-        Return the estimate of the last pinch's object if the pinch waited for its label. If it did
-        not, and a label shows that it was of another object than those before it, return the
-        estimate from the last pinch alone.
-        """
+        """Process labels of pinches in a replayed recording."""
         self._names.add_labels(marks)
         if not marks or self._last is None:
             return None

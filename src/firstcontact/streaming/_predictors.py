@@ -149,15 +149,7 @@ class WindowLadder:
 
 
 class WindowPredictions:
-    """Predictions of window models in one closing.
-
-    Parameters
-    ----------
-    windows
-        Models by the lengths of their windows, s.
-    layout
-        Columns of the samples.
-    """
+    """Predictions of window models in one closing."""
 
     def __init__(self, windows: dict[float, WindowPredictor], layout: Layout) -> None:
         self._windows = windows
@@ -195,10 +187,7 @@ class WindowPredictions:
         self._stream.withdraw()
 
     def predict(self, window: ContactWindow) -> tuple[float, float, float, float]:
-        """Return value, low, high, and the level of the interval, 0 without one.
-
-        InputError is raised if a number is not finite.
-        """
+        """Return value, low, high, and the level of the interval, 0 without one."""
         entry = self._windows[window.duration]
         value = entry.model.predict_one(window.samples)
         low, high, level = value, value, 0.0

@@ -14,17 +14,7 @@ SWITCH = 1e-4
 
 
 class Readiness:
-    """Context manager with settings of the process for a real-time session.
-
-    While it is open, Python switches quickly back to the session's thread. This thread has a
-    real-time priority if the system allows it. The garbage collector skips objects that existed
-    before.
-
-    Parameters
-    ----------
-    real_time
-        False if samples do not come in real time. The settings are then left as they are.
-    """
+    """Context manager with settings of the process for a real-time session."""
 
     def __init__(self, *, real_time: bool) -> None:
         self._is_active = real_time

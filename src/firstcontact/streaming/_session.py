@@ -427,10 +427,7 @@ class LiveSession:
         )
 
     def _note(self, pinch: PinchDone) -> None:
-        """Add a pinch mark to the recording, if one is running.
-
-        The true contacts of the mark come from the strips.
-        """
+        """Add a pinch mark to the recording, if one is running."""
         is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start
         if self._noted is None or self.recording.path != self._noted or not is_whole:
             return

@@ -16,23 +16,7 @@ from firstcontact.streaming._hand_requests import Ask
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Update:
-    """Samples and events since the last update, and the state of the live session.
-
-    Parameters
-    ----------
-    arrivals
-        Samples, in order.
-    events
-        Events since the last update, in order.
-    health
-        State of the source.
-    recording
-        State of the recorder.
-    ledger
-        Numbers of the time ledger so far, by name. Times are in s.
-    failed
-        Reason of each failure, by the sink's name.
-    """
+    """Samples and events since the last update, and the state of the live session."""
 
     arrivals: tuple[Arrival, ...] = ()
     events: tuple[Event, ...] = ()
@@ -101,14 +85,7 @@ class Controls(Protocol):
 
 
 def write_now(stream: TextIO, text: str) -> None:
-    """Write text to a stream and flush the stream.
-
-    Raises
-    ------
-    OSError
-        The reader has closed the stream (BrokenPipeError), or the stream cannot be written.
-        Buffered text is dropped, because it would cause the error again at the end of the program.
-    """
+    """Write text to a stream and flush the stream."""
     try:
         stream.write(text)
         stream.flush()

@@ -113,11 +113,7 @@ def _shore(shore_a: float | None) -> str:
 
 
 def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
-    """Return one line of text about a pinch.
-
-    The line has the estimate that was available at the second contact. If the final estimate came
-    later, it follows. ``alone`` is true for a single sensor, which has no second contact.
-    """
+    """Return one line of text about a pinch."""
     is_judged = not alone and pinch.verdict is not None
     judged = pinch.in_force if is_judged else pinch.final
     parts = [f"pinch {pinch.number}: {finger_name(pinch.contacts[0].finger)} first"]

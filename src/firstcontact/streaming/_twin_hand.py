@@ -16,15 +16,7 @@ RATE = 200.0
 
 
 class TwinHand(Hand):
-    """Hand that sends each command as an order to the twin for the current closing.
-
-    Outside a closing the twin ignores commands and reports this in a marker.
-
-    Parameters
-    ----------
-    source
-        Source of the twin. It must be open as long as the hand.
-    """
+    """Hand that sends each command as an order to the twin for the current closing."""
 
     name = "twin"
     limits = HandLimits(speed=Drive().speed, force=Drive().force, rate=RATE, watchdog=inf)

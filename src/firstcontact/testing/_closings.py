@@ -12,12 +12,7 @@ SAMPLES = 1200
 
 
 def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
-    """Return one closing: both fingers vibrate, one touches, then the other.
-
-    If ``touches`` is False, the fingers only vibrate, and the closing has no contacts.
-
-    The samples are in 1/32 of the converter's counts, and smoothed as on the device.
-    """
+    """Return one closing: both fingers vibrate, one touches, then the other."""
     rng = np.random.default_rng(seed)
     counts = np.zeros((SAMPLES, 16))
     first = int(rng.integers(450, 700))

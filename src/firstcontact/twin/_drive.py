@@ -78,20 +78,7 @@ class Drive:
 
 
 class DriveReference:
-    """Reference speed of both drives: steady, or a ramp to a commanded speed.
-
-    Parameters
-    ----------
-    drive
-        Drive that limits the commands.
-    speed
-        Initial steady speed, m/s.
-
-    Attributes
-    ----------
-    command
-        Current command; None for a steady speed.
-    """
+    """Reference speed of both drives: steady, or a ramp to a commanded speed."""
 
     def __init__(self, drive: Drive, speed: float) -> None:
         self._drive = drive

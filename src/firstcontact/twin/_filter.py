@@ -24,11 +24,7 @@ _kernels = kernels()
 
 
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
-    """Return one piezo's converter counts, smoothed as the device smooths them.
-
-    The smoothed counts are in 1/32 counts, shape (samples,), and equal those of
-    :class:`DeviceFilter`.
-    """
+    """Return one piezo's converter counts, smoothed as the device smooths them."""
     out = np.empty(counts.size, np.int16)
     _kernels.smooth(np.ascontiguousarray(counts), out)
     return out
@@ -93,15 +89,7 @@ class DeviceFilter:
 def settled_filter(
     scan: NDArray[np.uint16], sheets: tuple[VelostatParameters, VelostatParameters]
 ) -> DeviceFilter:
-    """Return a filter in the state after a long rest, with unloaded fingers.
-
-    Parameters
-    ----------
-    scan
-        First scan that the filter will get, shape (6,). Its piezo readings are the resting state.
-    sheets
-        Parameters of the force arrays of index and thumb.
-    """
+    """Return a filter in the state after a long rest, with unloaded fingers."""
     device = DeviceFilter()
     warm_up = np.tile(scan, (ROUND, 1))
     warm_up[:, 2:4] = [open_reading(v) for v in sheets]

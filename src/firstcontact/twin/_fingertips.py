@@ -22,20 +22,7 @@ Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
-    """Base class of the converters of both fingertips, which are unloaded at first.
-
-    Parameters
-    ----------
-    draw
-        Drawn pinch, which states the parameters of the sensors.
-    sheets
-        Parameters of the force arrays of index and thumb; by default those of ``draw``.
-
-    Attributes
-    ----------
-    sample
-        Number of the next scan.
-    """
+    """Base class of the converters of both fingertips, which are unloaded at first."""
 
     def __init__(self, draw: PinchDraw, sheets: ForceSheets | None = None) -> None:
         self._draw = draw
@@ -51,24 +38,10 @@ class Fingertips(ABC):
 
     @abstractmethod
     def _pickup(self, samples: int) -> list[Pickup]:
-        """Return the electrical noise of each fingertip's next samples.
-
-        See :func:`firstcontact.twin._noise.pickup`.
-        """
+        """Return the electrical noise of each fingertip's next samples."""
 
     def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
-        """Return the scans of the next samples.
-
-        Parameters
-        ----------
-        motion
-            Output of a :class:`firstcontact.twin._mechanics.Piece`, shape (n, 2, 5).
-
-        Returns
-        -------
-        ndarray
-            Shape (n, 6), in the order of :data:`firstcontact.twin._sensor.SCAN`.
-        """
+        """Return the scans of the next samples."""
         scans = np.empty((len(motion), len(SCAN)), np.uint16)
         for f, (piezo, force) in enumerate(self._pickup(len(motion))):
             scans[:, f] = piezo_readings(motion[:, f, BUFFER] + piezo)
@@ -83,17 +56,7 @@ class Fingertips(ABC):
 
 
 class PinchFingertips(Fingertips):
-    """Converters for one pinch. Their noise is drawn in advance.
-
-    Parameters
-    ----------
-    draw
-        Drawn pinch. Its random generator advances.
-    times
-        Sampling instants of the longest possible pinch, s, shape (samples,).
-    sheets
-        Parameters of the force arrays of index and thumb; by default those of ``draw``.
-    """
+    """Converters for one pinch. Their noise is drawn in advance."""
 
     def __init__(
         self, draw: PinchDraw, times: NDArray[np.float64], sheets: ForceSheets | None = None
@@ -114,18 +77,7 @@ class PinchFingertips(Fingertips):
 
 
 class StreamFingertips(Fingertips):
-    """Converters of a running twin.
-
-    The phase of the hum and the load of the force arrays continue from pinch to pinch, so that no
-    reading jumps.
-
-    Parameters
-    ----------
-    draw
-        Drawn pinch, which states the parameters of the sensors until :meth:`take`.
-    rng
-        Random generator for the phase of the hum and the converters' noise.
-    """
+    """Converters of a running twin."""
 
     def __init__(self, draw: PinchDraw, rng: np.random.Generator) -> None:
         super().__init__(draw)
@@ -133,11 +85,7 @@ class StreamFingertips(Fingertips):
         self._phases = rng.uniform(0, 2 * math.pi, 2)
 
     def take(self, draw: PinchDraw) -> None:
-        """Continue with the sensors of another pinch of the same hand and session.
-
-        The parameters of a force array differ between pinches. The load that remains on an array is
-        scaled so that the array's conductance stays the same, and no reading jumps.
-        """
+        """Continue with the sensors of another pinch of the same hand and session."""
         for f, (old, new) in enumerate(zip(self.sheets, draw.velostat, strict=True)):
             self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
         self._draw, self.sheets = draw, draw.velostat
@@ -156,28 +104,14 @@ class StreamFingertips(Fingertips):
 def strip_contacts(
     scans: NDArray[np.uint16], first_sample: int = 0, earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the contacts that the strips show in ``scans``, in order of time.
-
-    Parameters
-    ----------
-    scans
-        Scans, shape (n, 6).
-    first_sample
-        Sample number of ``scans[0]``.
-    earlier
-        Earlier contacts of the pinch. A finger touches once, so the fingers of these contacts are
-        left out.
-    """
+    """Return the contacts that the strips show in ``scans``, in order of time."""
     return mask_contacts(scans[:, 4:6] != 0, first_sample, earlier)
 
 
 def mask_contacts(
     closed: NDArray[np.bool_], first_sample: int, earlier: Sequence[Contact]
 ) -> list[Contact]:
-    """Return the contacts in order of time, from a mask of closed strips, shape (n, 2).
-
-    See :func:`strip_contacts`.
-    """
+    """Return the contacts in order of time, from a mask of closed strips, shape (n, 2)."""
     contacts = []
     for f in () if len(earlier) == 2 else Finger:
         sample = first_closed_sample(closed[:, f], first_sample)

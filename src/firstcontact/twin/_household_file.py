@@ -51,13 +51,7 @@ class HouseholdSource:
 
 
 def read_sources(text: str, file: str) -> dict[str, HouseholdSource]:
-    """Return the sources by their key.
-
-    Raises
-    ------
-    InputError
-        A key is repeated or is "estimate", a field is empty, or a year is invalid.
-    """
+    """Return the sources by their key."""
     by_key: dict[str, HouseholdSource] = {}
     columns = [field.name for field in fields(HouseholdSource)]
     for line, row in _rows(text, file, columns):
@@ -80,23 +74,7 @@ def read_sources(text: str, file: str) -> dict[str, HouseholdSource]:
 def read_household(
     text: str, sources: Mapping[str, HouseholdSource], file: str
 ) -> tuple[HouseholdObject, ...]:
-    """Return the objects in the order of the file.
-
-    Parameters
-    ----------
-    text
-        Text of a CSV with name, group, origin and, for each quantity, a value and its source.
-    sources
-        Sources by their key.
-    file
-        Name of the file, for messages.
-
-    Raises
-    ------
-    InputError
-        A column is missing, a name is repeated, or a group does not fit the numbers. Or a value is
-        invalid, out of range, or without a known source.
-    """
+    """Return the objects in the order of the file."""
     columns = ["name", "group", "origin"]
     columns += [name for q in QUANTITIES for name in (q, f"{q}_from")]
     by_name: dict[str, HouseholdObject] = {}

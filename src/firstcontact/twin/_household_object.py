@@ -105,19 +105,7 @@ SCATTER = {
 
 @dataclass(frozen=True, slots=True)
 class HouseholdObject:
-    """Kind of household object.
-
-    Parameters
-    ----------
-    name
-        Name of the object.
-    group
-        "soft fragile", "soft robust", "firm fragile" or "firm robust".
-    origin
-        "grown" or "made". It determines the scatter of the specimens.
-    numbers
-        Physical quantities of the object, with their sources.
-    """
+    """Kind of household object."""
 
     name: str
     group: str

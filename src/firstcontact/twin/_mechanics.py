@@ -36,11 +36,7 @@ _kernels = kernels()
 
 
 class Piece(NamedTuple):
-    """Pinch to integrate, or a piece of one.
-
-    ``x``, ``gap`` and ``touched`` hold the complete state for the next piece, which starts at
-    ``times[-1]``.
-    """
+    """Pinch to integrate, or a piece of one."""
 
     index_finger: FingerParameters
     thumb: FingerParameters
@@ -97,12 +93,6 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 
 
 def integrate_all(pieces: list[Piece]) -> list[int]:
-    """Integrate pieces of different pinches, side by side in the lanes of a vector unit.
-
-    Returns
-    -------
-    list
-        Number of samples computed of each piece; ``times.size`` if its object did not break.
-    """
+    """Integrate pieces of different pinches, side by side in the lanes of a vector unit."""
     taken: list[int] = _kernels.integrate_all(pieces)
     return taken

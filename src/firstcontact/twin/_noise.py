@@ -97,24 +97,7 @@ def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float
 def phalanx_force(
     noise: MotorNoise, duration: float, rate: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return a random series of the noise force on one phalanx.
-
-    Parameters
-    ----------
-    noise
-        Strengths of the noise forces.
-    duration
-        Length of the series, s.
-    rate
-        Number of points per second.
-    rng
-        Random generator.
-
-    Returns
-    -------
-    ndarray
-        Forces, N, shape (points,).
-    """
+    """Return a random series of the noise force on one phalanx."""
     n = math.ceil(duration * rate) + 2
     dt = 1 / rate
     white = rng.standard_normal(n + 200)
@@ -150,29 +133,7 @@ def phalanx_force(
 
 
 class PhalanxNoise:
-    """Noise forces on both phalanges, scaled with the loudness of the motor.
-
-    Parameters
-    ----------
-    noises
-        Strengths of the noise forces of index and thumb.
-    duration
-        Length of the series, s.
-    rng
-        Random generator.
-    loudness
-        Initial loudness, as a share of the full strength.
-
-    Attributes
-    ----------
-    points
-        Forces, N, shape (2, points), ``dt`` apart.
-    dt
-        Time between two points, s.
-    loudness
-        Loudness as a share of the full strength. It can be set: the forces then reach it linearly
-        by the end of the next call of :meth:`shape`.
-    """
+    """Noise forces on both phalanges, scaled with the loudness of the motor."""
 
     dt = 1 / _RATE
 
@@ -185,11 +146,7 @@ class PhalanxNoise:
         self._shaped = 0  # number of points with their loudness applied
 
     def shape(self, until: float) -> None:
-        """Scale the forces up to the time ``until``, s, by the loudness.
-
-        The first point after ``until`` is scaled as well, because the integration interpolates
-        between points.
-        """
+        """Scale the forces up to the time ``until``, s, by the loudness."""
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:
             slope = np.linspace(self._reached, self.loudness, stop - self._shaped + 1)[1:]
@@ -201,23 +158,6 @@ class PhalanxNoise:
 def pickup(
     noise: MotorNoise, sheet: float, angle: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the electrical noise at a fingertip's two converters.
-
-    Parameters
-    ----------
-    noise
-        Strengths of the noise. Only ``hum`` and ``electronics`` are used.
-    sheet
-        RMS of the noise at the force array's converter, V.
-    angle
-        Phase of the mains, rad, shape (samples,).
-    rng
-        Random generator.
-
-    Returns
-    -------
-    tuple
-        Noise at the piezo's and at the force array's converter, V, shape (samples,).
-    """
+    """Return the electrical noise at a fingertip's two converters."""
     white = rng.standard_normal((2, angle.size))
     return noise.hum * np.sin(angle) + noise.electronics * white[0], sheet * white[1]

@@ -19,15 +19,7 @@ CRUSHED = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Fragility:
-    """Weibull distribution of the force at which one finger breaks the object.
-
-    Parameters
-    ----------
-    scale
-        Force at which 63 of 100 objects are broken, N.
-    modulus
-        Weibull modulus. A higher value means less scatter.
-    """
+    """Weibull distribution of the force at which one finger breaks the object."""
 
     scale: float
     modulus: float

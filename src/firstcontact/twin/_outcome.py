@@ -68,36 +68,12 @@ def slide(
     slid: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Simulate the slip of the object under friction for the next samples.
-
-    Parameters
-    ----------
-    forces
-        Both contact forces, N, shape (samples, 2).
-    hanging
-        Share of the weight that the support does not carry, shape (samples,).
-    mass, friction
-        Mass of the object, kg, and its coefficient of friction against either finger.
-    dt
-        Sampling interval, s.
-    slid
-        Distance (m) and speed (m/s) of the slip before the first sample, shape (2,).
-    out
-        Array for the distance and speed after each sample, shape (samples, 2).
-    """
+    """Simulate the slip of the object under friction for the next samples."""
     _kernels.slide(forces, hanging, mass, friction, dt, slid, out)
 
 
 def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
-    """Return the sample from which a grip force stays stable; None if it never becomes stable.
-
-    Parameters
-    ----------
-    grip
-        Grip force, N, shape (samples,).
-    needed
-        Smallest grip force that holds the object, N.
-    """
+    """Return the sample from which a grip force stays stable; None if it never becomes stable."""
     width = round(SMOOTHED * FINGERTIP_RATE)
     if len(grip) < 3 * width:
         return None

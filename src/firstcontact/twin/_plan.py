@@ -34,19 +34,7 @@ class PlannedSession:
 def plan_sessions(
     condition: Condition, pinches_per_block: int, pinches_per_object: int, seed: int
 ) -> tuple[PlannedSession, ...]:
-    """Return the planned sessions of a simulated set: some of flat blocks, some of other objects.
-
-    A session has pinches of every flat block, or of every other object, in random order.
-
-    Parameters
-    ----------
-    condition
-        Condition. It determines the number of specimens of each flat block.
-    pinches_per_block, pinches_per_object
-        Number of pinches of each of the five flat blocks, and of each of the eight other objects.
-    seed
-        Random seed of the simulated set.
-    """
+    """Return the planned sessions of a simulated set, with flat blocks or other objects."""
     blocks = _sessions(condition, "blocks", BLOCKS, pinches_per_block, BLOCK_SESSIONS, seed)
     objects = _sessions(
         condition, "objects", EVERYDAY_OBJECTS, pinches_per_object, OBJECT_SESSIONS, seed

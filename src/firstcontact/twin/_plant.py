@@ -327,13 +327,7 @@ class GraspPlant:
 
 
 class PinchReadings:
-    """Converters of one pinch, followed by the microcontroller's filters.
-
-    Parameters
-    ----------
-    tips
-        Converters that have read nothing yet.
-    """
+    """Converters of one pinch, followed by the microcontroller's filters."""
 
     def __init__(self, tips: PinchFingertips) -> None:
         self._tips = tips

@@ -20,13 +20,7 @@ REMEMBERED = 100
 
 
 class Positions:
-    """Position sensor of the drives: it gives the mean position of both fingertips, with noise.
-
-    Parameters
-    ----------
-    rng
-        Random generator that is used only for the noise of the positions.
-    """
+    """Position sensor of the drives: it gives the mean position of both fingertips, with noise."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
@@ -34,16 +28,7 @@ class Positions:
         self._samples: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
 
     def add(self, motion: NDArray[np.float64], first_sample: int) -> None:
-        """Measure and store positions while the fingers move.
-
-        Parameters
-        ----------
-        motion
-            Output of :meth:`firstcontact.twin._run.PinchRun.advance`. Every ``EVERY`` samples a
-            position is measured.
-        first_sample
-            Number of the motion's first sample.
-        """
+        """Measure and store positions while the fingers move."""
         travel = self._travel + np.cumsum(motion[..., DRIVE_SPEED].mean(axis=1)) / FINGERTIP_RATE
         for place in range(EVERY - 1, len(travel), EVERY):
             position = float(travel[place]) + NOISE * float(self._rng.standard_normal())

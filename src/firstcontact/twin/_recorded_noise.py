@@ -22,18 +22,7 @@ LOUD = 4.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedNoise:
-    """Recorded noise of vibration sensors at rest, at the fingertip's rate, not smoothed.
-
-    Parameters
-    ----------
-    volts
-        Noise around 0, shape (samples, 1 or 2): one sensor for both fingers, or one for each
-        finger.
-    name
-        Name of the file.
-    digest
-        SHA-256 of the file, hexadecimal.
-    """
+    """Recorded noise of vibration sensors at rest, at the fingertip's rate, not smoothed."""
 
     volts: NDArray[np.float64]
     name: str
@@ -50,11 +39,7 @@ class RecordedNoise:
     def draw(
         self, samples: int, rng: np.random.Generator
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Draw a stretch of noise for index and thumb, V.
-
-        If the recording has two sensors, both stretches come from the same time. A recording that
-        is too short is repeated.
-        """
+        """Draw a stretch of noise for index and thumb, V."""
         starts = rng.integers(0, max(1, len(self.volts) - samples + 1), 2)
         if self.volts.shape[1] > 1:
             starts[1] = starts[0]

@@ -41,53 +41,7 @@ LARGEST_WOBBLE = 2e-5
 
 
 class PinchRun:
-    """Simulation of one drawn pinch in progress.
-
-    An order is a command or a release. The hand closes as drawn until the first order takes effect,
-    and each finger touches as :class:`Approach` describes. The first order fixes the position of
-    the object: the place where fingers that close at the drawn speed would have met the object.
-
-    After the first order a finger touches when its skin reaches the object, and the motor noise
-    follows the speed. If the loudness stays constant, the result does not depend on the lengths of
-    the pieces.
-
-    Parameters
-    ----------
-    draw
-        Drawn pinch. Its random generator advances.
-    duration
-        Longest duration of the run, s, not counting ``lead``.
-    lead
-        Number of samples before time zero, from which the drawn contact times count.
-    drive
-        Drive that limits the orders.
-    at_rest
-        True to begin with fingers and motor at rest. Otherwise the run begins at the drawn speed
-        with full motor noise.
-    damped
-        True if the damping of a drive that is pushed backwards acts from the start of the run;
-        False if it acts only from the first order on.
-    substeps
-        Integration steps per sampling interval once a finger has touched.
-    calm_steps
-        Integration steps per sampling interval from :data:`CALM` s after the second contact on, in
-        a commanded hand; half of ``substeps`` by default.
-
-    Attributes
-    ----------
-    times
-        Sampling instants of the longest run, s from its start, shape (samples,).
-    done
-        Number of samples computed.
-    nominal_speed
-        Closing speed of the hand as drawn, the mean of both fingers, m/s.
-    released
-        True if an order opened the hand.
-    limit
-        Contact force at which the object breaks, N. It can be set.
-    broken_at
-        Sample at which the object broke; None while it is intact.
-    """
+    """Simulation of one drawn pinch in progress."""
 
     def __init__(
         self,
@@ -137,10 +91,7 @@ class PinchRun:
         self.broken_at: int | None = None
 
     def fork(self) -> Self:
-        """Return an independent copy in the same state, with the same noise.
-
-        Copies share the noise, so do not change the loudness after you make a copy.
-        """
+        """Return an independent copy in the same state, with the same noise."""
         other = copy.copy(self)
         other._state = self._state.copy()
         other._touched = self._touched.copy()
@@ -157,10 +108,7 @@ class PinchRun:
 
     @property
     def speed(self) -> float:
-        """Mean reference speed of both drives, m/s. Negative values open the hand.
-
-        You can set it while no command is active. It takes effect after the newest sample.
-        """
+        """Mean reference speed of both drives, m/s. Negative values open the hand."""
         return self._reference.speed(self.done - 1)
 
     @speed.setter
@@ -174,10 +122,7 @@ class PinchRun:
 
     @property
     def loudness(self) -> float:
-        """Loudness of the motor before the first order, as a share of the full strength.
-
-        You can set it. The noise changes linearly to the new loudness during the next piece.
-        """
+        """Loudness of the motor before the first order, as a share of the full strength."""
         return self._noise.loudness
 
     @loudness.setter
@@ -201,18 +146,7 @@ class PinchRun:
         return not math.isnan(index), not math.isnan(thumb)
 
     def order(self, command: Command | None, effect: int) -> None:
-        """Queue an order: a command, or None to release the hand.
-
-        Parameters
-        ----------
-        command
-            Command, which is limited to what the drive can do. None releases the hand: the speed
-            then stays until you set ``speed``.
-        effect
-            Sample after which the order takes effect, counted from the start of the run, ``lead``
-            included. If the sample is past, the order takes effect after the newest sample. Orders
-            must be queued by ascending ``effect``.
-        """
+        """Queue an order: a command, or None to release the hand."""
         clipped = None if command is None else self._drive.clipped(command)
         self._orders.append((max(effect, self.done - 1), clipped))
 
@@ -224,18 +158,7 @@ class PinchRun:
         return waiting
 
     def advance(self, samples: int) -> NDArray[np.float64]:
-        """Simulate the next samples and return their motion.
-
-        Returns
-        -------
-        ndarray
-            See ``out`` of :class:`firstcontact.twin._mechanics.Piece`, shape (samples, 2, 5).
-
-        Raises
-        ------
-        ValueError
-            The number of samples is below 1, or more than remain of the longest run.
-        """
+        """Simulate the next samples and return their motion."""
         end = self.done + samples
         if samples < 1 or end > self.times.size:
             left = self.times.size - self.done
@@ -327,37 +250,14 @@ class PinchRun:
 
 
 def whole_motions(runs: Sequence[PinchRun]) -> list[NDArray[np.float64]]:
-    """Return the motion of several fresh runs without orders, from begin to end.
-
-    Side by side is faster. The bits are those of :meth:`PinchRun.advance`.
-    """
+    """Return the motion of several fresh runs without orders, from begin to end."""
     pieces = [run._piece(0, run.times.size) for run in runs]
     taken = integrate_all(pieces)
     return [run._keep(0, piece, n) for run, piece, n in zip(runs, pieces, taken, strict=True)]
 
 
 class Approach:
-    """Contact times of two fingers. Each finger touches after a fixed distance.
-
-    A finger covers this distance at the drawn speed until its drawn contact time. So at the drawn
-    speed it touches at the drawn time, and at a lower speed it touches later.
-
-    Parameters
-    ----------
-    timing
-        Drawn contact times.
-    begin
-        Time from which the drawn times count, s.
-    nominal
-        Drawn speed, the mean of both fingers, m/s.
-    speed
-        Initial speed, m/s.
-
-    Attributes
-    ----------
-    touch
-        Contact times of index and thumb, s, shape (2,); infinite for a hand that does not close.
-    """
+    """Contact times of two fingers. Each finger touches after a fixed distance."""
 
     def __init__(self, timing: Timing, begin: float, nominal: float, speed: float) -> None:
         first, second, first_is_index = timing
@@ -367,17 +267,7 @@ class Approach:
         self._since = 0.0
 
     def turn(self, old: float, new: float, now: float, touching: NDArray[np.bool_]) -> None:
-        """Change the contact times to those at a new speed.
-
-        Parameters
-        ----------
-        old, new
-            Old and new speed, m/s.
-        now
-            Current time, s.
-        touching
-            Mask of the fingers that have touched.
-        """
+        """Change the contact times to those at a new speed."""
         self._distance_left -= old * (now - self._since)
         self._since = now
         contact_times = now + self._distance_left / new if new > 0 else math.inf

@@ -49,18 +49,7 @@ OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_sha
 
 
 def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
-    """Convert the piezo's voltage into ADC counts.
-
-    Parameters
-    ----------
-    volts
-        Voltage at the converter's input, without the 1.65 V offset, shape (samples,).
-
-    Returns
-    -------
-    ndarray
-        ADC counts, 0 to 1023.
-    """
+    """Convert the piezo's voltage into ADC counts."""
     out = np.empty(volts.size, np.uint16)
     _kernels.piezo_counts(np.ascontiguousarray(volts), out)
     return out
@@ -75,31 +64,7 @@ def force_readings(
     state: NDArray[np.float64],
     first: int,
 ) -> NDArray[np.uint16]:
-    """Return the readings of one force array: one taxel at each sample, row by row.
-
-    Parameters
-    ----------
-    force
-        Total force on the array, N, shape (samples,).
-    shares
-        Share of the force on each taxel, shape (6,).
-    p
-        Parameters of the force array and of the divider at its output.
-    noise
-        Noise at the converter, V, shape (samples,).
-    dt
-        Sampling interval, s.
-    state
-        Fast and slow response of each taxel, N, shape (2, 6), changed in place. Zeros mean an
-        unloaded array.
-    first
-        Number of the first sample: sample i reads taxel i modulo 6.
-
-    Returns
-    -------
-    ndarray
-        ADC counts, 0 to 1023, shape (samples,).
-    """
+    """Return the readings of one force array: one taxel at each sample, row by row."""
     out = np.empty(force.size, np.uint16)
     _kernels.force_counts(
         np.ascontiguousarray(force), np.ascontiguousarray(shares), p,

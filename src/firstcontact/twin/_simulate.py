@@ -135,18 +135,7 @@ def check_set(
     seed: int = 0,
     workers: int | None = None,
 ) -> None:
-    """Check the arguments of :func:`simulate` without simulating.
-
-    Parameters
-    ----------
-    directory, condition_name, pinches_per_block, pinches_per_object, seed, workers
-        See :func:`simulate`.
-
-    Raises
-    ------
-    InputError
-        An argument cannot be used. The message names it.
-    """
+    """Check the arguments of :func:`simulate` without simulating."""
     condition(condition_name)
     for name, value in (
         ("pinches_per_block", pinches_per_block),
@@ -178,17 +167,7 @@ def _file(session: PlannedSession) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Batch:
-    """Consecutive pinches of one session, simulated as one job.
-
-    Parameters
-    ----------
-    session
-        Name of the session.
-    first
-        Position of the first pinch in the session.
-    pinches
-        Planned pinches.
-    """
+    """Consecutive pinches of one session, simulated as one job."""
 
     session: str
     first: int

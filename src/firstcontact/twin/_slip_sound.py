@@ -53,20 +53,7 @@ class SlipParameters(NamedTuple):
 
 
 class SlipSound:
-    """Source of the slip sound in both piezos, piece by piece.
-
-    Parameters
-    ----------
-    fingers
-        Index and thumb.
-    mass, friction
-        Mass of the object, kg, and its coefficient of friction against each finger.
-    parameters
-        Parameters of the pads.
-    rng
-        Random generator for the static friction. Use a separate generator, so that the slip sound
-        does not change other random numbers.
-    """
+    """Source of the slip sound in both piezos, piece by piece."""
 
     def __init__(
         self,
@@ -88,22 +75,7 @@ class SlipSound:
         self._state = np.zeros((2, 7))
 
     def hear(self, forces: _Vector, speeds: _Vector, hanging: _Vector) -> _Vector:
-        """Return the voltage that the slip sound adds to the signal of each buffer.
-
-        Parameters
-        ----------
-        forces
-            Contact forces, N, shape (samples, 2).
-        speeds
-            Sliding speed of the object, m/s, shape (samples,).
-        hanging
-            Share of the weight that the support does not carry, shape (samples,).
-
-        Returns
-        -------
-        ndarray
-            Voltage, V, shape (samples, 2).
-        """
+        """Return the voltage that the slip sound adds to the signal of each buffer."""
         out = np.empty((2, len(forces)))
         pull = 0.5 * self._mass * GRAVITY * hanging
         for f, finger in enumerate(self._fingers):

@@ -47,25 +47,7 @@ Thing = TwinObject | HouseholdObject
 
 @dataclass(frozen=True, slots=True)
 class StreamPinch:
-    """Pinch of a streaming hand.
-
-    Parameters
-    ----------
-    start
-        Sample at which the motor starts to close the hand.
-    label
-        Label of the object.
-    truth
-        Contacts so far as the strips show them, in order of time.
-    end
-        First sample after the hold, when the hand begins to open; None before that.
-    peak
-        Largest grip force until ``end``, N. The grip force is the smaller contact force.
-    lost
-        "broken" if the object broke before ``end``; "dropped" if it would have fallen before
-        ``end`` in a lift like :class:`firstcontact.twin._lift.Lift`; otherwise None. The simulated
-        hand lifts nothing, so its fingers still hold a dropped object.
-    """
+    """Pinch of a streaming hand."""
 
     start: int
     label: Label
@@ -297,15 +279,7 @@ class TwinStream:
 
 
 def _dropped(forces: NDArray[np.float64], held_object: TwinObject) -> str | None:
-    """Return "dropped" if the object would fall in a lift after its first contact, otherwise None.
-
-    Parameters
-    ----------
-    forces
-        Forces of a closing, N, shape (samples, 2).
-    held_object
-        Object, with its mass and friction.
-    """
+    """Return "dropped" if the object would fall in a lift, otherwise None."""
     touched = np.flatnonzero((forces > 0).any(axis=1))
     if not touched.size:
         return None

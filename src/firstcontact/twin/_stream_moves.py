@@ -36,10 +36,7 @@ def pieces(duration: float) -> int:
 
 
 def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
-    """Yield the motion while the hand closes, squeezes, and holds the object for ``hold`` s.
-
-    It ends early if the hand is released. A command replaces the drawn speed and the holding force.
-    """
+    """Yield the motion while the hand closes, squeezes, and holds the object for ``hold`` s."""
     for motion in _squeeze(run, hold):
         yield motion
         if run.released:

@@ -32,17 +32,7 @@ LONGEST = 2.0
 
 @dataclass(frozen=True, slots=True, order=True)
 class Pick:
-    """One attempt of a hand to pick up an object.
-
-    Parameters
-    ----------
-    kind
-        Name of the object.
-    hand
-        Random seed of the hand.
-    specimen
-        Number of the specimen. The session of the pick has the same number.
-    """
+    """One attempt of a hand to pick up an object."""
 
     kind: str
     hand: int
@@ -51,22 +41,7 @@ class Pick:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approached:
-    """State of a closing at the moment at which both fingers touch.
-
-    Parameters
-    ----------
-    plant
-        Simulated hand at that moment.
-    estimate
-        Estimate that a policy can act on at that moment; None if there is none.
-    answers
-        All estimates that use only samples before the second contact.
-    heard
-        Time from the first contact to the detection of the second contact, s. None if the second
-        contact was not detected.
-    offset
-        Time from the first to the second contact, s; None if one of them is missing.
-    """
+    """State of a closing at the moment at which both fingers touch."""
 
     plant: GraspPlant
     estimate: Estimate | None
@@ -103,22 +78,7 @@ class _Waiting(PlantHand):
 
 
 def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -> Approached:
-    """Simulate the approach to an object until both fingers touch.
-
-    All policies for household objects approach in the same way. They differ only after both fingers
-    touch.
-
-    Parameters
-    ----------
-    pick
-        Pick to simulate.
-    speed
-        Approach speed, m/s.
-    hands
-        Detector and model of the hand.
-    breaks
-        True if the object can be damaged.
-    """
+    """Simulate the approach to an object until both fingers touch."""
     plant = make_plant(pick, breaks)
     policy = ByStiffness(Grip(), approach=speed)
     hand = _Waiting(plant, policy)

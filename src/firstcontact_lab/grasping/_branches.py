@@ -27,17 +27,7 @@ LOT = 100
 
 @dataclass(frozen=True, slots=True)
 class Branching:
-    """Speeds and forces that are simulated, in all combinations, for the table of closings.
-
-    Parameters
-    ----------
-    speeds
-        Approach speeds, m/s.
-    forces
-        Grip forces, N.
-    boosts
-        Factors by which the slip reflex raises the force.
-    """
+    """Speeds and forces that are simulated, in all combinations, for the table of closings."""
 
     speeds: tuple[float, ...]
     forces: tuple[float, ...]
@@ -46,23 +36,7 @@ class Branching:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branches:
-    """Outcomes of one pick at one approach speed, for each grip force.
-
-    Parameters
-    ----------
-    pick, speed
-        Pick, and its approach speed, m/s.
-    mass, friction, limit
-        Mass (kg), friction and damaging force (N, may be infinite) of this specimen.
-    estimate, answers, heard
-        As in :class:`firstcontact_lab.grasping._approach.Approached`.
-    peak, hold
-        Largest contact force, N, and sum of both contact forces at the end, N. Axis: grip force.
-    slip_peak, slip_drop
-        With a slip reflex: largest contact force, N, and 1 if the object is dropped, otherwise 0.
-        Axes: kind of lift, latency of the slip detection, boost and grip force. NaN where the
-        object does not slip.
-    """
+    """Outcomes of one pick at one approach speed, for each grip force."""
 
     pick: Pick
     speed: float
@@ -81,11 +55,7 @@ class Branches:
 def branches(
     job: tuple[Pick, float], hands: dict[tuple[int, float], OwnHand], how: Branching
 ) -> Branches:
-    """Simulate one approach, then a grip with each force and the lift of the object.
-
-    If the object slips at a grip force, the lift is repeated with each combination of kind of lift,
-    latency of the slip detection and boost of the reflex.
-    """
+    """Simulate one approach, then a grip with each force and the lift of the object."""
     pick, speed = job
     specimen = pick_specimen(pick)
     begun = approached(pick, speed, hands[pick.hand, speed])

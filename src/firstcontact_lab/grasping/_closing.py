@@ -59,10 +59,7 @@ class PlantHand(Hand):
 
 @dataclass(frozen=True, slots=True)
 class ClosingRecord:
-    """Commands and estimates of one closing, and counts such as missed deadlines.
-
-    ``estimates`` include estimates that the policy did not use.
-    """
+    """Commands and estimates of one closing, and counts such as missed deadlines."""
 
     orders: tuple[Order, ...]
     estimates: tuple[Estimate, ...]
@@ -76,25 +73,7 @@ def close(
     windows: int = 0,
     feels: bool = True,
 ) -> ClosingRecord:
-    """Close the hand on the plant's object, until the object is lifted or lost.
-
-    Computing and transport take no time here: the drive's latency includes both.
-
-    Parameters
-    ----------
-    plant
-        Simulated hand at its first sample.
-    policy
-        Grasp policy.
-    pipeline
-        New pipeline; None for a policy that does not use the piezos. It runs until it has reported
-        a first contact that stands and all estimates.
-    windows
-        Number of expected estimates; 0 for a policy without estimates.
-    feels
-        True if the policy acts on the force arrays. If False, blocks become longer once all
-        estimates are available, to save time.
-    """
+    """Close the hand on the plant's object, until the object is lifted or lost."""
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)
     estimates: list[Estimate] = []

@@ -32,12 +32,7 @@ def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> li
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return the errors of estimates, in Shore A, by window length in ms and under "used".
-
-    The key "used" has the errors of the estimates that policies used.
-
-    An error is the estimate minus the label.
-    """
+    """Return the errors of estimates, in Shore A, by window length in ms and under "used"."""
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []
     for row in rows:

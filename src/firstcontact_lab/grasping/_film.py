@@ -73,22 +73,7 @@ def film(
     hands: Mapping[tuple[int, float], OwnHand],
     pictures: int = PICTURES,
 ) -> Filmed:
-    """Write an animated GIF with one row per object and one column per policy.
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-    kinds, hand, specimen
-        Objects, seed of the hand, and number of the specimen.
-    settings
-        Functions by the name of the policy, for two policies. A function takes an object, and
-        returns the policy's settings for this object.
-    hands
-        Models of the hands.
-    pictures
-        Number of pictures in the film.
-    """
+    """Write an animated GIF with one row per object and one column per policy."""
     from matplotlib import rc_context
     from matplotlib.animation import FuncAnimation, PillowWriter
     from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -51,23 +51,7 @@ def findings(
     weights: NDArray[np.float64],
     permutations: int,
 ) -> Household:
-    """Return all results of the household part.
-
-    Parameters
-    ----------
-    tables, rows
-        Tables for tuning and for judging, and all simulated closings of the picks for judging.
-    hands
-        Models of the hands.
-    judgement
-        Tuned policies with their outcomes in the table for judging.
-    full
-        Closings of some policies that were simulated anew, with detector, model and loop.
-    weights
-        Weights of the bootstrap resamples, shape (picks, resamples).
-    permutations
-        Number of permutations in each control (:func:`permuted`).
-    """
+    """Return all results of the household part."""
     table, blind, ours, everyone = (
         tables.judged,
         judgement.blind,
@@ -117,11 +101,7 @@ def _controls(tables: Tables, count: int) -> dict[str, Between]:
 
 
 def _successes(everyone: Mapping[str, Judged], full: FullClosings, best: Front) -> dict[str, float]:
-    """Return for each tuned policy the share of picks that are neither dropped nor damaged.
-
-    If full closings were simulated for the policy, the share comes from them, otherwise from the
-    table of closings.
-    """
+    """Return for each tuned policy the share of picks that are neither dropped nor damaged."""
     return {
         **{name: _success(policy) for name, policy in everyone.items()},
         **{name: policy.success for name, policy in full.by_policy.items()},

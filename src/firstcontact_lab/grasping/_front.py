@@ -28,12 +28,7 @@ class Front:
     damaged: Values
 
     def drop_share(self, damage: float | Values = DAMAGE) -> Values:
-        """Return the share of dropped picks at the scale that damages the share ``damage``.
-
-        The shape is () or (resamples,). If every scale damages less than ``damage``, the result is
-        the smallest share of drops. If every scale damages more, take the largest of the scales
-        with the least damage: the result is its share of drops, plus the damage above ``damage``.
-        """
+        """Return the share of dropped picks at the scale that damages the share ``damage``."""
         dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
         wanted = np.broadcast_to(damage, len(dropped))
         rows = zip(dropped, damaged, wanted.tolist(), strict=True)
@@ -54,24 +49,13 @@ def _drop_share(dropped: Values, damaged: Values, damage: float) -> float:
 
 
 def find_scale(front: Front, damage: float = DAMAGE) -> float:
-    """Return the largest scale at which at most the share ``damage`` of the picks is damaged.
-
-    If every scale damages more, return the smallest scale.
-    """
+    """Return the largest scale at which at most the share ``damage`` of the picks is damaged."""
     within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= damage)
     return float(SCALES[within[-1]] if within.size else SCALES[0])
 
 
 def front(outcomes: Outcomes, weights: NDArray[np.float64] | None = None) -> Front:
-    """Return the shares of dropped and of damaged picks at each scale.
-
-    Parameters
-    ----------
-    outcomes
-        Outcomes by scale and pick, shape (scales, picks).
-    weights
-        Weight of each pick, shape (picks,) or (picks, resamples); 1 by default.
-    """
+    """Return the shares of dropped and of damaged picks at each scale."""
     count = np.ones(outcomes.dropped.shape[1]) if weights is None else weights
     total = count.sum(axis=0)
     return Front(
@@ -87,24 +71,7 @@ def resampled(
     count: int,
     seed: int,
 ) -> NDArray[np.float64]:
-    """Return bootstrap weights of picks: objects and hands are drawn with replacement.
-
-    Both are resampled, because a policy that works for these objects and hands may not work for
-    other objects and hands. Objects are resampled within their groups, because the study fixes the
-    size of each group.
-
-    Parameters
-    ----------
-    kinds, hands, groups
-        Object, hand and group of each pick, shape (picks,).
-    count, seed
-        Number of resamples, and random seed.
-
-    Returns
-    -------
-    ndarray
-        Weights, shape (picks, resamples).
-    """
+    """Return bootstrap weights of picks: objects and hands are drawn with replacement."""
     rng = np.random.default_rng(seed)
     weights = np.ones((len(kinds), count))
     everywhere = np.full(len(kinds), "")

@@ -38,23 +38,7 @@ def full_closings(
     hands: Mapping[tuple[int, float], OwnHand],
     runner: Runner,
 ) -> FullClosings:
-    """Simulate full closings of every pick for judging, with four policies.
-
-    The policies are ``blind`` and ``stiffness``, each without and with a slip reflex.
-
-    Parameters
-    ----------
-    judgement
-        Tuned settings of the policies, and their outcomes in the table of closings.
-    table
-        Table of the picks for judging.
-    weights
-        Weights of the bootstrap resamples, shape (picks, resamples).
-    hands
-        Models of the hands.
-    runner
-        Runner for the closings.
-    """
+    """Simulate full closings of every pick for judging, with four policies."""
     kinds: list[type[Policy]] = [baseline(), candidate(), baseline(True), candidate(True)]
     chosen, everyone = judgement.chosen(), judgement.everyone
     jobs = [
@@ -71,11 +55,7 @@ def full_closings(
 
 
 def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
-    """Return the share of successes with stiffness minus the share without, on the same picks.
-
-    ``rows`` holds the rows of one policy, then those of the next. Within a policy, rows have the
-    order of the weights.
-    """
+    """Return the share of successes with stiffness minus the share without, on the same picks."""
     fine = [
         np.array([not (r.dropped or r.damaged) for r in rows if r.job.policy == kind.name], float)
         for kind in (candidate(), baseline())

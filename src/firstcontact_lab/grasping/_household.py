@@ -32,19 +32,7 @@ class HouseholdWork:
 def household(
     settings: HouseholdSettings, seed: int, runner: Runner, stage: Callable[[str], object]
 ) -> HouseholdWork:
-    """Run the household part of the study.
-
-    Parameters
-    ----------
-    settings
-        Size of the study.
-    seed
-        Random seed.
-    runner
-        Runner for the closings.
-    stage
-        Function that is called with the title of each step when the step begins.
-    """
+    """Run the household part of the study."""
     how = Branching(settings.speeds, settings.forces, settings.boosts)
     tuning_hands, judged_hands = settings.hand_seeds(seed)
     stage("own hands")

@@ -40,21 +40,7 @@ NORMAL = 1.645
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """Tables for tuning and for judging: same objects, but different hands and specimens.
-
-    Parameters
-    ----------
-    tuning, judged
-        Tables of closings with the same speeds, forces and boosts (factors of the slip reflex).
-    folds
-        Number of folds of object families.
-    budget
-        Number of settings tried per policy.
-    few
-        True to try few values of each setting.
-    seed
-        Random seed of settings, noise and intervals.
-    """
+    """Tables for tuning and for judging: same objects, but different hands and specimens."""
 
     tuning: Table
     judged: Table
@@ -134,20 +120,7 @@ def judged(
     estimates: tuple[Sequence[Told], Sequence[Told]] | None = None,
     reflex: tuple[int, int] | None = None,
 ) -> Judged:
-    """Judge a policy on each fold of objects, with settings tuned on all other folds.
-
-    Parameters
-    ----------
-    tables
-        Tables for tuning and judging.
-    kind
-        Class of the policy.
-    estimates
-        Estimates for the table for tuning, and for the table for judging, by approach speed. By
-        default the live estimates.
-    reflex
-        Indices of the lift and of the latency of the slip detection; None without a slip reflex.
-    """
+    """Judge a policy on each fold of objects, with settings tuned on all other folds."""
     tuning, judging = (
         (tables.tuning.estimates, tables.judged.estimates) if estimates is None else estimates
     )
@@ -181,12 +154,7 @@ def _by_fold(
 
 
 def ceiling(table: Table) -> Front:
-    """Return the front of the best choice for each pick: approach speed, force and slip reflex.
-
-    No hand can reach this bound, because the choice uses the outcome of the pick. Some picks are
-    dropped or damaged by every choice. For them the price of damage decides between drop and
-    damage. The front has two points: one for a high price, one for a low price.
-    """
+    """Return the front of the best choice for each pick: approach speed, force and slip reflex."""
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
     reflexes = product(range(len(LIFTS)), range(len(DETECTION)), range(len(table.how.boosts)))
@@ -206,10 +174,7 @@ def ceiling(table: Table) -> Front:
 
 
 def resample_weights(table: Table, seed: int) -> NDArray[np.float64]:
-    """Return bootstrap weights of the picks: each resample draws kinds and hands.
-
-    All policies use the same weights, so that their differences are paired.
-    """
+    """Return bootstrap weights of the picks: each resample draws kinds and hands."""
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
 
@@ -237,19 +202,7 @@ def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[n
 
 
 def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = None) -> Between:
-    """Return the relative reduction in drops from policy ``theirs`` to ``ours``, at 10 % damage.
-
-    In each resample the forces of both policies are scaled until 10 % of the objects are damaged.
-    So no policy drops fewer objects by damaging more. The interval includes the uncertainty of the
-    scaling. ``benchmarks/scores/grasp_intervals.py`` measures the coverage of these intervals.
-
-    Parameters
-    ----------
-    ours, theirs
-        Outcomes of both policies on the same picks.
-    weights
-        Weights of the resamples, shape (picks, resamples); None for no interval.
-    """
+    """Return the relative reduction in drops from policy ``theirs`` to ``ours``, at 10 % damage."""
     value = float(less(ours.front.drop_share(), theirs.front.drop_share()))
     if weights is None:
         return Between(value=value, low=value, high=value)
@@ -258,12 +211,7 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the reduction in drops like :func:`fewer`, but do not scale forces in resamples.
-
-    In all resamples each policy keeps the scale that damages 10 % of all picks. So the two policies
-    damage different shares in a resample. Each object that ``ours`` damages more than ``theirs``
-    counts as a drop. Each object that ``ours`` damages less counts as an avoided drop.
-    """
+    """Return the reduction in drops like :func:`fewer`, but do not scale forces in resamples."""
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, baseline_drops = front(ours.outcomes, weights), front(theirs.outcomes, weights)
     # Over all picks both policies damage a tenth, apart from the steps between scales.
@@ -282,12 +230,7 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
-    """Return the gain from stiffness if objects get the weight or the limit of other objects.
-
-    The weights, the limits or both are permuted between objects. The policies without and with
-    stiffness are tuned again for each permutation. The result is the mean gain; its interval is the
-    middle 95 % of the permutations.
-    """
+    """Return the gain from stiffness if objects get the weight or the limit of other objects."""
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])
     kinds = (baseline(), candidate())
@@ -333,11 +276,7 @@ def _pressed(
 
 
 def _given(table: Table, by_mass: Mapping[str, str], by_limit: Mapping[str, str]) -> Table:
-    """Return the table with the needed forces and the limits of other kinds of object.
-
-    For each kind, ``by_mass`` and ``by_limit`` name the kind whose numbers it gets. The numbers are
-    taken from the pick with the same hand and the same specimen number.
-    """
+    """Return the table with the needed forces and the limits of other kinds of object."""
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 
     def indices(by: Mapping[str, str]) -> NDArray[np.intp]:

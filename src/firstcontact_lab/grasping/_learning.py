@@ -20,25 +20,7 @@ CONDITION = "paper-rig"
 
 
 def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
-    """Simulate pinches, train a model (a detector, and a window model for each length) and save it.
-
-    Parameters
-    ----------
-    settings
-        Size and seed.
-    out
-        Folder of the study, for the recordings and the models.
-
-    Returns
-    -------
-    Model
-        The saved model, loaded again.
-
-    Raises
-    ------
-    InputError
-        The folder holds recordings or models that were not made by a study.
-    """
+    """Simulate pinches, train a detector and a window model for each length, and save them."""
     models = out / "models"
     # A study makes models after marked recordings. Without these, no study made the models.
     if models.exists() and not (out / "recordings" / MARK).exists():

@@ -28,19 +28,7 @@ AFTER = 0.060
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnHand:
-    """Detector and model of one hand, from its block pinches.
-
-    Parameters
-    ----------
-    detector
-        Detector that ``adapt`` would take for these pinches.
-    model
-        Network, conditioned on the hand and averaged with a regression on its pinches.
-    pinches
-        Number of block pinches.
-    rmse
-        RMSE on held-out block pinches, Shore A.
-    """
+    """Detector and model of one hand, from its block pinches."""
 
     detector: Detector
     model: InContextModel
@@ -57,11 +45,7 @@ class HandSeed:
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
-    """Close a hand ``pinches`` times on each of the five blocks, and adapt to it.
-
-    The hand approaches at the speed of its later picks. As in ``adapt``, the model learns from the
-    contacts that the detector finds.
-    """
+    """Close a hand ``pinches`` times on each of the five blocks, and adapt to it."""
     made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")
     detector, contacts, _ = choose_detector(

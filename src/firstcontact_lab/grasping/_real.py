@@ -24,10 +24,7 @@ LOOK = 10
 
 @dataclass(frozen=True, slots=True)
 class RealJob:
-    """Full closing to simulate: pick, policy with its settings, lift and slip detector.
-
-    ``detection`` is the assumed latency of the slip detector, s; None without a slip detector.
-    """
+    """Full closing to simulate: pick, policy with its settings, lift and slip detector."""
 
     pick: Pick
     policy: str

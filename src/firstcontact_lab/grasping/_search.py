@@ -30,13 +30,7 @@ class _Try:
 
 
 def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
-    """Choose the settings of every variant that has settings to tune.
-
-    Candidates are combinations of settings. An allowed candidate holds every object steadily, and
-    takes at most a tenth longer than the policy that does not adapt its force. The best candidate
-    has the lowest mean peak force on soft objects. The latency of the drive is :data:`HEADLINE`.
-    Breakable objects are left out.
-    """
+    """Choose the settings of every variant that has settings to tune."""
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
     numbers = range(settings.tuning)
     wide = tuple(PinchSetup(k, s, "search", settings.seed) for k in everything for s in numbers)
@@ -91,9 +85,6 @@ def _summary(rows: list[Row]) -> tuple[float, float, float]:
 
 
 def _worth(summary: tuple[float, float, float], limit: float) -> tuple[float, float, float, float]:
-    """Return a sort key: excess over the limits, peak force, time, share of unsteady grasps.
-
-    The best settings come first.
-    """
+    """Return a sort key: excess over the limits, peak force, time, share of unsteady grasps."""
     peak, time, unsteady = summary
     return (unsteady + max(time / limit - 1, 0.0), peak, time, unsteady)

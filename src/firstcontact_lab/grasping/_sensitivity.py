@@ -26,12 +26,7 @@ DRAWS, SPREAD = 8, 0.3
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the gain from stiffness for each change of the objects' estimated properties.
-
-    The properties are damage limits, masses and friction coefficients.
-
-    The policies without and with stiffness are tuned again for each change.
-    """
+    """Return the gain from stiffness for each change of the objects' estimated properties."""
     gain_by_case = {}
     names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
     for title, of, factors in (

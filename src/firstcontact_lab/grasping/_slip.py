@@ -6,13 +6,7 @@ from firstcontact.twin import GraspPlant
 
 
 class SlipWatch:
-    """Slip detector that reports a slip one latency after its start, then once every latency.
-
-    Parameters
-    ----------
-    latency
-        Latency, s.
-    """
+    """Slip detector that reports a slip one latency after its start, then once every latency."""
 
     def __init__(self, latency: float) -> None:
         self._latency = latency

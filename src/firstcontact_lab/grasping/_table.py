@@ -27,11 +27,7 @@ class Reflexed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcomes:
-    """Outcomes of every pick: dropped or not, damaged or not.
-
-    The arrays have the shape (..., picks). Values are 1 for yes and 0 for no. If a pick stands for
-    many specimens, the values are probabilities.
-    """
+    """Outcomes of every pick: dropped or not, damaged or not."""
 
     dropped: Values
     damaged: Values
@@ -39,28 +35,7 @@ class Outcomes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """Simulated forces and estimates of every pick at every approach speed and grip force.
-
-    Parameters
-    ----------
-    how
-        Simulated approach speeds, ways of lifting, grip forces and boosts.
-    picks
-        Picks in order, shape (picks,).
-    needed
-        Smallest sum of both contact forces that holds the object, N, shape (picks,).
-    limit
-        Contact force at which the object is damaged, N, shape (picks,).
-    estimates
-        Estimate at the second contact, by speed and pick; None if there is none.
-    peak, hold
-        Largest contact force and sum of both contact forces at the end, N. Axes: speed, pick and
-        grip force.
-    slip_peak, slip_drop
-        With a slip reflex: largest contact force, N, and 1 if the object is dropped, otherwise 0.
-        Axes: speed, pick, lift, detection latency, boost and grip force. NaN where the object does
-        not slip.
-    """
+    """Simulated forces and estimates of every pick at every approach speed and grip force."""
 
     how: Branching
     picks: tuple[Pick, ...]
@@ -118,20 +93,7 @@ class Table:
         )
 
     def pressed(self, speed: int, forces: Values) -> tuple[Values, Values]:
-        """Return the largest contact force and the sum of both contact forces at the end, N.
-
-        Parameters
-        ----------
-        speed
-            Index of the approach speed.
-        forces
-            Grip forces, N, shape (..., picks). Results are interpolated between the table's forces.
-
-        Returns
-        -------
-        tuple
-            Two arrays of the shape of the forces.
-        """
+        """Return the largest contact force and the sum of both contact forces at the end, N."""
         place, part = self._places(forces)
         rows = np.arange(len(self.picks))
 
@@ -142,10 +104,7 @@ class Table:
         return between(self.peak[speed]), between(self.hold[speed])
 
     def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
-        """Return the outcomes without a slip reflex, from the two results of :meth:`pressed`.
-
-        For ``scatter`` see :meth:`outcomes`.
-        """
+        """Return the outcomes without a slip reflex, from the two results of :meth:`pressed`."""
         return Outcomes(exceeds(self.needed, hold, scatter), exceeds(peak, self.limit, scatter))
 
     def _places(self, forces: Values) -> tuple[NDArray[np.intp], Values]:
@@ -157,20 +116,7 @@ class Table:
     def outcomes(
         self, speed: int, forces: Values, reflex: Reflexed | None = None, scatter: float = 0.0
     ) -> Outcomes:
-        """Return the outcomes of every pick at the given grip forces.
-
-        Parameters
-        ----------
-        speed
-            Index of the approach speed.
-        forces
-            Grip forces, N, shape (..., picks).
-        reflex
-            Slip reflex; None without a slip reflex.
-        scatter
-            Relative scatter of the needed and the damaging forces among the specimens for which a
-            pick stands; 0 if the pick stands for one specimen.
-        """
+        """Return the outcomes of every pick at the given grip forces."""
         peak, hold = self.pressed(speed, forces)
         plain = self.judge(peak, hold, scatter)
         if reflex is None:
@@ -192,10 +138,7 @@ class Table:
 
 
 def exceeds(one: Values, other: Values, scatter: float) -> Values:
-    """Return the probability that one number exceeds the other.
-
-    The logarithm of their ratio scatters with the standard deviation ``scatter``.
-    """
+    """Return the probability that one number exceeds the other."""
     if scatter <= 0:
         return (one > other).astype(np.float64)
     with np.errstate(divide="ignore"):

@@ -20,20 +20,7 @@ Tuned = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class PinchSetup:
-    """Object and session of a random pinch.
-
-    Parameters
-    ----------
-    kind
-        Name of the object.
-    session
-        Number of the session. Object, session, group and seed determine all random draws.
-    group
-        Name of a group of sessions: one group is for the report, another for the search of
-        settings.
-    seed
-        Random seed of the hand and all draws.
-    """
+    """Object and session of a random pinch."""
 
     kind: str
     session: int

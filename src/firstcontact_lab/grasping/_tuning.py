@@ -26,15 +26,7 @@ Told = Sequence[Estimate | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """Settings of a policy, and the outcomes of all picks with these settings, at every scale.
-
-    Parameters
-    ----------
-    settings
-        Settings of the policy.
-    outcomes
-        Outcomes by scale of the forces, and by pick.
-    """
+    """Settings of a policy, and the outcomes of all picks with these settings, at every scale."""
 
     settings: Settings
     outcomes: Outcomes
@@ -42,17 +34,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """Settings that were chosen for one fold.
-
-    Parameters
-    ----------
-    settings
-        Chosen settings, including the scale at which 10 % of the picks are damaged.
-    tried
-        Number of settings that were compared.
-    drops, damage
-        Shares of dropped and of damaged picks, over the picks that were used for the choice.
-    """
+    """Settings that were chosen for one fold."""
 
     settings: dict[str, float]
     tried: int
@@ -109,11 +91,7 @@ def swept(
     reflex: tuple[int, int] | None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Return the outcomes of a policy, by scale and pick, with these settings.
-
-    ``reflex`` holds the table's indices of the lift and of the detection latency; None without a
-    slip reflex.
-    """
+    """Return the outcomes of a policy, by scale and pick, with these settings."""
     forces = policy_forces(kind, settings, table, estimates) * settings.get("scale", 1.0)
     acting = None
     if reflex is not None and kind.has_reflex():
@@ -129,10 +107,7 @@ def candidates(
     estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Return a candidate for each of the ``tried`` settings, with its outcomes in the table.
-
-    ``estimates`` holds the estimates for each approach speed of the table.
-    """
+    """Return a candidate for each of the ``tried`` settings, with its outcomes in the table."""
     return [
         Candidate(s, swept(kind, s, table, estimates[speed_place(table, s)], reflex, SCATTER))
         for s in tried

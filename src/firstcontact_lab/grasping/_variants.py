@@ -29,19 +29,7 @@ _VELOSTAT: Mapping[ForceArray, VelostatParameters | None] = {
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """Policy with one kind of taxels: with random errors, or ideal.
-
-    Parameters
-    ----------
-    key
-        Key in tables and files.
-    title, colour
-        Title for readers, and colour in figures.
-    policy
-        Class of the policy.
-    velostat
-        Parameters of the taxels; None if they are drawn at random for each pinch.
-    """
+    """Policy with one kind of taxels: with random errors, or ideal."""
 
     key: str
     title: str

@@ -54,10 +54,7 @@ def tables(results: GraspResults) -> list[Table]:
 
 
 def _table(caption: str, rows: Sequence[Row[str]], entries: Mapping[str, str]) -> Table:
-    """Return a table with one line per entry.
-
-    ``entries`` maps each key, with which the rows find their values, to the title of a line.
-    """
+    """Return a table with one line per entry."""
     lines = [(Cell(title), key, False) for key, title in entries.items()]
     return matrix(caption, rows, lines) or Table(caption, ["", *(row.label for row in rows)], [])
 
@@ -326,15 +323,7 @@ def _film(results: GraspResults, film: Path) -> Figure:
 
 
 def render(results: GraspResults, film: Path) -> str:
-    """Return the report, HTML.
-
-    Parameters
-    ----------
-    results
-        Content of ``results.json``.
-    film
-        Animated GIF that is embedded in the page.
-    """
+    """Return the report, HTML."""
     run, household = results.study, results.household
     first, *further = tables(results)
     details = [Column("", further, [])]

@@ -14,21 +14,7 @@ CEILING = "ceiling"
 
 
 class Summary(Record, frozen=True, kw_only=True):
-    """Means and shares over closings. Intervals are bootstrap intervals over sessions.
-
-    Parameters
-    ----------
-    peak_n, squeeze_mm
-        Mean peak force, N, and mean compression, mm, over all closings.
-    steady, dropped, broken
-        Shares of the closings with a steady grasp, with a dropped and with a broken object.
-    time_ms
-        Mean time to a steady grasp, ms; None if no grasp was steady.
-    n, misses
-        Number of closings, and number of missed deadlines.
-    intervals
-        Interval of each mean and share, by the name of the field.
-    """
+    """Means and shares over closings. Intervals are bootstrap intervals over sessions."""
 
     peak_n: float
     squeeze_mm: float
@@ -137,13 +123,7 @@ class TunedOn(Record, frozen=True, kw_only=True):
 
 
 class RealClosings(Record, frozen=True, kw_only=True):
-    """Shares of outcomes in the full closings of a tuned policy.
-
-    ``success``: share of picks neither dropped nor damaged. ``steady``: share of picks with a
-    steady grasp. ``steady_ms``: mean time to a steady grasp, ms. ``as_table``: share of picks for
-    which the table of closings agrees on success or failure. ``in_time``: share of picks in which
-    an estimate met the policy's deadline; None without a deadline.
-    """
+    """Shares of outcomes in the full closings of a tuned policy."""
 
     n: int
     success: float
@@ -157,21 +137,14 @@ class RealClosings(Record, frozen=True, kw_only=True):
 
 
 class ReflexSuccess(Record, frozen=True, kw_only=True):
-    """Shares of successes of two policies with a slip reflex.
-
-    ``blind``: policy without stiffness. ``stiffness``: policy that uses the estimate.
-    """
+    """Shares of successes of two policies with a slip reflex."""
 
     blind: float
     stiffness: float
 
 
 class Reflexes(Record, frozen=True, kw_only=True):
-    """Drops with a slip reflex, for one kind of lift and one latency of the slip detection.
-
-    ``blind`` and ``stiffness``: shares of drops of the policies without and with stiffness, at
-    :attr:`Household.damage`. ``fewer``: relative reduction of drops by stiffness.
-    """
+    """Drops with a slip reflex, for one kind of lift and one latency of the slip detection."""
 
     blind: Between
     stiffness: Between
@@ -180,11 +153,7 @@ class Reflexes(Record, frozen=True, kw_only=True):
 
 
 class ObjectErrors(Record, frozen=True, kw_only=True):
-    """Errors of the estimates of one object, and outcomes of its picks.
-
-    ``rmse``: by window length in ms; the key "used" is for the estimates that policies used.
-    ``bias``: mean error of the used estimates. ``drops`` and ``damage``: shares by policy.
-    """
+    """Errors of the estimates of one object, and outcomes of its picks."""
 
     shore_a: float
     family: str
@@ -198,14 +167,7 @@ class ObjectErrors(Record, frozen=True, kw_only=True):
 
 
 class Estimates(Record, frozen=True, kw_only=True):
-    """Errors and times of the live estimates on the picks for judging.
-
-    ``rmse``: RMSE over all objects, by window length in ms; the key "used" is for the estimates
-    that policies used. ``bearing``: RMSE over objects up to 70 Shore A. ``decided``: share of picks
-    whose window is complete before the second contact. ``block_rmse``: RMSE on held-out block
-    pinches. ``unanswered``: share of picks without an estimate. ``heard``: share of picks whose
-    second contact was detected.
-    """
+    """Errors and times of the live estimates on the picks for judging."""
 
     rmse: dict[str, float]
     bearing: dict[str, float]
@@ -216,44 +178,7 @@ class Estimates(Record, frozen=True, kw_only=True):
 
 
 class Household(Record, frozen=True, kw_only=True):
-    """Results of the household part: drops and damage with and without stiffness.
-
-    Parameters
-    ----------
-    objects, hands
-        Number of objects, and number of hands, in the picks for judging.
-    picks
-        Number of picks for judging: objects times hands times specimens.
-    damage
-        Share of damaged picks at which drops are compared.
-    success
-        Share of picks neither dropped nor damaged, by tuned policy. If full closings of the policy
-        were simulated, the share comes from them, otherwise from the table of closings.
-    drops_at_10_damage
-        Share of drops at 10 % damage, by policy.
-    drops_between
-        Share of drops at 10 % damage, with intervals over objects and hands, by policy.
-    fewer_drops_than_blind
-        Relative reduction of drops by live estimates, at 10 % damage. In each resample the forces
-        of both policies are scaled until 10 % of the picks are damaged.
-    fewer_drops_as_bold
-        Relative reduction of drops by live estimates, if forces are not scaled anew in each
-        resample. Each object that is damaged in addition counts as dropped.
-    success_gain
-        Increase of the share of successes by live estimates, in full closings with tuned settings.
-    fewer
-        Relative reduction of drops as in ``fewer_drops_than_blind``, by policy without a slip
-        reflex.
-    target
-        Reduction of drops that the study aims at.
-    controls
-        Reduction of drops that remains if objects get the weights, the limits, or both, of other
-        objects.
-    slip_reflex
-        Drops with a slip reflex, by lift and detection latency.
-    sensitivity
-        Reduction of drops if properties of objects that were estimated, not measured, are changed.
-    """
+    """Results of the household part: drops and damage with and without stiffness."""
 
     objects: int
     hands: int

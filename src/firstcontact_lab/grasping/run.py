@@ -34,32 +34,7 @@ from firstcontact_lab.report.results import write_results
 
 
 def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, command: str) -> Path:
-    """Run a grasp study. Write its report, results, film and figure, and return the report.
-
-    The files are ``report.html``, ``results.json``, ``film.gif`` and ``grasp.png``.
-
-    Parameters
-    ----------
-    settings
-        Size and seed.
-    out
-        Folder of the study. Recordings and models of an earlier run are replaced.
-    quick
-        True if the settings are those of a quick study. The report then says so.
-    command
-        Command line, for the report.
-
-    Returns
-    -------
-    Path
-        The report.
-
-    Raises
-    ------
-    InputError
-        ``out`` cannot be written to, or another study is running in it. Or ``out`` holds results of
-        another study, or recordings or models that were not made by a study.
-    """
+    """Run a grasp study. Write its report, results, film and figure, and return the report."""
     options = _options(settings)
     with sole_use(out, options), without_worker_warnings():
         return _run(settings, out, quick, command, options)
@@ -146,10 +121,7 @@ def _payload(settings: GraspStudySettings, model: Model, runner: Runner) -> Payl
 def close_all(
     settings: GraspStudySettings, work: dict[str, Tuning], model: Model, runner: Runner
 ) -> list[Row]:
-    """Simulate each variant on each pinch at each latency of the drive.
-
-    The random draws of a pinch are the same for all variants and latencies.
-    """
+    """Simulate each variant on each pinch at each latency of the drive."""
     tuned = {key: f.settings for key, f in work.items()}
     compared = tuple(variants().values())
     trials = [

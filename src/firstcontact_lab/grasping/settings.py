@@ -19,32 +19,7 @@ KINDS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE)}
 
 @dataclass(frozen=True, slots=True)
 class HouseholdSettings:
-    """Settings of the household part.
-
-    Parameters
-    ----------
-    tuning_hands, judged_hands
-        Number of hands for tuning and for judging. No hand is used for both.
-    tuning_specimens, judged_specimens
-        Numbers that identify the specimens of every object, for tuning and for judging.
-    blocks
-        Number of pinches of each block. The model of a hand is conditioned on these pinches.
-    speeds, boosts
-        Approach speeds, m/s, and factors by which the slip reflex raises the force.
-    forces
-        Grip forces, N. Each is about 1.4 times the one before it.
-    folds
-        Number of folds of object families for the tuning.
-    budget
-        Largest number of settings to try per policy.
-    few
-        True to try few values of each setting.
-    permutations
-        Number of permutations in each control. A permutation gives each object the weight or the
-        limit of another object.
-    kinds
-        Names of the objects.
-    """
+    """Settings of the household part."""
 
     tuning_hands: int = 3
     judged_hands: int = 4
@@ -87,34 +62,7 @@ class HouseholdSettings:
 
 @dataclass(frozen=True, slots=True)
 class GraspStudySettings:
-    """Size and seed of a grasp study.
-
-    Parameters
-    ----------
-    household
-        Settings of the household part. The settings below are those of the payload task, apart
-        from ``seed`` and ``workers``.
-    sessions
-        Number of sessions. Each session has one pinch of every object, with a new specimen.
-    latencies
-        Latencies with which the drive, for example its brake, carries out a command, s.
-    training
-        Number of training pinches of each of the five blocks.
-    windows
-        Window lengths of the models, s.
-    tuning
-        Number of tuning pinches of each object, for the policies with force feedback.
-    coarse
-        True to try few values of each setting of the policies with force feedback.
-    kinds
-        Names of the objects.
-    model, detector
-        Names of the estimator and of the contact detector; None for the default detector.
-    seed
-        Random seed.
-    workers
-        Number of processes.
-    """
+    """Size and seed of a grasp study."""
 
     household: HouseholdSettings = HouseholdSettings()
     sessions: int = 4

@@ -34,21 +34,7 @@ _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Batch:
-    """Batch of unscaled inputs with their targets.
-
-    Parameters
-    ----------
-    x, general
-        Inputs of the contacts, shape (n, INPUTS), and general features of their rigs, shape (n,
-        GENERAL).
-    row
-        Row of each contact's tokens in the result of :func:`token_rows` for the whole set, shape
-        (n,).
-    is_known
-        Mask of contacts for which the network knows the context of their rig, shape (n,).
-    shore_a
-        Shore A of the object, shape (n,).
-    """
+    """Batch of unscaled inputs with their targets."""
 
     x: NDArray[np.float32]
     general: NDArray[np.float32]
@@ -64,22 +50,7 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Return a batch of some contacts, with random placement errors, lengths and contexts.
-
-    Parameters
-    ----------
-    examples
-        Set of examples.
-    indices
-        Positions of the contacts in the set, shape (n,).
-    rng
-        Random generator.
-    samples
-        Number of valid samples after each contact; if None, a random number.
-    context
-        Index of the context to use for all contacts, without hints. If None, each contact gets a
-        random context, or none, and random hints.
-    """
+    """Return a batch of some contacts, with random placement errors, lengths and contexts."""
     n = len(indices)
     shortest, longest = lengths(_RATE)
     valid = rng.integers(shortest, longest + 1, n) if samples is None else np.full(n, samples)
@@ -124,14 +95,7 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return one row of tokens per rig, context and stage, and a mask of existing levels.
-
-    Returns
-    -------
-    tokens, there : ndarray
-        Tokens, shape (rows, LEVELS, TOKEN), and mask of the levels of Shore A that exist, shape
-        (rows, LEVELS).
-    """
+    """Return one row of tokens per rig, context and stage, and a mask of existing levels."""
     present = np.arange(LEVELS) < examples.levels.reshape(-1, 1)
     return (
         examples.tokens.reshape(-1, LEVELS, TOKEN),

@@ -47,28 +47,7 @@ def compacted(
     directions: Mapping[str, int] = DIRECTIONS,
     progress: Callable[[int, float], object] = lambda step, loss: None,
 ) -> Network:
-    """Return the compact form of the full network.
-
-    The compact network starts as a low-rank approximation of the layers, and is then trained. Its
-    targets are the predictions of the full network. On one machine, the same arguments give the
-    same weights.
-
-    Parameters
-    ----------
-    full
-        Full network.
-    examples
-        Contacts of the rigs on which the full network was trained.
-    seed
-        Random seed.
-    steps
-        Number of training steps.
-    directions
-        Number of directions of each layer in ``THIN``.
-    progress
-        Function that is called with the number of steps and their mean loss, after each set of
-        prepared contacts.
-    """
+    """Return the compact form of the full network."""
     lots = _Lots(full, examples)
     compact = _TorchCompact(directions)
     compact.begin_as(full.network, lots.draw(np.random.default_rng([seed, 0])))
@@ -133,10 +112,7 @@ class _Lots:
 
 
 def _targets(full: TorchNetwork, lot: Lot) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return three points of each normal distribution that the full network predicts, and weights.
-
-    The three points give a normal distribution's moments up to the fifth.
-    """
+    """Return three points, and their weights, of each distribution of the full network."""
     with torch.no_grad():
         parts = [
             full.predict(*part)
@@ -247,10 +223,7 @@ def _heard(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.
 def _thin(
     layer: nn.Linear, outputs: torch.Tensor, gradients: torch.Tensor, directions: int
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return matrices into and out of the directions of a layer's outputs, and the bias.
-
-    Outputs count by their effect on the loss: by the Fisher information, estimated from gradients.
-    """
+    """Return matrices into and out of the directions of a layer's outputs, and the bias."""
     weight, bias = (p.detach().double() for p in (layer.weight, layer.bias))
     y, g = outputs.double(), gradients.double()
     effect = g.T @ g

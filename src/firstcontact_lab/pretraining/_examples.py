@@ -62,34 +62,7 @@ _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examples:
-    """Contacts to predict, with the contexts of their rigs.
-
-    Parameters
-    ----------
-    signals
-        Signals in 1/32 of a converter's count, shape (n, samples). At each end they are ``MARGIN``
-        samples longer than in :class:`firstcontact.models._touches.Touches`.
-    shore_a
-        Shore A of the object, shape (n,).
-    radii, speeds
-        Radius of the object, m, and ln(closing speed / usual speed of the rig), shape (n,).
-    object_ids
-        Number of the object, or -1 for a flat block, shape (n,).
-    heard
-        Result of :func:`facts` for each context, without hints,
-        shape (n, CONTEXTS, HINTS).
-    rigs
-        Index of the contact's rig in the following arrays, shape (n,).
-    tokens
-        Tokens, shape (rigs, CONTEXTS, stages, LEVELS, TOKEN). If a rig has fewer than ``LEVELS``
-        levels of Shore A, the remaining tokens are zero.
-    levels
-        Number of levels of Shore A, shape (rigs, CONTEXTS).
-    general
-        General features, shape (rigs, CONTEXTS, GENERAL).
-    scale
-        Loudness (V) and sign of the rig's signals, shape (rigs, CONTEXTS, 2).
-    """
+    """Contacts to predict, with the contexts of their rigs."""
 
     signals: NDArray[np.int16]
     shore_a: Values
@@ -127,11 +100,7 @@ def placing(rng: Rng, n: int) -> NDArray[np.intp]:
 
 
 def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
-    """Return the examples of one rig. They depend only on these arguments.
-
-    ``again``: number of pinches of each object, all in one session. If 0, each object has ``ASKED``
-    pinches in random sessions.
-    """
+    """Return the examples of one rig. They depend only on these arguments."""
     rng = np.random.default_rng([seed, number])
     rig = draw_rig(rng)
     if family is not None:
@@ -261,17 +230,7 @@ def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
 
 
 def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
-    """Return the network's inputs for these speeds and radii, as the chain does, shape (n, HINTS).
-
-    Parameters
-    ----------
-    speed
-        ln(closing speed / usual speed of the rig), shape (n,).
-    alike
-        Confidence in the speed, from 0 to 1, shape (n,).
-    radii
-        As in :class:`firstcontact.models.Touches`.
-    """
+    """Return the network's inputs for these speeds and radii, shape (n, HINTS)."""
     believed = alike > BELIEVED
     has_radius = ~np.isnan(radii)
     with np.errstate(divide="ignore"):

@@ -33,11 +33,7 @@ LEVEL = 0.9
 def answers(
     model: InContextModel, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
-    """Return the prediction and its spread for each contact, two arrays of shape (n,).
-
-    The prediction uses the first ``samples`` samples of a contact, and all block pinches of its
-    rig.
-    """
+    """Return the prediction and its spread for each contact, two arrays of shape (n,)."""
     rng = np.random.default_rng([seed, samples])
     everything = np.arange(len(examples))
     batch = draw_batch(examples, everything, rng, samples, context=0)
@@ -54,17 +50,7 @@ def answers(
 
 
 def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
-    """Return the network as a model with calibrated intervals, not conditioned on a rig.
-
-    Parameters
-    ----------
-    network
-        Trained network.
-    examples
-        Examples of rigs on which the network was not trained.
-    seed
-        Random seed.
-    """
+    """Return the network as a model with calibrated intervals, not conditioned on a rig."""
     familiar = Familiar.fit([_traits(examples, stage, seed) for stage in STAGES])
 
     def model(factors: NDArray[np.float64]) -> InContextModel:
@@ -75,11 +61,7 @@ def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
 
 
 def _factor(model: InContextModel, examples: Examples, samples: int, seed: int) -> float:
-    """Return half width / spread of intervals that hold the truth in the share ``LEVEL``.
-
-    The method is split conformal prediction; the score is error / spread (Papadopoulos et al.
-    2008).
-    """
+    """Return half width / spread of intervals that hold the truth in the share ``LEVEL``."""
     values, spreads = answers(model, examples, samples, seed)
     is_object = examples.object_ids >= 0
     score = np.abs(values - examples.shore_a) / spreads

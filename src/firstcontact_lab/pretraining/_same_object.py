@@ -18,10 +18,7 @@ PINCHES = 5
 def object_estimates(
     model: InContextModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
-    """Return predictions, half widths of their intervals, and the Shore A of the objects.
-
-    Predictions and half widths have the shape (objects, PINCHES), Shore A (objects,).
-    """
+    """Return predictions, half widths of their intervals, and the Shore A of the objects."""
     values, spreads = answers(model, examples, samples, seed)
     half = model.half_widths(spreads, samples)
     is_object = examples.object_ids >= 0
@@ -32,11 +29,7 @@ def object_estimates(
 
 
 def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
-    """Return the share of a pinch's error that is common to all pinches of the same object.
-
-    Errors are divided by the half widths of their intervals. The square of this share is the mean
-    product of two errors of one object, divided by the mean square of one error.
-    """
+    """Return the share of a pinch's error that is common to all pinches of the same object."""
     z = (values - truth[:, None]) / half_widths
     n = z.shape[1]
     products = (z.sum(axis=1) ** 2 - (z**2).sum(axis=1)).mean() / (n * (n - 1))
@@ -59,23 +52,7 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return the size of the error that pinches of one object share, and the pooled coverage.
-
-    The shared error is measured on calibration rigs, the coverage of pooled intervals on test rigs.
-
-    See :func:`shared_part` and :func:`coverage`.
-
-    Parameters
-    ----------
-    model
-        Model that is not conditioned on a rig. The examples contain the contexts of their rigs.
-    calibration, test
-        Examples of different rigs, with ``PINCHES`` pinches of each object.
-    samples
-        Number of samples after the contact, by the time in ms as text, such as "5".
-    seed
-        Random seed.
-    """
+    """Return the size of the error that pinches of one object share, and the pooled coverage."""
     out = {}
     for time, length in samples.items():
         estimates = object_estimates(model, test, length, seed)

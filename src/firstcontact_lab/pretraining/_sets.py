@@ -30,26 +30,7 @@ def example_set(
     again: int = 0,
     progress: Callable[[int], object] = lambda count: None,
 ) -> Examples:
-    """Return the examples of ``rigs`` rigs from number ``first`` on.
-
-    Parameters
-    ----------
-    folder
-        Folder of the files. Existing files are read, missing files are made.
-    first, rigs
-        Number of the first rig, and number of rigs.
-    seed
-        Random seed of all rigs.
-    runner
-        Runner for the simulations.
-    family
-        Name of a family of unusual rigs, held out from training; "" for rigs like those in
-        training.
-    again
-        Number of pinches of each object, all in one session; 0 for a set like the training data.
-    progress
-        Function that is called with the number of rigs just finished.
-    """
+    """Return the examples of ``rigs`` rigs from number ``first`` on."""
     folder.mkdir(parents=True, exist_ok=True)
     parts = [(at, min(PART, first + rigs - at)) for at in range(first, first + rigs, PART)]
     kind = (family or "rigs") + (f"-again{again}" if again else "")

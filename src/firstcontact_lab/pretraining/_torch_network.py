@@ -46,21 +46,7 @@ class TorchNetwork(nn.Module):
         present: torch.Tensor,
         general: torch.Tensor,
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return a mixture of normal distributions for each contact. Rigs may differ.
-
-        Parameters
-        ----------
-        x, tokens, general
-            Scaled inputs (n, INPUTS), tokens (n, levels, TOKEN), and general features (n, GENERAL).
-        present
-            Mask, 1 for levels of Shore A that the rig has, otherwise 0, shape (n, levels).
-
-        Returns
-        -------
-        tuple
-            Three arrays of shape (n, COMPONENTS): logarithms of the weights, means, and logarithms
-            of the standard deviations, in the network's unit of Shore A.
-        """
+        """Return a mixture of normal distributions for each contact. Rigs may differ."""
         return self.predict(x, self.encoded(tokens), present, general)
 
     def encoded(self, tokens: torch.Tensor) -> torch.Tensor:

@@ -30,15 +30,7 @@ Lot = tuple[torch.Tensor, ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Full:
-    """Full network with the scales of its inputs.
-
-    Parameters
-    ----------
-    network
-        The network.
-    scales
-        ``NAME.mean`` and ``NAME.sd`` for the names ``inputs``, ``token`` and ``general``.
-    """
+    """Full network with the scales of its inputs."""
 
     network: TorchNetwork
     scales: Mapping[str, NDArray[np.float32]]
@@ -50,20 +42,7 @@ class Full:
 
 
 class Training:
-    """Training in progress. Its state is saved after each pass over the examples (epoch).
-
-    Parameters
-    ----------
-    examples
-        Training examples.
-    epochs
-        Number of passes over the examples.
-    seed
-        Random seed of the initial weights and all draws.
-    state
-        File for the state after each pass over the examples. A stopped training resumes from the
-        file, with the same result as without the stop.
-    """
+    """Training in progress. Its state is saved after each pass over the examples (epoch)."""
 
     def __init__(self, examples: Examples, epochs: int, seed: int, state: Path) -> None:
         torch.manual_seed(seed)
@@ -154,16 +133,7 @@ def expected_loss(
     targets: torch.Tensor,
     weights: torch.Tensor,
 ) -> torch.Tensor:
-    """Return the mean loss of predicted mixtures, from likelihood and squared error.
-
-    Parameters
-    ----------
-    outputs
-        Outputs of the network.
-    targets, weights
-        Possible targets of each contact in the network's unit, with their weights, shape (n,
-        targets).
-    """
+    """Return the mean loss of predicted mixtures, from likelihood and squared error."""
     weight, mean, spread = (part[:, None] for part in outputs)
     away = (targets[..., None] - mean) / spread.exp()
     likelihood = torch.logsumexp(weight - spread - 0.5 * away * away, 2)

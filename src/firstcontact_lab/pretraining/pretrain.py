@@ -32,18 +32,7 @@ SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in TIMES[1:]}
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """Size of a pre-training: numbers of simulated rigs and of epochs.
-
-    Parameters
-    ----------
-    rigs
-        Number of training rigs.
-    calibration, judgement, held_out
-        Number of rigs for the calibration of intervals, for scores on rigs like those in training,
-        and for scores on each held-out family of rigs.
-    epochs, steps
-        Number of passes over the examples, and number of training steps of the compact network.
-    """
+    """Size of a pre-training: numbers of simulated rigs and of epochs."""
 
     rigs: int = 6000
     calibration: int = 300
@@ -53,11 +42,7 @@ class Size:
     steps: int = STEPS
 
     def resized(self, rigs: int, epochs: int) -> Size:
-        """Return this size with the given numbers of training rigs and epochs.
-
-        If there are fewer training rigs than in this size, the other numbers of rigs shrink in
-        proportion.
-        """
+        """Return this size with the given numbers of training rigs and epochs."""
         share = min(1.0, rigs / self.rigs)
         return Size(
             rigs,
@@ -77,21 +62,7 @@ def pretrain(
     runner: Runner,
     say: Callable[[str], object],
 ) -> InContextModel:
-    """Pre-train the network, or resume a stopped pre-training.
-
-    Parameters
-    ----------
-    out
-        Folder for the model.
-    work
-        Folder for intermediate files.
-    size, seed
-        Size, and random seed. On one machine the same size and seed give the same weights.
-    runner
-        Runner that makes the sets of examples.
-    say
-        Function that is called with lines about the progress.
-    """
+    """Pre-train the network, or resume a stopped pre-training."""
 
     def made(first: int, rigs: int, family: str = "", again: int = 0) -> Examples:
         return example_set(work, first, rigs, seed, runner, family, again)
@@ -126,13 +97,7 @@ def pretrain(
 
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    """Return the scores of the model at each time in ``SAMPLES``.
-
-    Only contacts with objects other than flat blocks are scored.
-
-    The scores are the RMSE, and coverage and mean width of the intervals, in Shore A. The network
-    knows all block pinches of each rig.
-    """
+    """Return the scores of the model at each time in ``SAMPLES``."""
     is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():

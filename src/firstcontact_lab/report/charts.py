@@ -47,19 +47,7 @@ def dot_figures(
     panels: Sequence[Panel],
     most: float | None = None,
 ) -> list[Figure]:
-    """Return a figure of values with intervals for each panel that is not empty.
-
-    Parameters
-    ----------
-    key, title, caption
-        As in :class:`Figure`. The title of the panel is added to each title.
-    axis
-        Label of the values.
-    panels
-        Panels of the subjects. A model is in the same row in every panel.
-    most
-        Upper end of the axis; None to fit the axis to the values of all panels.
-    """
+    """Return a figure of values with intervals for each panel that is not empty."""
     present = [panel for panel in panels if panel.dots]
     names = tuple(dict.fromkeys(dot.name for panel in present for dot in panel.dots))
     ends = [
@@ -102,19 +90,7 @@ Groups = Mapping[str, tuple[float, Mapping[str, NDArray[np.float64]]]]
 def box_figure(
     key: str, title: str, caption: str, axis: str, groups: Groups, colours: Mapping[str, str]
 ) -> Figure:
-    """Return a figure with a bar at the true value of each group, and a box plot of each model.
-
-    Parameters
-    ----------
-    key, title, caption
-        As in :class:`Figure`.
-    axis
-        Label of the groups.
-    groups
-        Truth and predictions of each group, in Shore A.
-    colours
-        Colour of each model by its title.
-    """
+    """Return a figure with a bar at the true value of each group, and a box plot of each model."""
     with canvas(size=(max(SIZE[0], 0.5 * len(groups)), 4.2)) as (figure, axes):
         ax = axes[0, 0]
         for number, (model, colour) in enumerate(colours.items()):

@@ -10,19 +10,7 @@ from firstcontact_lab.report.results import NOTHING, Entry, SubjectResults
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """Figure of a report.
-
-    Parameters
-    ----------
-    key
-        Name of the figure. A later figure with the same name replaces it.
-    title
-        Topic of the figure.
-    caption
-        Explanation of how to read the figure.
-    image
-        Image as a data URI.
-    """
+    """Figure of a report."""
 
     key: str
     title: str
@@ -32,17 +20,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class PartResult:
-    """Result of one part of a study.
-
-    Parameters
-    ----------
-    entries
-        Entries for ``results.json``, each made by calling its field: ``FIELD(value)``.
-    figures
-        Figures for the report.
-    left_out
-        Reasons why a result could not be measured, one sentence each.
-    """
+    """Result of one part of a study."""
 
     entries: Sequence[Entry] = ()
     figures: Sequence[Figure] = ()
@@ -56,19 +34,7 @@ class PartResult:
 
 @dataclass(slots=True)
 class Findings:
-    """Findings of one subject (dataset under study).
-
-    Parameters
-    ----------
-    name
-        Name of the subject.
-    results
-        Results of the subject in ``results.json``.
-    figures
-        Figures by part and key, the newest last.
-    left_out
-        Reasons why a result could not be measured, one sentence each.
-    """
+    """Findings of one subject (dataset under study)."""
 
     name: str
     results: SubjectResults = NOTHING

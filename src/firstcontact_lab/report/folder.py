@@ -23,22 +23,7 @@ _REMEDY = "choose another --out, or move it away"
 
 @contextmanager
 def sole_use(out: Path, options: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Make and lock the folder of a study. The lock ends with the ``with`` statement.
-
-    Parameters
-    ----------
-    out
-        The folder.
-    options
-        Settings that the results depend on, stored as ``study.asked``. Only a study with the same
-        settings may replace results in the folder. None does not look at earlier results.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be made, or another study is running in it. Or it holds results of another
-        study, or results that no study of this version made.
-    """
+    """Make and lock the folder of a study. The lock ends with the ``with`` statement."""
     made = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -96,13 +81,7 @@ def _claim(out: Path, options: Mapping[str, Any]) -> None:
 
 
 def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
-    """Return an empty folder with a mark file. Remove the outputs of an earlier study.
-
-    Raises
-    ------
-    InputError
-        The folder was not made by a study.
-    """
+    """Return an empty folder with a mark file. Remove the outputs of an earlier study."""
     check_fresh(directory)
     if directory.exists():
         shutil.rmtree(directory)
@@ -111,12 +90,6 @@ def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
 
 
 def check_fresh(directory: Path) -> None:
-    """Raise an InputError if the folder exists and was not made by :func:`fresh`.
-
-    Raises
-    ------
-    InputError
-        The folder was not made by a study.
-    """
+    """Raise an InputError if the folder exists and was not made by :func:`fresh`."""
     if directory.exists() and not (directory / MARK).exists():
         raise InputError(f"{directory} was not made by a study: {_REMEDY}")

@@ -70,10 +70,7 @@ def _look(registry: Registry[Any], name: str) -> Look:
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
-    """Return the names in ``scored`` in the order of reports. Leave out baselines by default.
-
-    Estimators of other packages come last, installed or not.
-    """
+    """Return the names in ``scored`` in the order of reports. Leave out baselines by default."""
     names = set(scored)
     ours = [name for name in ESTIMATORS.builtin_names if name in names]
     return [

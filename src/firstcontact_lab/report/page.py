@@ -30,21 +30,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Section of a report.
-
-    Parameters
-    ----------
-    anchor, title, text
-        Name of the section in links, its heading, and its introduction.
-    columns
-        Tables and figures of each subject that has content.
-    sentences
-        Sentences about the results.
-    figures, table
-        Figures of the subjects, and table of all subjects together.
-    details
-        Further tables and figures of each subject. They are hidden until the reader opens them.
-    """
+    """Section of a report."""
 
     anchor: str
     title: str
@@ -64,33 +50,7 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """Content of a report.
-
-    Parameters
-    ----------
-    title, heading, intro
-        Title in the browser, heading, and first sentences.
-    badges
-        Short texts at the top: the source of the data, then facts about the run.
-    command, versions
-        Command line, and version of each package.
-    sections
-        Sections in order.
-    how
-        Terms, each with sentences that explain it.
-    warning
-        Reason why the numbers must not be quoted; empty if they may be quoted.
-    notice
-        Progress of an unfinished study: a short text and details.
-    outcome
-        Sentences that state the outcome.
-    claims, claims_text
-        Table of published claims and main results, one line each, and sentences about the table.
-    left_out
-        Reasons why results are missing, by subject.
-    several
-        True if the report is about several subjects.
-    """
+    """Content of a report."""
 
     title: str
     heading: str

@@ -21,17 +21,7 @@ FIELDS: dict[str, Field[Any]] = {}
 
 
 class Field(Generic[K]):
-    """Key of ``results.json`` with the type of its value.
-
-    Parameters
-    ----------
-    name
-        Key in the file. Each name is defined once.
-    kind
-        Type of the value: a :class:`firstcontact.core.Record`, or a mapping of records.
-    default
-        Value of the field until a part has measured it.
-    """
+    """Key of ``results.json`` with the type of its value."""
 
     def __init__(self, name: str, kind: Any, default: K) -> None:
         self.name, self.kind, self.default = name, kind, default
@@ -99,25 +89,13 @@ def write_results(path: Path, results: object) -> None:
 
 
 def read_results(path: Path, kind: type[T]) -> T:
-    """Return the results in a file, as a record of type ``kind``.
-
-    Raises
-    ------
-    InputError
-        A field is missing, unknown, or of another type.
-    """
+    """Return the results in a file, as a record of type ``kind``."""
     remedy = "give the results.json of a study of this version"
     return read_record(read_regular(path, LONGEST), kind, str(path), remedy, LONGEST)
 
 
 def read_options(path: Path, remedy: str) -> dict[str, Any]:
-    """Return the settings in a ``results.json`` on which its results depend.
-
-    Raises
-    ------
-    InputError
-        The file does not contain these settings.
-    """
+    """Return the settings in a ``results.json`` on which its results depend."""
     return read_record(
         read_regular(path, LONGEST), _Options, str(path), remedy, LONGEST
     ).study.options

@@ -42,30 +42,7 @@ StudyResults = ByName[SubjectResults, SubjectResults]
 
 @dataclass(slots=True)
 class State:
-    """Progress and findings of a study.
-
-    Parameters
-    ----------
-    command
-        Command line that started the study.
-    settings
-        Sizes and seeds of the study.
-    quick
-        True for a quick study, whose numbers must not be quoted.
-    findings
-        Findings of each subject. Results of the first subject are at the top level of
-        ``results.json``.
-    steps
-        Titles of all steps, in order.
-    completed
-        Number of completed steps.
-    interrupted
-        True if the user interrupted the study.
-    stopped
-        Step that failed, with its error; empty otherwise.
-    options
-        Settings that the results depend on. A study with other settings cannot replace the results.
-    """
+    """Progress and findings of a study."""
 
     command: str
     settings: Mapping[str, Any]

@@ -111,10 +111,7 @@ def vibration_unit(layout: Layout) -> str:
 
 
 def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
-    """Return the label of a vibration axis, and the factor for its values.
-
-    If ``milli``, data in V are shown in mV.
-    """
+    """Return the label of a vibration axis, and the factor for its values."""
     unit = vibration_unit(layout)
     name = str(layout.vibration[0].sensor).capitalize()
     return (f"{name} (mV)", 1e3) if milli and unit == "V" else (f"{name} ({unit})", 1.0)

@@ -45,30 +45,14 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """Published value with which the value of a row is compared.
-
-    Parameters
-    ----------
-    value
-        The value, in the unit of the row.
-    tolerance
-        Largest difference at which the value counts as reproduced.
-    lower
-        True if lower values are better.
-    """
+    """Published value with which the value of a row is compared."""
 
     value: float
     tolerance: float
     lower: bool = False
 
     def verdict(self, value: Value, unit: str) -> str:
-        """Return a comparison with the published value.
-
-        An example is "worse by 2.20 Shore A, not excluded".
-
-        The comparison is "reproduced" if the difference is within the tolerance. "Not excluded"
-        says that the interval holds the published value. A missing value has no verdict: "".
-        """
+        """Return a comparison with the published value."""
         if value is None or isinstance(value, str):
             return ""
         bounded = value if isinstance(value, Bounded) else Bounded(value)
@@ -83,26 +67,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Row(Generic[R]):
-    """Definition of a row: one number for reports, docs tables and the README.
-
-    Parameters
-    ----------
-    label
-        Name of the number.
-    value
-        Function that returns the number from the results of one subject; None without its data.
-    unit
-        Key of ``UNITS``.
-    published
-        Value that the paper reports.
-    headline
-        True to show the row at the top of the report.
-    claim
-        Published value with which the top of the report compares the row.
-    note
-        Function that returns what the verdict must not hide, such as the score of a detector that
-        never fires. Without a claim, the note is the verdict.
-    """
+    """Definition of a row: one number for reports, docs tables and the README."""
 
     label: str
     value: Callable[[R], Value]
@@ -193,10 +158,7 @@ def row_table(
     *,
     published: bool = False,
 ) -> Table:
-    """Return a table with a line for each row and a column for each subject.
-
-    Rows without a value for any subject are left out.
-    """
+    """Return a table with a line for each row and a column for each subject."""
     lines = []
     for row in rows:
         cells = [row.cell(results) for results in subjects.values()]
@@ -208,10 +170,7 @@ def row_table(
 
 
 def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
-    """Return a table with a line for each row that has a claim or a note, or is a headline.
-
-    The columns are the published value, the value of each subject, and the verdict.
-    """
+    """Return a table with a line for each row that has a claim or a note, or is a headline."""
     chosen = [row for row in rows if row.claim or row.note or row.headline]
     table = row_table(chosen, subjects, published=True)
     by_label = {row.label: row for row in chosen}
@@ -242,15 +201,7 @@ def _joined(texts: Mapping[str, str]) -> str:
 
 
 def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
-    """Return the tables of several subjects as one table, with their columns side by side.
-
-    Parameters
-    ----------
-    tables
-        Tables by the title of their subject (dataset). Lines with the same name become one line.
-    heads
-        Names of the columns to show; all if empty.
-    """
+    """Return the tables of several subjects as one table, with their columns side by side."""
     head = [""]
     blocks: list[tuple[int, dict[tuple[str, str], Line]]] = []
     names: dict[tuple[str, str], Cell] = {}
@@ -289,17 +240,7 @@ def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
 def matrix(
     caption: str, rows: Sequence[Row[R]], entries: Iterable[tuple[Cell, R | None, bool]]
 ) -> Table | None:
-    """Return a table with a line for each record and a column for each row definition.
-
-    Parameters
-    ----------
-    caption
-        Caption of the table.
-    rows
-        Row definitions, one per column. If no record has a value, the column is left out.
-    entries
-        Name, record, and True for a quiet (pale) line. Entries without a record are left out.
-    """
+    """Return a table with a line for each record and a column for each row definition."""
     present = [(name, record, quiet) for name, record, quiet in entries if record is not None]
     columns = [
         row

@@ -38,13 +38,7 @@ NETWORK = (
 
 
 class Generalised(Record, frozen=True, kw_only=True):
-    """Scores of competitors on simulated rigs that no other part of the project uses.
-
-    ``floor``: scores of the estimator that is trained on other specimens of the same kinds of
-    object, on the same rig. ``ceiling``: scores of estimators that know the modulus, or the
-    stiffness of the contact. ``pinches``: mean number of pinches in a set, by use. ``too_short``:
-    share of pinches whose second contact came before any estimate; they are not scored.
-    """
+    """Scores of competitors on simulated rigs that no other part of the project uses."""
 
     sets: int
     seeds: list[int]
@@ -69,20 +63,7 @@ def compared(
     seed: int,
     runner: Runner,
 ) -> Generalised:
-    """Return the scores of all competitors over all sets.
-
-    Parameters
-    ----------
-    entrants
-        Function that returns the competitors for the set with a given index. Floor and ceilings are
-        added to them.
-    sets, seeds
-        Sets of pinches, and the random seed of each set.
-    seed
-        Random seed of trainings and intervals.
-    runner
-        Runner for the trainings.
-    """
+    """Return the scores of all competitors over all sets."""
     places = [
         (entrant, place, question)
         for place, rig_data in enumerate(sets)
@@ -127,10 +108,7 @@ _OWN = ("estimator", "radii", "regressor")
 
 
 def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return indices of the pinches to learn from, and of those to predict, for a question.
-
-    ``question`` is ``HOME``, ``OTHER``, ``FLOOR``, or a Shore A that is left out of training.
-    """
+    """Return indices of the pinches to learn from, and of those to predict, for a question."""
     home = rig_data.indices(Use.BLOCKS)
     if question == HOME:
         return home, np.concatenate([rig_data.indices(Use.HELD), rig_data.indices(Use.OBJECTS)])

@@ -21,10 +21,7 @@ EDGE = 15.0
 def delay_figure(
     dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
 ) -> Figure:
-    """Draw a histogram for each detector: time from the known contact to the first decision.
-
-    ``early`` is the longest time by which a contact may precede its label, s.
-    """
+    """Draw a histogram for each detector: time from the known contact to the first decision."""
     late = f" (labels may come up to {1e3 * early:g} ms late)" if early else ""
     waited = 1e3 * resampler_lookahead(dataset)
     counted = f" The resampler's look-ahead of {waited:.1f} ms is counted." if waited else ""
@@ -76,12 +73,7 @@ def detectors_figure(
     n_early: float = 0.090,
     suffix: float = 0.030,
 ) -> Figure:
-    """Draw the vibration of the first finger, its 3σ band, and where each detector fired.
-
-    ``start`` is the sample at which the closing starts, and with it the steady state. ``early`` is
-    the longest time by which a contact may precede its label, s. The figure shows ``n_early`` s
-    before the first contact and ``suffix`` s after it.
-    """
+    """Draw the vibration of the first finger, its 3σ band, and where each detector fired."""
     assert pinch.first is not None
     rate, fingers = pinch.layout.rate, pinch.layout.vibration_fingers
     column = fingers.index(pinch.first.finger) if pinch.first.finger in fingers else 0

@@ -28,17 +28,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Entrant:
-    """Competitor of a comparison.
-
-    Parameters
-    ----------
-    name
-        Name in results.
-    method
-        Method of prediction, a key of ``WAYS``.
-    options
-        Options of the method.
-    """
+    """Competitor of a comparison."""
 
     name: str
     method: str
@@ -47,10 +37,7 @@ class Entrant:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
-    """Job of one competitor on one set: pinches to learn from, and pinches to predict.
-
-    ``place`` is the index of the set; ``learn`` and ``ask`` are indices of pinches in it.
-    """
+    """Job of one competitor on one set: pinches to learn from, and pinches to predict."""
 
     entrant: Entrant
     place: int
@@ -74,10 +61,7 @@ def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 
 
 def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Condition an any-time estimator on the pinches ``learn``, and predict the pinches ``ask``.
-
-    With the entrant's option ``radii``, the estimator also gets the radii of the objects.
-    """
+    """Condition an any-time estimator on the pinches ``learn``, and predict the pinches ``ask``."""
     query = rigs.touches.take(ask)
     if entrant.options.get("radii"):
         query = replace(query, radii=rigs.radii[ask])
@@ -85,11 +69,7 @@ def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: 
 
 
 def _anybody(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Fit an estimator or a user's regressor to ``learn``, and predict the pinches ``ask``.
-
-    One model is trained for each window length. A contact gets the prediction from the longest
-    window before its second contact.
-    """
+    """Fit an estimator or a user's regressor to ``learn``, and predict the pinches ``ask``."""
     return fit_on_set(entrant, rigs, learn, seed).predict(rigs.touches.take(ask)).value
 
 
@@ -104,22 +84,7 @@ def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> Conta
 def fit_predictor(
     entrant: Entrant, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
 ) -> ContactPredictor:
-    """Return a competitor that learned from contacts, and predicts at any time after a contact.
-
-    An any-time estimator is conditioned on the contacts. Of other estimators, one model is trained
-    for each window length.
-
-    Parameters
-    ----------
-    entrant
-        Competitor: any-time estimator, registered estimator or a user's regressor.
-    touches, shore_a
-        Contacts to learn from, shape (n,).
-    groups
-        Session or specimen of each contact, shape (n,). The intervals come from held-out groups.
-    seed
-        Random seed of trainings and folds.
-    """
+    """Return a competitor that learned from contacts, and predicts at any time after a contact."""
     options = dict(entrant.options)
     regressor, name = options.pop("regressor", None), options.pop("estimator", None)
     if entrant.method == "in context":
@@ -135,10 +100,7 @@ def _modulus(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 
 
 def _stiffness(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict the Shore A by a parabola in the logarithm of the true contact stiffness.
-
-    The parabola is fitted to the pinches ``learn``.
-    """
+    """Predict the Shore A by a parabola in the logarithm of the true contact stiffness."""
     logarithms = np.log(rigs.stiffnesses)
     shore_a = rigs.windows.y[learn]
     degree = min(2, len(np.unique(shore_a)) - 1)

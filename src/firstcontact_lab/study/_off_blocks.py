@@ -20,14 +20,7 @@ TOGETHER = 3
 
 
 class OffBlocks(Record, frozen=True, kw_only=True):
-    """Scores of an estimator beyond the blocks it was trained on: RMSE and bias in Shore A.
-
-    ``sets``: number of rigs. ``objects``: RMSE on unseen objects. ``three_pinches``: RMSE of means
-    of three pinches. ``blocks``: RMSE on block pinches of other sessions.
-
-    ``accuracy``: share of these block pinches whose prediction is nearest to the Shore A of the
-    pinched block. ``options``: settings of the estimator that differ from the defaults.
-    """
+    """Scores of an estimator beyond the blocks it was trained on: RMSE and bias in Shore A."""
 
     sets: int
     objects: float
@@ -123,10 +116,7 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return a function that returns the mean of the groups' root mean square errors.
-
-    Its argument holds, for each group, count, sum and sum of squares of the errors.
-    """
+    """Return a function that returns the mean of the groups' root mean square errors."""
 
     def statistic(sums: Values) -> Values:
         by_group = sums.reshape(*sums.shape[:-1], groups, 3)

@@ -21,23 +21,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """One step of a part for one subject.
-
-    Parameters
-    ----------
-    subject
-        Name of the subject.
-    part
-        Name of the part.
-    title
-        Title for the progress bar and the report.
-    run
-        Function that measures the subject, and returns the result for the part.
-    vital
-        True if the study ends when the job fails.
-    cost
-        Time that the job takes, relative to other jobs.
-    """
+    """One step of a part for one subject."""
 
     subject: str
     part: str
@@ -53,19 +37,7 @@ def plan(
     runner: Runner,
     set_name: str = "recordings",
 ) -> list[Job]:
-    """Return all jobs of a study: first the quick steps of every subject, then the slow ones.
-
-    Parameters
-    ----------
-    sources
-        Name of each subject, and a function that loads it.
-    settings
-        Size of the study.
-    runner
-        Runner of trainings.
-    set_name
-        Name of the recordings in the results.
-    """
+    """Return all jobs of a study: first the quick steps of every subject, then the slow ones."""
     subjects: dict[str, Subject] = {}
 
     def job(name: str, load: Callable[[], Dataset], part: str, step: Step) -> Job:
@@ -93,29 +65,7 @@ def run(
     tick: Callable[[str], object] = lambda title: None,
     page: Callable[[State], str] = render,
 ) -> None:
-    """Run all jobs. Write ``report.html`` and ``results.json`` after each job.
-
-    Parameters
-    ----------
-    steps
-        Result of :func:`plan`.
-    state
-        State that collects the findings.
-    out
-        Folder of the two files.
-    tick
-        Function that is called with the title of each step before the step begins.
-    page
-        Function that returns the report as HTML.
-
-    Raises
-    ------
-    InputError
-        The data of a subject cannot be used. An InputError of a step that is not vital is listed in
-        the report, and the study continues.
-    Exception
-        Any other error of a part. The report then names the step at which the study stopped.
-    """
+    """Run all jobs. Write ``report.html`` and ``results.json`` after each job."""
     by_name: dict[str, Findings] = {f.name: f for f in state.findings}
     title = ""
     try:

@@ -125,21 +125,7 @@ _MATERIALS = ("lossy", "slow_material", "several")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JudgedRig:
-    """Labelled contacts of one rig.
-
-    Parameters
-    ----------
-    touches
-        The contacts.
-    shore_a
-        Shore A of each label, which includes a random error, shape (n,).
-    uses, sessions, objects
-        Use (such as conditioning), session and object of each contact, shape (n,).
-    radii
-        Radius of the object, m, infinite for a flat object, shape (n,).
-    speeds
-        True closing speed, m/s, shape (n,).
-    """
+    """Labelled contacts of one rig."""
 
     touches: Touches
     shore_a: Values
@@ -151,13 +137,7 @@ class JudgedRig:
 
 
 def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -> JudgedRig:
-    """Draw one rig of a family, and return its labelled contacts.
-
-    The result depends only on the arguments.
-
-    With ``free_speed`` the rig's usual closing speed is multiplied, in each pinch, by a random
-    factor within ``FREE_SPEED``.
-    """
+    """Draw one rig of a family, and return its labelled contacts."""
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
     rig = family.rig(draw_rig(rng), rng)

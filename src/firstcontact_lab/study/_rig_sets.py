@@ -67,23 +67,7 @@ class Sizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigSet:
-    """Pinches of one set: their windows, contacts and true properties.
-
-    Parameters
-    ----------
-    windows
-        Windows after the contacts, for estimators with a window of fixed length.
-    touches
-        Signals of the same contacts, for estimators that predict at any time.
-    uses
-        Use of each pinch (:class:`Use`), shape (n,).
-    radii
-        Radius of the object, m, infinite for a flat object, shape (n,).
-    moduli, stiffnesses
-        Young's modulus in each pinch (Pa) and stiffness of the contact (N/m^1.5), shape (n,).
-    too_short
-        Share of pinches whose second contact came before any estimate.
-    """
+    """Pinches of one set: their windows, contacts and true properties."""
 
     windows: LabelledWindows
     touches: Touches
@@ -99,20 +83,7 @@ class RigSet:
 
 
 def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) -> RigSet:
-    """Return one set of pinches.
-
-    Parameters
-    ----------
-    seed
-        Random seed of hands, specimens, sessions and pinches.
-    condition
-        Condition of the twin. It determines the variation between pinches.
-    sizes
-        Numbers of pinches.
-    late
-        Delays of a detector's contacts, samples, measured on complete pinches of this condition.
-        Each contact gets one of these delays at random.
-    """
+    """Return one set of pinches."""
     drawn = list(_planned(seed, condition, sizes))
     placed = generator(seed, condition.name, "placed")
     jobs = [PinchJob(excerpt(planned.draw, BEFORE), planned.label) for planned in drawn]

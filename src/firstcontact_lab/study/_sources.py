@@ -22,15 +22,7 @@ _RECORDINGS, _IMPORTED = "recordings", "imported"
 
 
 def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner) -> Dataset:
-    """Simulate pinches of a condition into ``out/recordings``, and return them as a dataset.
-
-    Recordings of an earlier study in that folder are replaced.
-
-    Raises
-    ------
-    InputError
-        The folder holds recordings that were not made by a study.
-    """
+    """Simulate pinches of a condition into ``out/recordings``, and return them as a dataset."""
     from firstcontact.twin import simulate
 
     directory = fresh(out / _RECORDINGS / condition, {"twin": condition, "seed": settings.seed})
@@ -46,37 +38,14 @@ def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner
 
 
 def recorded(path: Path, out: Path) -> Dataset:
-    """Return the pinches of recordings, or of data to import, resampled to the models' rate.
-
-    Parameters
-    ----------
-    path
-        Recording, folder of recordings, or data for ``firstcontact import``. Such data are first
-        imported into ``out/recordings``.
-    out
-        Folder of the study.
-
-    Raises
-    ------
-    InputError
-        There are no usable data. Or the folder contains recordings of an earlier study: to study
-        those, give their folder as ``path``.
-    """
+    """Return the pinches of recordings, or of data to import, resampled to the models' rate."""
     recordings = _recordings(path)
     dataset = load_dataset(recordings) if recordings else _imported(path, out)
     return resample_dataset(dataset, FINGERTIP_RATE)
 
 
 def check_sources(path: Path | None, out: Path) -> None:
-    """Raise an InputError if a source cannot be used. If ``path`` is None, it is the twin.
-
-    Samples are not read.
-
-    Raises
-    ------
-    InputError
-        See :func:`recorded` and :func:`simulated`.
-    """
+    """Raise an InputError if a source cannot be used. If ``path`` is None, it is the twin."""
     if path is None:
         for condition in CONDITIONS:
             check_fresh(out / _RECORDINGS / condition)
@@ -100,10 +69,7 @@ def _recordings(path: Path) -> list[Path]:
 
 
 def _search(path: Path) -> tuple[list[Path], list[Path]]:
-    """Return the recordings at or below a path, and the folders below it with a study's recordings.
-
-    Recordings in these folders are left out.
-    """
+    """Return the recordings at a path, and the folders below it with a study's recordings."""
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)

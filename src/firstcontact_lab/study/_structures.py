@@ -209,28 +209,7 @@ FLOORS: Mapping[str, Callable[[Rng, int], Values]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StructuredRig:
-    """Simulated rig whose structure differs from the twin's.
-
-    Parameters
-    ----------
-    seed
-        Random seed of all its draws.
-    motor, floor
-        Kind of motor, a name in :data:`MOTORS`, and kind of noise floor, a name in :data:`FLOORS`.
-    rig
-        Mechanics of a finger.
-    size
-        Properties of the motor by name: rates and resonances, Hz, and the height of a knock.
-    loud, quiet
-        RMS of motor and noise floor, V.
-    thump, overshoot, settle
-        Start of the motor: peak of its jolt, as a multiple of the motor's RMS; additional loudness,
-        relative to the steady loudness; and the time in which both fade, s.
-    coarse
-        Size of the converter's steps, as a multiple of the twin's.
-    holder
-        Frequency, Hz, and damping of an additional resonance of the sensor.
-    """
+    """Simulated rig whose structure differs from the twin's."""
 
     seed: int
     motor: str
@@ -284,10 +263,7 @@ class StructuredRig:
     def _contact(
         self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
     ) -> tuple[tuple[Contact, ...], Values]:
-        """Return the contacts of both fingers, and the signals of the piezos that they cause.
-
-        The signals, in V, begin ``LEAD`` seconds before the first contact.
-        """
+        """Return the contacts of both fingers, and the signals of the piezos that they cause."""
         if target is None:
             return (), np.zeros((0, 2))
         draw = draw_pinch(self.seed, EVERYDAY, "any", BLOCKS[0], key)

@@ -19,25 +19,7 @@ Cut = tuple[Windows, NDArray[np.bool_]]
 
 @dataclass(slots=True, eq=False)
 class Subject:
-    """Dataset under study, with the results of earlier parts.
-
-    Parameters
-    ----------
-    name
-        Condition of the twin, or "recordings".
-    dataset
-        Pinches, at the models' rate.
-    detections
-        First contact of each pinch, from a detector not trained on the pinch; None for a missed
-        one. Empty before detection has run.
-    predictions
-        Windows and their predictions, by name of the model and name of the split.
-    set_name
-        Name of the recordings in results.
-    adapted
-        Default any-time estimator, conditioned on the training pinches; None before part
-        ``anytime`` has run.
-    """
+    """Dataset under study, with the results of earlier parts."""
 
     name: str
     dataset: Dataset
@@ -54,10 +36,7 @@ class Subject:
 
     @property
     def has_known_contacts(self) -> bool:
-        """True if the first contact of some pinch is known from strips or labels.
-
-        Otherwise detections cannot be scored.
-        """
+        """True if the first contact of some pinch is known from strips or labels."""
         return any(contact is not None for contact in self.truth)
 
     @property
@@ -83,10 +62,7 @@ class Subject:
         *,
         conditioned: bool = True,
     ) -> LabelledWindows:
-        """Return windows at ``contacts``, or else at :attr:`starts`, labelled with ``target``.
-
-        ``target`` has the shape (pinches,). Specimen names are unique across objects.
-        """
+        """Return windows at ``contacts``, or else at :attr:`starts`, labelled with ``target``."""
         cut = self.cut_windows(duration, contacts, conditioned=conditioned)
         data = label_windows(self.dataset, *cut, target)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.rows])
@@ -94,12 +70,7 @@ class Subject:
     def cut_windows(
         self, duration: float, contacts: Contacts | None = None, *, conditioned: bool = True
     ) -> Cut:
-        """Return the windows at ``contacts``, by default at :attr:`starts`, and a mask of pinches.
-
-        The mask marks the pinches that have a window.
-
-        The windows are cached, because several parts use the same windows.
-        """
+        """Return the windows at ``contacts`` (default :attr:`starts`), and a mask of pinches."""
         starts = self.starts if contacts is None else contacts
         key = duration, conditioned, tuple(starts)
         if key not in self._cut:

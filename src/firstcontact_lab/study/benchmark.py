@@ -34,11 +34,7 @@ LATE = (0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 4)
 
 
 class Benchmarked(Record, frozen=True, kw_only=True):
-    """Scores of all competitors in one condition of the twin.
-
-    ``generalise``: scores beyond the blocks. ``anytime``: scores on unseen objects, by time after
-    the contact.
-    """
+    """Scores of all competitors in one condition of the twin."""
 
     generalise: Generalised
     anytime: dict[str, AnytimeScores]
@@ -57,13 +53,7 @@ QUICK = Size((StudySettings().rig_seeds[0],), BRIEF)
 
 
 def contender(name: str) -> Entrant:
-    """Return the competitor with a name: a registered estimator, or ``PACKAGE:NAME``.
-
-    Raises
-    ------
-    InputError
-        No competitor has this name.
-    """
+    """Return the competitor with a name: a registered estimator, or ``PACKAGE:NAME``."""
     ESTIMATORS.find(name)
     if ":" in name:
         return Entrant(name, "anybody", {"regressor": name})
@@ -84,28 +74,7 @@ def benchmark(
     runner: Runner,
     say: Callable[[str], object] = lambda line: None,
 ) -> Mapping[str, Benchmarked]:
-    """Compare an estimator with the default estimator and the network on the same data.
-
-    Parameters
-    ----------
-    name
-        Name of an estimator, as in :func:`contender`.
-    conditions
-        Conditions of the twin.
-    size
-        Seeds of the sets, and numbers of pinches in a set.
-    seed
-        Random seed of trainings and bootstrap intervals.
-    runner
-        Runner for sets and trainings.
-    say
-        Function that is called with lines about the progress.
-
-    Raises
-    ------
-    InputError
-        No competitor has this name, or its predictions are invalid.
-    """
+    """Compare an estimator with the default estimator and the network on the same data."""
     everybody = competitors(name)
     out = {}
     for condition_name in conditions:

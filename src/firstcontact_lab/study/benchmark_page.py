@@ -25,10 +25,7 @@ from firstcontact_lab.study.scores import AnytimeScores
 
 
 class BenchmarkResults(Record, frozen=True, kw_only=True):
-    """``results.json`` of a benchmark: estimator, settings and scores.
-
-    Scores on the twin are in ``conditions``, scores on recordings in ``recordings``.
-    """
+    """``results.json`` of a benchmark: estimator, settings and scores."""
 
     contender: str
     command: str

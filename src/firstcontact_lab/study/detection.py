@@ -18,12 +18,7 @@ FOLDS = 3
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
-    """Return folds that test all pinches, and train on pinches of role ``train`` only.
-
-    Whole sessions are held out if they are known, and if each fold then has pinches to train on.
-    Otherwise folds are random, and each fold states that sessions and specimens are on both of its
-    sides. For a single pinch, return an empty list.
-    """
+    """Return folds that test all pinches, and train on pinches of role ``train`` only."""
     if len(dataset) < 2:
         return []
     sessions, test = dataset.sessions, dataset.test
@@ -41,21 +36,7 @@ def _training_only(folds: Sequence[Split], test: NDArray[np.bool_]) -> list[Spli
 def judge(
     job: tuple[str, int], dataset: Dataset, splits: Sequence[Split], early: float
 ) -> list[PinchDecisions] | str:
-    """Return a detector's decisions on the test side of a split. Train it first if needed.
-
-    If the detector cannot learn from the training side, return a sentence with the reason.
-
-    Parameters
-    ----------
-    job
-        Name of the detector, and index of the split.
-    dataset
-        Pinches from the start of their closings, with at least the vibration channels.
-    splits
-        Splits of the pinches.
-    early
-        Longest time by which a contact may precede its label, s.
-    """
+    """Return a detector's decisions on the test side of a split. Train it first if needed."""
     name, split = job[0], splits[job[1]]
     detector = make_detector(name)
     if detector.learns:
@@ -112,10 +93,7 @@ def _vibration_only(dataset: Dataset) -> Dataset:
 def trigger_delays(
     dataset: Dataset, triggers: Sequence[Contact | None]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times from known to detected contact, and from known contact to decision, s.
-
-    Both arrays have the shape (pinches,). A time is NaN if the contact is unknown or was missed.
-    """
+    """Return the times from known to detected contact, and from known contact to decision, s."""
     rate = dataset.layout.rate
     out = np.full((2, len(dataset)), np.nan)
     for i, (pinch, trigger) in enumerate(zip(dataset.pinches, triggers, strict=True)):

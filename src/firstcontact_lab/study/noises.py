@@ -31,21 +31,7 @@ SAID = "noise of "
 
 
 class NoiseScores(Record, frozen=True, kw_only=True):
-    """Scores on twin pinches with one kind of noise, for models trained with the usual noise.
-
-    Parameters
-    ----------
-    noise
-        Description of the noise.
-    detectors
-        Scores by detector.
-    estimator, estimated
-        Name of the estimator, which takes windows of 15 ms at the contacts of the default detector,
-        and number of pinches that it predicted.
-    rmse, rmse_unseen
-        RMSE on objects of role ``train`` and on objects of role ``test``, Shore A. None if there
-        are no such objects.
-    """
+    """Scores on twin pinches with one kind of noise, for models trained with the usual noise."""
 
     noise: str
     detectors: dict[str, DetectionScores]
@@ -56,17 +42,7 @@ class NoiseScores(Record, frozen=True, kw_only=True):
 
 
 class NoiseScorer:
-    """Scorer for pinches with any noise. It trains detectors and an estimator once, on the twin.
-
-    Parameters
-    ----------
-    twin
-        Simulated training pinches.
-    seed
-        Random seed of folds and trainings.
-    say
-        Function that is called with lines about the progress.
-    """
+    """Scorer for pinches with any noise. It trains detectors and an estimator once, on the twin."""
 
     def __init__(
         self, twin: Dataset, seed: int = 0, say: Callable[[str], object] = lambda line: None
@@ -88,15 +64,7 @@ class NoiseScorer:
         return self._detectors[DETECTORS.default]
 
     def score(self, name: str, dataset: Dataset) -> NoiseScores:
-        """Return the scores on some pinches that were not used for training.
-
-        Parameters
-        ----------
-        name
-            Name of the pinches, for messages.
-        dataset
-            Pinches to score, at the rate of the training data.
-        """
+        """Return the scores on some pinches that were not used for training."""
         self._say(f"{name}: {len(dataset)} pinches of the twin")
         windows = labelled_windows(
             dataset, detect_alignment(dataset, self._main).contacts, DURATION, dataset.shore_a

@@ -31,13 +31,7 @@ from firstcontact_lab.study.parts.objects import OBJECTS
 
 
 def read_study(path: Path) -> StudyResults:
-    """Read the ``results.json`` of a study.
-
-    Raises
-    ------
-    InputError
-        A field is missing, unknown, or of another type.
-    """
+    """Read the ``results.json`` of a study."""
     list(PARTS.values())  # loading a part defines its fields
     subject = subject_kind()
     kind: Any = ByName
@@ -68,11 +62,7 @@ def sections(all_findings: Sequence[Findings], parts: Mapping[str, Part] = PARTS
 def _section(
     name: str, part: Part, subjects: Subjects, all_findings: Sequence[Findings]
 ) -> Section | None:
-    """Return a section of the report; None if it has no content.
-
-    Figures that the part draws from the results are open. Without them, one figure of each subject
-    and one table of all subjects are open. The rest is hidden until opened.
-    """
+    """Return a section of the report; None if it has no content."""
     tables: dict[str, list[Table]] = {}
     figures: dict[str, list[Figure]] = {}
     for findings in all_findings:

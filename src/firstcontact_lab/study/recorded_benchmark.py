@@ -38,12 +38,7 @@ Names = NDArray[np.str_]
 
 
 class RecordedScores(Record, frozen=True, kw_only=True):
-    """Scores of one group of recorded pinches, by competitor.
-
-    ``learned``: mean number of training pinches over ``folds`` folds. ``cluster``: "session" or
-    "specimen"; bootstrap intervals resample whole sessions or specimens. ``clusters``: number of
-    sessions or specimens that were scored.
-    """
+    """Scores of one group of recorded pinches, by competitor."""
 
     learned: float
     folds: int
@@ -53,15 +48,7 @@ class RecordedScores(Record, frozen=True, kw_only=True):
 
 
 class RecordedData(Record, frozen=True, kw_only=True):
-    """Recordings of a benchmark and the scores on them.
-
-    ``held_out``: scores on pinches of role "train", in folds that hold out whole sessions or
-    specimens. ``detector``: reason for the choice of the detector; "" if no detectors competed.
-    ``objects``: scores on pinches of role "test", by models that learned from all
-    pinches of role "train". ``left_out``: reason if ``objects`` is None. ``unused``: number of
-    pinches without a contact or Shore A. ``too_short``: number of pinches whose second contact came
-    before any estimate.
-    """
+    """Recordings of a benchmark and the scores on them."""
 
     path: str
     source: str
@@ -83,29 +70,7 @@ def benchmark_recordings(
     runner: Runner,
     say: Callable[[str], object] = lambda line: None,
 ) -> RecordedData:
-    """Score a regressor, the default estimator and the network on the same folds.
-
-    The contacts of a pinch come from a detector that was not trained on the pinch.
-
-    Parameters
-    ----------
-    name
-        Regressor, as in :func:`firstcontact_lab.study.benchmark.contender`.
-    path
-        Recording, or folder of recordings.
-    seed
-        Random seed of folds, trainings and bootstrap intervals.
-    runner
-        Runner of the trainings.
-    say
-        Function that is called with warnings and progress, one line at a time.
-
-    Raises
-    ------
-    InputError
-        The regressor does not exist, or its predictions are invalid. Or the recordings have too few
-        pinches, Shore A levels or named sessions.
-    """
+    """Score a regressor, the default estimator and the network on the same folds."""
     entrants = [e for e in competitors(name) if e is not NETWORK[-1]]
     dataset = _load(path, say)
     contacts, how, chosen = _contacts(dataset, seed, runner)
@@ -175,11 +140,7 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
 def _contacts(
     dataset: Dataset, seed: int, runner: Runner
 ) -> tuple[Sequence[Contact | None], str, str]:
-    """Return the detected first contact of each pinch, how it was detected, and by which detector.
-
-    As in ``train``, the detector is the package's or one that is fitted. A fitted one learns only
-    from pinches of role "train", never from the pinch itself.
-    """
+    """Return the first contact of each pinch, how it was detected, and by which detector."""
     contacts: list[Contact | None] = [None] * len(dataset)
     learn = dataset.take(~dataset.test)
     detector, alignment, reason = choose_detector(
@@ -199,10 +160,7 @@ def _contacts(
 def _groups(
     dataset: Dataset, labelled: LabelledTouches, learn: NDArray[np.intp], path: Path
 ) -> tuple[str, Names]:
-    """Return "session" or "specimen", and the session or specimen of each pinch.
-
-    Folds hold out whole sessions or whole specimens.
-    """
+    """Return "session" or "specimen", and the session or specimen of each pinch."""
     if labelled.take(learn).named_sessions is not None:
         return "session", labelled.sessions
     specimens = [dataset.pinches[place].label.specimen for place in labelled.rows[learn]]

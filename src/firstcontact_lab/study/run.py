@@ -24,34 +24,7 @@ Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 def run_study(
     settings: StudySettings, out: Path, recordings: Path | None, quick: bool, command: str
 ) -> Path:
-    """Run every part of a study, and update the files after each step.
-
-    Parameters
-    ----------
-    settings
-        Size and seed.
-    out
-        Folder of the study.
-    recordings
-        Folder or file of recordings to study; None to simulate both conditions of the twin.
-    quick
-        True for the quick settings. The report states this.
-    command
-        Command line, for the report.
-
-    Returns
-    -------
-    Path
-        The report.
-
-    Raises
-    ------
-    InputError
-        The data cannot be used. Or ``out`` cannot be written, belongs to a study that is still
-        running, or holds the results of another study.
-    KeyboardInterrupt
-        The user pressed Ctrl-C. All processes have ended, and the report so far is written.
-    """
+    """Run every part of a study, and update the files after each step."""
     from tqdm import tqdm
 
     options = _options(settings, recordings)

@@ -25,13 +25,7 @@ from firstcontact.signal import samples_in
 
 
 class AnytimeScores(Record, frozen=True, kw_only=True):
-    """Scores over ``n`` pinches, by the time after the contact, ms.
-
-    Predictions for a time use only the signal up to this time.
-
-    ``coverage`` and ``width`` (mean, Shore A) describe the model's intervals. ``out_of_range``:
-    share of contacts out of range. ``intervals``: bootstrap intervals by score, then by time.
-    """
+    """Scores over ``n`` pinches, by the time after the contact, ms."""
 
     n: int
     rmse: dict[str, float]
@@ -52,12 +46,7 @@ class MeanErrors(Record, frozen=True, kw_only=True):
 
 
 class RankCorrelation(Record, frozen=True, kw_only=True):
-    """Spearman's rho over ``n`` groups, and its two-sided p-value.
-
-    Both are None if the truth or the score is constant.
-
-    ``exact`` is True if all permutations were tried.
-    """
+    """Spearman's rho over ``n`` groups, and its two-sided p-value."""
 
     rho: float | None = None
     n: int
@@ -82,25 +71,7 @@ def predictions_by_time(
 def anytime_scores(
     predictions: Mapping[int, Predictions], truth: Values, clusters: NDArray[Any], seed: int
 ) -> AnytimeScores:
-    """Return the scores of predictions at each time, with bootstrap intervals.
-
-    Parameters
-    ----------
-    predictions
-        Predictions by time after the contact, ms, all for the same contacts.
-    truth
-        Shore A, shape (n,).
-    clusters
-        Cluster of each contact, such as its session, shape (n,). The bootstrap resamples whole
-        clusters.
-    seed
-        Random seed of the resampling.
-
-    Raises
-    ------
-    ValueError
-        There is no contact.
-    """
+    """Return the scores of predictions at each time, with bootstrap intervals."""
     if not len(truth):
         raise ValueError("there is no contact to score")
     scores: dict[str, dict[str, float]] = {name: {} for name in _STATISTICS}
@@ -157,17 +128,7 @@ def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
 
 
 def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
-    """Return Spearman's rho with a p-value from permutations.
-
-    For small n all permutations are tried, and the p-value is exact.
-
-    Parameters
-    ----------
-    truth, score
-        One value per group, shape (n,). Ties get their mean rank.
-    seed
-        Random seed of the permutations; unused if all n! permutations are tried.
-    """
+    """Return Spearman's rho with a p-value from permutations."""
     from itertools import permutations
     from math import factorial
 

@@ -16,22 +16,7 @@ RECORDINGS, NOISE, FRONT_ENDS, RESULTS = "recordings", "noise", "front_ends.csv"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RealSet:
-    """Set of real recordings in a folder.
-
-    Parameters
-    ----------
-    dataset
-        Pinches at their recorded rate.
-    noise
-        Unbroken stretches of samples without contacts.
-    front_ends
-        Description of the front end (amplifier and converter) by session; "*" stands for all
-        sessions.
-    study
-        Results of a study of the set; None if there was no study.
-    early
-        Longest time by which a contact may precede its label, s.
-    """
+    """Set of real recordings in a folder."""
 
     name: str
     dataset: Dataset
@@ -51,13 +36,7 @@ class RealSet:
 
 
 def find_sets(folder: Path) -> list[RealSet]:
-    """Return the sets in a folder, which are its subfolders with recordings.
-
-    Raises
-    ------
-    InputError
-        There are no sets, or a file of a set cannot be used.
-    """
+    """Return the sets in a folder, which are its subfolders with recordings."""
     if not folder.is_dir():
         raise InputError(
             f"{folder} is not a folder: give the folder that has a subfolder for each set"

@@ -36,20 +36,7 @@ Firsts = list[Contact | None]
 
 
 class Placement(Record, frozen=True, kw_only=True):
-    """Placement of a detector's first triggers, on recordings that were not resampled.
-
-    Parameters
-    ----------
-    n
-        Number of labelled contacts.
-    placed_2_ms
-        Share of contacts whose first trigger is placed within 2 ms of the label. If labels may be
-        late, triggers may be earlier by the largest lateness.
-    early_triggers
-        Number of contacts whose first trigger is placed too early for ``placed_2_ms``.
-    delay_ms
-        Time from the label to the decision, for the contacts that ``placed_2_ms`` counts.
-    """
+    """Placement of a detector's first triggers, on recordings that were not resampled."""
 
     n: int
     placed_2_ms: float
@@ -58,17 +45,7 @@ class Placement(Record, frozen=True, kw_only=True):
 
 
 class DetectorScores(Placement, frozen=True, kw_only=True):
-    """Scores of a detector on a set.
-
-    Parameters
-    ----------
-    late, missed
-        Number of contacts whose first trigger is placed more than 2 ms after the label, and number
-        of contacts without a trigger.
-    noise_false_alarms_per_minute
-        False alarms per minute in recordings of the set's noise; None without such recordings. If
-        several detectors were trained, the number is that of the worst.
-    """
+    """Scores of a detector on a set."""
 
     late: int
     missed: int
@@ -76,16 +53,7 @@ class DetectorScores(Placement, frozen=True, kw_only=True):
 
 
 class FinderScores(Record, frozen=True, kw_only=True):
-    """Scores of the onset finder, which also uses samples after a contact.
-
-    Parameters
-    ----------
-    placed_2_ms
-        Share of the labelled contacts for which the finder reports an onset within 2 ms.
-    from_label_ms, from_detector_ms
-        Median and 95th percentile of the time between an onset and the label, or an onset and the
-        detector's contact, ms.
-    """
+    """Scores of the onset finder, which also uses samples after a contact."""
 
     placed_2_ms: float
     from_label_ms: Delays | None = None
@@ -99,34 +67,7 @@ class Recorded(Placement, frozen=True, kw_only=True):
 
 
 class SetResults(Record, frozen=True, kw_only=True):
-    """Results of one set of real recordings.
-
-    Parameters
-    ----------
-    n, placed_2_ms, early_triggers, delay_ms, noise_false_alarms_per_minute
-        Scores of the default detector, trained on ``training``; see :class:`DetectorScores`.
-    sensor, rate_hz, front_end
-        Sensor, rate and front end of the recordings.
-    training
-        Training data of the default detector in these scores: "twin", "others" or "nothing".
-    early_ms
-        Longest time by which a contact may precede its label, ms.
-    noise_seconds
-        Length of the recorded noise, s.
-    detectors
-        Scores by detector, then by training data: "twin"; "others", all specimens of the set except
-        the tested specimen; or "nothing" for a detector without training.
-    files
-        Scores of the default detector, trained on ``training``, by recording.
-    finder
-        Scores of the onset finder, which also uses samples after a contact.
-    order_rho, order_p
-        Rank correlation of hardness with the spectral centroid, and its p-value.
-    class_held_out
-        Balanced accuracy of the hardness class of held-out materials, by window length in ms.
-    chance
-        Balanced accuracy of a constant prediction.
-    """
+    """Results of one set of real recordings."""
 
     n: int
     placed_2_ms: float | None = None
@@ -153,17 +94,7 @@ class SetResults(Record, frozen=True, kw_only=True):
 def score_set(
     recorded_set: RealSet, twin: Dataset, say: Callable[[str], object] = lambda line: None
 ) -> SetResults:
-    """Return the scores of every detector on one set.
-
-    Parameters
-    ----------
-    recorded_set
-        Set to score.
-    twin
-        Simulated training pinches. They are resampled to the set's rate.
-    say
-        Function that is called with lines about the progress.
-    """
+    """Return the scores of every detector on one set."""
     heard = cut_closings(recorded_set.dataset)
     has_contact = np.array([p.first is not None for p in heard.pinches])
     labelled = heard.take(has_contact) if has_contact.any() else None
@@ -207,10 +138,7 @@ def score_set(
 def _judged(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
-    """Return each pinch's first trigger, from a detector not trained on the pinch's specimen.
-
-    Also return the trained detectors.
-    """
+    """Return each pinch's first trigger, from a detector not trained on the pinch's specimen."""
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
         return [decision.first for decision in judge_pinches(detector, pinches)]
@@ -292,10 +220,7 @@ def _by_file(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> dict[s
 
 
 def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderScores:
-    """Return the scores of the onset finder.
-
-    The onset nearest to a label is compared with the label and with the first trigger.
-    """
+    """Return the scores of the onset finder."""
     from_label, from_detector = [], []
     rate = recorded_set.layout.rate
     for pinch, first in zip(labelled.pinches, firsts, strict=True):

@@ -213,28 +213,7 @@ def run_sets(
     command: str,
     say: Callable[[str], object],
 ) -> dict[str, SubjectResults]:
-    """Score every set, and the twin with every noise. Write the report and ``results.json``.
-
-    Parameters
-    ----------
-    out
-        Folder of the two files.
-    sets
-        Recorded sets.
-    twin
-        Simulated pinches for training.
-    noises
-        Pinches of the twin with other noise, by the name of the noise.
-    command
-        Command line, for the report.
-    say
-        Function that is called with lines about the progress.
-
-    Returns
-    -------
-    dict
-        Results by subject.
-    """
+    """Score every set, and the twin with every noise. Write the report and ``results.json``."""
     scorers: list[NoiseScorer] = []
 
     def score_noise(name: str, dataset: Dataset) -> PartResult:

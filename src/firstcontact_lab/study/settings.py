@@ -12,41 +12,7 @@ from firstcontact.models import ESTIMATORS
 
 @dataclass(frozen=True, slots=True)
 class StudySettings:
-    """Settings of a study: size and seed.
-
-    Parameters
-    ----------
-    block_pinches, object_pinches
-        Number of simulated pinches of each of the five flat blocks, and of each of the eight unseen
-        objects.
-    durations
-        Window lengths to compare, s.
-    folds
-        Number of folds of a split by session.
-    brief
-        True for short trainings, which give worse models.
-    calls
-        Number of single-window predictions to time.
-    detector
-        Name of the contact detector that places the windows.
-    early
-        Longest time by which a contact may precede its label, s. For example, a label from a
-        trigger circuit comes after the contact.
-    rig_seeds
-        Seeds of the simulated rigs for scores beyond the blocks.
-    board
-        Path of an ``embedded.json`` with the cost of models on the microcontroller. The report
-        compares it with the time on this machine. If empty, this table is left out.
-    delays
-        Path of a ``live.json`` with measured delays of live estimates. If empty, the estimate in
-        force is not scored.
-    parts
-        Names of the parts to run; parts that they need run, too. If empty, the default parts.
-    seed
-        Random seed of all draws except the rigs.
-    workers
-        Number of processes.
-    """
+    """Settings of a study: size and seed."""
 
     block_pinches: int = 500
     object_pinches: int = 50

@@ -17,10 +17,7 @@ RANDOM_TEST = 0.1
 
 
 def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
-    """Return the paper's split: 90 % of the pinches for training, drawn at random by class.
-
-    Pinches of the same session or specimen are on both sides.
-    """
+    """Return the paper's split: 90 % of the pinches for training, drawn at random by class."""
     from sklearn.model_selection import StratifiedShuffleSplit
 
     splitter = StratifiedShuffleSplit(1, test_size=RANDOM_TEST, random_state=seed)
@@ -34,13 +31,7 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
 
 def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[Split]:
-    """Return random stratified folds. Scores on them are optimistic: use them for comparison.
-
-    Raises
-    ------
-    ValueError
-        A class has fewer than two pinches, or there are no pinches.
-    """
+    """Return random stratified folds. Scores on them are optimistic: use them for comparison."""
     from sklearn.model_selection import StratifiedKFold
 
     _, strata, counts = np.unique(classes, return_inverse=True, return_counts=True)
@@ -67,9 +58,6 @@ def learns_one_value(splits: Sequence[Split], values: NDArray[Any]) -> bool:
 
 
 def never_learned(splits: Sequence[Split], classes: NDArray[Any]) -> NDArray[Any]:
-    """Return the classes that some split tests, but does not have in its training data.
-
-    No model can predict them, so an accuracy over such a split is meaningless.
-    """
+    """Return the classes that some split tests, but does not have in its training data."""
     lacking = [np.setdiff1d(classes[split.test], classes[split.train]) for split in splits]
     return np.unique(np.concatenate(lacking)) if lacking else classes[:0]

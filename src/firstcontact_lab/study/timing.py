@@ -30,15 +30,7 @@ _WHOSE = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Timed:
-    """Times of single calls. Arrays have the shape (calls,).
-
-    Parameters
-    ----------
-    microseconds
-        Time of each call.
-    preempted
-        True if another process preempted the call.
-    """
+    """Times of single calls. Arrays have the shape (calls,)."""
 
     microseconds: NDArray[np.float64]
     preempted: NDArray[np.bool_]
@@ -77,13 +69,7 @@ def load() -> float:
 
 
 class InferenceTime(Record, frozen=True, kw_only=True):
-    """Time to predict one window on one thread, µs.
-
-    Calls that another process preempted count only in ``p99_with_preempted``.
-
-    ``reference``: name of the training library, with its times in further fields. ``speedup``:
-    ratio of the medians. ``load`` and ``cores`` describe the machine at the start.
-    """
+    """Time to predict one window on one thread, µs."""
 
     p50: float
     p99: float
@@ -103,19 +89,7 @@ class InferenceTime(Record, frozen=True, kw_only=True):
 def time_inference(
     model: WindowModel, X: Windows, reference: Reference | None, calls: int
 ) -> InferenceTime:
-    """Return the time to predict one window on one thread, by the model and another library.
-
-    Parameters
-    ----------
-    model
-        Trained model.
-    X
-        Windows (n, samples, channels) to predict in turn.
-    reference
-        Prediction function of the training library; None for no comparison.
-    calls
-        Number of calls to time.
-    """
+    """Return the time to predict one window on one thread, by the model and another library."""
     import threadpoolctl
 
     times = msgspec.structs.replace(

@@ -45,15 +45,7 @@ Learn = Callable[[Windows, Values, NDArray[np.str_] | None, float, int], Ask]
 
 
 def registered(estimator: object, options: Mapping[str, Any] | None = None) -> Learn:
-    """Return a learner (a function that trains a model) for an estimator.
-
-    Parameters
-    ----------
-    estimator
-        Name in the registry, ``PACKAGE:NAME``, or a regressor with scikit-learn's interface.
-    options
-        Settings of the estimator, by field.
-    """
+    """Return a learner (a function that trains a model) for an estimator."""
 
     def learn(
         X: Windows, y: Values, groups: NDArray[np.str_] | None, rate: float, seed: int
@@ -146,33 +138,7 @@ def fit_window_ladder(
     lengths: Sequence[float] = LENGTHS,
     conditioned: bool = False,
 ) -> WindowLadder:
-    """Return a ladder: one model for each window length, trained on these contacts.
-
-    A contact trains a model if its window ends before the second contact.
-
-    Parameters
-    ----------
-    learn
-        Learner from :func:`registered`.
-    touches, shore_a
-        Training contacts, shape (n,).
-    groups
-        Session or specimen of each contact, shape (n,). The intervals come from held-out groups.
-        With None, single pinches are held out, and the intervals are too narrow.
-    seed
-        Random seed of trainings and folds.
-    level
-        Nominal coverage of the intervals.
-    lengths
-        Window lengths, s.
-    conditioned
-        True to filter windows as published, but without samples after the window.
-
-    Raises
-    ------
-    InputError
-        There are too few contacts, or predictions are not one finite number per window.
-    """
+    """Return a ladder: one model for each window length, trained on these contacts."""
     models = []
     for length in lengths:
         samples = samples_in(length, touches.rate)
@@ -219,18 +185,7 @@ def _fitted(
 
 
 def windows(touches: Touches, samples: int, conditioned: bool = False) -> Windows:
-    """Return the first samples after each contact, shape (n, samples, 1), V.
-
-    Parameters
-    ----------
-    touches
-        Contacts with at least ``samples`` valid samples.
-    samples
-        Number of samples in each window.
-    conditioned
-        True to apply the published Savitzky–Golay filter. Samples after the window are replaced by
-        its last sample.
-    """
+    """Return the first samples after each contact, shape (n, samples, 1), V."""
     end = touches.lead + samples
     if not conditioned:
         return touches.signals[:, touches.lead : end, None].copy()

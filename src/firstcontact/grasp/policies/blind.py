@@ -14,17 +14,7 @@ FORCE = Tunable("Force", "N", 1, (1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0), (2.0,
 
 
 class Blind(FinalForce):
-    """Policy that acts on the contacts and presses every object with the same force.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    force
-        Grip force, N.
-    approach, scale
-        As in :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
-    """
+    """Policy that acts on the contacts and presses every object with the same force."""
 
     name = "blind"
     title = "blind"

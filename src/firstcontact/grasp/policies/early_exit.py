@@ -13,19 +13,7 @@ if TYPE_CHECKING:
 
 
 class EarlyExit(FirstContact):
-    """Policy that acts on the first estimate with a narrow interval, or on the last estimate.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    window
-        Longest signal after the contact for which the policy waits, s. Its estimate counts as the
-        last one.
-    tight
-        Width of the widest interval on which the policy acts, Shore A. The default is a quarter of
-        the range of everyday objects (28 to 67 in the paper).
-    """
+    """Policy that acts on the first estimate with a narrow interval, or on the last estimate."""
 
     name = "early_exit"
     title = "early exit"
@@ -42,10 +30,7 @@ class EarlyExit(FirstContact):
         return super().begin()
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """Return a command, once per closing, for a precise estimate or the last one.
-
-        The command is the one for the lower bound of the interval.
-        """
+        """Return a command, once per closing, for a precise estimate or the last one."""
         precise = estimate.high - estimate.low <= self.tight
         last = estimate.final or estimate.elapsed >= self.window - 5e-4
         if self._acted or not (precise or last):

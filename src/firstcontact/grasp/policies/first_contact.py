@@ -18,18 +18,7 @@ GRANTED = 0.010
 
 
 class FirstContact(Policy):
-    """Policy that is gentle after the contact and faster once the object proves firm.
-
-    It uses the lower bound of the interval, so that a wide interval makes it gentle.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    window
-        Length of signal after the contact for which the policy waits, s. It ignores estimates from
-        shorter signals, except the final estimate.
-    """
+    """Policy that is gentle after the contact and faster once the object proves firm."""
 
     name = "first_contact"
     title = "first contact"

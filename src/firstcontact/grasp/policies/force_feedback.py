@@ -10,21 +10,7 @@ from firstcontact.grasp._policy import ForceArray, Part, Policy, SensorVariant, 
 
 
 class ForceFeedback(Policy):
-    """Policy that slows down and limits the force when a force sensor detects a contact.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    threshold
-        Rise of a taxel that counts as a contact, V.
-    approach
-        Force limit before the contact, N.
-    speed
-        Closing speed after the contact, m/s.
-    force
-        Force limit after the contact, N.
-    """
+    """Policy that slows down and limits the force when a force sensor detects a contact."""
 
     name = "force_feedback"
     title = "force feedback"

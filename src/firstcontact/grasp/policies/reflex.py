@@ -14,11 +14,7 @@ BOOST = Tunable("Boost", "times", 1, (2.0, 3.0), (2.0,))
 
 
 class Reflex(FinalForce):
-    """Mixin that raises the grip force on slip. Combine it with a policy for household objects.
-
-    Each slip multiplies the force by ``boost``, up to the hand's limit. The hand builds the
-    force at approach speed.
-    """
+    """Mixin that raises the grip force on slip. Combine it with a policy for household objects."""
 
     boost: float = 2.0
     _slips: int = 0

@@ -11,19 +11,7 @@ from firstcontact.grasp.policies.reflex import Reflex
 
 
 class SlipReflex(Reflex, Blind):
-    """Policy that presses every object with the same force at first, and harder at each slip.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    force
-        Grip force before the first slip, N.
-    boost
-        Factor on the force at each slip.
-    approach, scale
-        As in :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
-    """
+    """Policy that presses every object with the same force at first, and harder at each slip."""
 
     name = "slip_reflex"
     title = "slip reflex"

@@ -11,17 +11,7 @@ from firstcontact.grasp.policies.stiffness import ByStiffness
 
 
 class StiffnessReflex(Reflex, ByStiffness):
-    """Policy whose force rises with the estimated stiffness, and at each slip.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    boost
-        Factor on the force at each slip.
-    settings
-        As in :class:`~firstcontact.grasp.policies.stiffness.ByStiffness`.
-    """
+    """Policy whose force rises with the estimated stiffness, and at each slip."""
 
     name = "stiffness_reflex"
     title = "stiffness and reflex"

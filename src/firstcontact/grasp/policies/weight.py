@@ -11,21 +11,7 @@ from firstcontact.grasp.policies.final_force import FinalForce
 
 
 class ByWeight(FinalForce):
-    """Policy whose force follows from the known weight and an assumed friction, within bounds.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    truth
-        Properties of the object.
-    margin
-        Ratio of the force to the force that just holds the weight at the assumed friction.
-    least, most
-        Bounds of the force, N.
-    approach, scale
-        As in :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
-    """
+    """Policy whose force follows from the known weight and an assumed friction, within bounds."""
 
     name = "weight"
     title = "weight known"

@@ -22,13 +22,7 @@ def finger_place(finger: Finger | None) -> int:
 
 
 class Closeup:
-    """Close-up of the samples around the first contact of the latest closing.
-
-    Parameters
-    ----------
-    layout
-        Layout of the samples.
-    """
+    """Close-up of the samples around the first contact of the latest closing."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout

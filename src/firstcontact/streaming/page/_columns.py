@@ -16,16 +16,7 @@ EPOCHS = 8
 
 
 class Columns:
-    """Ring buffer of columns. A column is the minimum and maximum of a few samples per channel.
-
-    Columns are numbered from 0; a new epoch continues the numbers. A gap in the samples and a new
-    epoch leave empty columns (NaN).
-
-    Parameters
-    ----------
-    layout
-        Layout of the samples.
-    """
+    """Ring buffer of columns. A column is the minimum and maximum of a few samples per channel."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
@@ -94,14 +85,6 @@ class Columns:
         return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
-        """Return all stored complete columns from number ``column`` on.
-
-        Returns
-        -------
-        first : int
-            Number of the first returned column.
-        ndarray
-            Minimum and maximum in the channel's unit, shape (columns, vibration channels, 2).
-        """
+        """Return all stored complete columns from number ``column`` on."""
         first = min(max(column, self.first), self.end)
         return first, self._ring[np.arange(first, self.end) % self._size]

@@ -36,17 +36,7 @@ class Request:
 
 
 class Allowance:
-    """Token bucket that limits requests.
-
-    Parameters
-    ----------
-    burst
-        Largest number of requests at once, after a pause.
-    refill
-        Long-term limit on the rate of requests, Hz.
-    clock
-        Clock, s.
-    """
+    """Token bucket that limits requests."""
 
     def __init__(
         self, burst: int, refill: float, clock: Callable[[], float] = time.monotonic
@@ -69,13 +59,7 @@ class Allowance:
 
 
 class Commands:
-    """Handler of viewers' requests.
-
-    Parameters
-    ----------
-    controls
-        Controls of the session; None if viewers may only look.
-    """
+    """Handler of viewers' requests."""
 
     def __init__(self, controls: Controls | None) -> None:
         self._controls = controls
@@ -84,24 +68,7 @@ class Commands:
     async def obey(
         self, message: str | bytes, allowance: Allowance, by: str
     ) -> tuple[dict[str, Any], float]:
-        """Carry out a viewer's message and return a reply, also about errors.
-
-        Parameters
-        ----------
-        message
-            JSON of a :class:`Request`.
-        allowance
-            Allowance of the viewer.
-        by
-            Name of the viewer as the origin of requests to the hand.
-
-        Returns
-        -------
-        answer : dict
-            Reply with ``ok`` (True if done), ``do`` (the request), and ``text`` for the person.
-        wait : float
-            Time for which to ignore the viewer, s: 0 unless it sent too many requests.
-        """
+        """Carry out a viewer's message and return a reply, also about errors."""
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         wait = 0.0
         if data != OPEN:  # opening a hand has no limit

@@ -17,19 +17,7 @@ ROWS = 12
 
 
 class Row(msgspec.Struct, frozen=True):
-    """Row of the table.
-
-    Parameters
-    ----------
-    pinch
-        Finished pinch, with the last estimate in time and the final one.
-    name
-        Name of the object, "" if unknown.
-    lost
-        ``dropped`` or ``broken`` if the twin reported the loss of the object, else None.
-    hand
-        Predictions of a device for the same pinch, in words.
-    """
+    """Row of the table."""
 
     pinch: PinchDone
     name: str = ""

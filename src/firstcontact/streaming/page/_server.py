@@ -41,25 +41,7 @@ _HEAD = struct.Struct("<IId")
 
 @dataclass(slots=True)
 class _Viewer:
-    """Viewer of the page, connected by a socket.
-
-    Parameters
-    ----------
-    name
-        Name of the viewer as the origin of requests to the hand.
-    connection
-        Connection to the viewer.
-    heard
-        Time of the viewer's newest message, s of the monotonic clock.
-    hello
-        JSON of all data that do not change.
-    commands
-        Handler of the viewer's requests.
-    closes
-        True if the viewer's last request to the hand was to close it.
-    pinged
-        Time of the ping without a reply, s of the monotonic clock; infinite if there is none.
-    """
+    """Viewer of the page, connected by a socket."""
 
     name: str
     connection: ServerConnection
@@ -70,11 +52,7 @@ class _Viewer:
     pinged: float = math.inf
 
     async def watch(self) -> None:
-        """Wait until the viewer has closed the hand and is silent, then raise TimeoutError.
-
-        The keepalive of the WebSocket library does not detect a page that hangs, because the
-        browser itself replies to it.
-        """
+        """Wait until the viewer has closed the hand and is silent, then raise TimeoutError."""
         while not self.closes or time.monotonic() - self.heard < SILENCE:
             await asyncio.sleep(TICK)
         raise TimeoutError
@@ -98,19 +76,7 @@ class _Viewer:
 
 
 class PageServer:
-    """Web server of the page. It serves while :meth:`run` runs.
-
-    Parameters
-    ----------
-    state
-        State of the page.
-    guard
-        Access control.
-    files
-        Served files: content type and bytes, by path.
-    controls
-        Controls for viewers; None if all viewers may only look.
-    """
+    """Web server of the page. It serves while :meth:`run` runs."""
 
     def __init__(
         self,

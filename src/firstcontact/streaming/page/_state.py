@@ -43,23 +43,7 @@ FORCE_SECONDS = 0.02
 
 
 class Now(msgspec.Struct, frozen=True):
-    """Events of the current or the last closing, as the page shows them.
-
-    Parameters
-    ----------
-    contact
-        First contact.
-    second
-        Time from the first to the second contact, s; None before the second contact.
-    estimates
-        Valid estimates so far.
-    missing
-        Reason why there is no estimate.
-    pinch
-        Finished pinch with its verdict; None while the closing lasts.
-    object
-        Pooled estimate of the object after the finished pinch.
-    """
+    """Events of the current or the last closing, as the page shows them."""
 
     contact: ContactEvent | None = None
     second: float | None = None
@@ -79,26 +63,7 @@ class _Part:
 
 
 class State:
-    """Current state of the page. One thread fills it, another reads it.
-
-    Each part counts its changes, so a viewer gets only the parts that are new to it. A part that
-    cannot be shown is reported as a fault, and the other parts continue.
-
-    Parameters
-    ----------
-    descriptor
-        Descriptor of the source.
-    landmarks
-        Shore A of the objects that are marked on the page's scale, by name.
-    controls
-        Controls for viewers; None if all viewers may only look.
-
-    Attributes
-    ----------
-    hello, look_hello
-        JSON of all data that do not change while the source is open, for viewers with controls and
-        for viewers that may only look.
-    """
+    """Current state of the page. One thread fills it, another reads it."""
 
     def __init__(
         self, descriptor: Descriptor, landmarks: Mapping[str, float], controls: Controls | None
@@ -276,11 +241,7 @@ class State:
         self._put("closeup", self._closeup.tree())
 
     def changed(self, seen: dict[str, int]) -> dict[str, str]:
-        """Return the JSON of the parts that changed since a viewer's last call, by name.
-
-        ``seen`` holds the change counters that the viewer got then, by name of the part. They are
-        updated in place.
-        """
+        """Return the JSON of the parts that changed since a viewer's last call, by name."""
         new: dict[str, str] = {}
         with self._lock:
             self._settle()
@@ -321,10 +282,7 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
 
 
 def _with(estimates: Sequence[Estimate], estimate: Estimate) -> tuple[Estimate, ...]:
-    """Return the estimates with a new estimate added.
-
-    A final estimate replaces the estimates of equal or longer elapsed time.
-    """
+    """Return the estimates with a new estimate added."""
     if estimate.final:
         estimates = [e for e in estimates if e.elapsed < estimate.elapsed]
     return (*estimates, estimate)

@@ -40,13 +40,7 @@ PARTS: Registry[Part] = Registry(
 
 
 def chosen_parts(names: Sequence[str]) -> dict[str, Part]:
-    """Return the parts with these names, or the default parts, and all parts that they need.
-
-    Raises
-    ------
-    InputError
-        No part has this name.
-    """
+    """Return the parts with these names, or the default parts, and all parts that they need."""
     chosen: set[str] = set()
 
     def choose(name: str) -> None:

@@ -32,13 +32,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class Answers(Record, frozen=True, kw_only=True):
-    """Times from the known contact to a complete window, ms.
-
-    ``n``: number of pinches with a window, of ``of`` pinches.
-
-    ``before_second``: share of pinches whose window is complete before the second contact.
-    ``with_second``: number of pinches with a known second contact.
-    """
+    """Times from the known contact to a complete window, ms."""
 
     n: int
     of: int
@@ -55,13 +49,7 @@ class AnswerTimes(Answers, frozen=True, kw_only=True):
 
 
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
-    """Measure the time from the known contact to a complete window, by window length.
-
-    The time ends when the contact is detected and the window is complete, including the later
-    samples that its filter needs. The delay of the resampler is added. Computing and transport are
-    not included, so ``before_second`` differs from "in time" in live output. A pinch counts if its
-    first trigger is on the right finger, is not early, and is followed by a complete window.
-    """
+    """Measure the time from the known contact to a complete window, by window length."""
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if answer_sample and not subject.detections:
         return PartResult(
@@ -91,20 +79,7 @@ def waits(
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch with a known first contact, and the time from there to an estimate, s.
-
-    The delay of the resampler is added. The time is None if the contact was not detected, or was
-    detected too early or on the other finger.
-
-    Parameters
-    ----------
-    dataset, contacts
-        Pinches, and the detected contact of each pinch; None if no contact was detected.
-    answer_sample
-        Function that returns the sample after which a contact's estimate is known.
-    early
-        Longest time by which a contact may precede its label, s.
-    """
+    """Yield each pinch with a known first contact, and the time from there to an estimate, s."""
     waited = resampler_lookahead(dataset)
     for pinch, contact in zip(dataset.pinches, contacts, strict=True):
         truth, rate = pinch.first, pinch.layout.rate
@@ -117,11 +92,7 @@ def waits(
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and a number.
-
-    The number is that of pinches with a known second contact, and the share is of these. If there
-    are no such pinches, both are None.
-    """
+    """Return the share of pinches with an estimate before the second contact, and a number."""
     both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
     early = sum(seconds is not None and seconds < offset for offset, seconds in both)
     return (early / len(both), len(both)) if both else (None, None)

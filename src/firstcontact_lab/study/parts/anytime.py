@@ -73,15 +73,7 @@ class OtherScores(Record, frozen=True, kw_only=True):
 
 
 class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
-    """Scores of ``estimator`` on unseen objects or, without such objects, on held-out sessions.
-
-    ``pinches``: "objects" or "blocks", the scored pinches. ``with_second``: number of pinches, of
-    any role, with a known second contact. ``before_second``: share of these with an estimate before
-    the second contact, including the delays of detection and resampling. ``too_short``: number of
-    pinches whose second contact came before any estimate; they are not scored. ``scheme``: one
-    context for all fingers, or one for each. ``level``: nominal coverage of the intervals.
-    ``other_estimators``: scores of the other any-time estimators by name.
-    """
+    """Scores of ``estimator`` on unseen objects or, without such objects, on held-out sessions."""
 
     pinches: str = field(name="asked")
     level: float
@@ -106,11 +98,7 @@ _TITLE = "Estimates at any time"
 
 
 def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Condition estimators on training pinches; score unseen objects and held-out sessions.
-
-    No weights are trained. Samples from the second contact on are ignored. Pinches whose second
-    contact comes before any estimate are counted but not scored.
-    """
+    """Condition estimators on training pinches; score unseen objects and held-out sessions."""
     model = pretrained()
     rate = subject.dataset.layout.rate
     if not is_same_rate(rate, model.rate):
@@ -179,10 +167,7 @@ def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapt
 
 
 def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
-    """Return folds that hold out whole sessions.
-
-    If some fold leaves only one Shore A for training, return an empty list.
-    """
+    """Return folds that hold out whole sessions."""
     if home.named_sessions is None:
         return []
     folds = by_session(home.sessions, home.shore_a, settings.seed, settings.folds)
@@ -192,16 +177,7 @@ def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
 def _predict(
     split: Split, home: LabelledTouches, objects: LabelledTouches, seed: int
 ) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
-    """Condition all estimators on the training side of a split, and predict.
-
-    They predict the test side or, if it is empty, the unseen objects.
-
-    Returns
-    -------
-    tuple
-        Model of the default estimator (None if some contacts were held out), and the predictions of
-        each estimator by time.
-    """
+    """Condition all estimators on the training side of a split, and predict."""
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
     adapted = conditioned_model(RIG_ESTIMATOR.name, learned, seed)
@@ -250,13 +226,7 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 
 
 def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and a number.
-
-    For the number see :func:`before_second`.
-
-    The first estimate needs a detected contact, and as many samples after it as the network's
-    earliest prediction.
-    """
+    """Return the share of pinches with an estimate before the second contact, and a number."""
     dataset = subject.dataset
     if not subject.detections:
         return None, None

@@ -58,10 +58,7 @@ class WindowCounts(Record, frozen=True, kw_only=True):
 
 
 class SplitScores(Record, frozen=True, kw_only=True):
-    """Scores of regression and of classification in one split. Missing scores are None.
-
-    ``per_level`` has the errors of each Shore A level.
-    """
+    """Scores of regression and of classification in one split. Missing scores are None."""
 
     rmse: float | None = None
     mae: float | None = None
@@ -77,10 +74,7 @@ class SplitScores(Record, frozen=True, kw_only=True):
 
 
 class BlockScores(Record, frozen=True, kw_only=True):
-    """Scores of an estimator in each split of the block pinches.
-
-    ``strip_aligned`` holds the scores on windows that start at the known contacts.
-    """
+    """Scores of an estimator in each split of the block pinches."""
 
     random_90_10: SplitScores | None = None
     by_session: SplitScores | None = None
@@ -113,10 +107,7 @@ Splits = dict[tuple[str, Task], list[Split]]
 def blocks(
     subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
-    """Score these estimators in the random split, by session, and with each Shore A left out.
-
-    If contacts are known, the default estimator is also scored on windows that start at them.
-    """
+    """Score these estimators in the random split, by session, and with each Shore A left out."""
     if len(subject.levels) < 2:
         return PartResult(
             left_out=[
@@ -376,10 +367,7 @@ def able(slow: bool) -> list[str]:
 def block_table(
     results: SubjectResults, split: str, columns: Sequence[Row[SplitScores]]
 ) -> Table | None:
-    """Return a table of the scores of all estimators in one split.
-
-    It includes scores on windows that start at the known contacts.
-    """
+    """Return a table of the scores of all estimators in one split."""
     entries = []
     for name in names.estimators(results[BLOCKS], True):
         scores, title = results[BLOCKS][name], names.estimator(name).title

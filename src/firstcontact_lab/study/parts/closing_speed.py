@@ -67,14 +67,7 @@ KEYS = tuple(
 
 
 class SpeedScores(Record, frozen=True, kw_only=True):
-    """Scores of a model with one kind of speed measurement, by ``KEYS``.
-
-    ``scores``: RMSE in Shore A, and coverage.
-
-    ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the score minus the
-    score of the same model without a measurement. An RMSE difference below 0 means that the
-    measurement helps.
-    """
+    """Scores of a model with one kind of speed measurement, by ``KEYS``."""
 
     scores: dict[str, float]
     intervals: dict[str, Ends]
@@ -82,12 +75,7 @@ class SpeedScores(Record, frozen=True, kw_only=True):
 
 
 class ClosingSpeeds(Record, frozen=True, kw_only=True):
-    """Scores with a measured closing speed, on simulated rigs.
-
-    ``families``: kinds of rigs. ``rigs``: number of rigs of each kind, drawn from ``seed``.
-    ``scores`` are by variation of the speed (``SPEEDS``), model (``MODELS``) and measurement
-    (``MEASUREMENTS``).
-    """
+    """Scores with a measured closing speed, on simulated rigs."""
 
     seed: int
     rigs: int

@@ -31,15 +31,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Tolerances for detected contacts, ms.
-
-    Parameters
-    ----------
-    early
-        Longest time by which a contact may precede its label.
-    tolerance
-        Largest distance of a placement from the contact.
-    """
+    """Tolerances for detected contacts, ms."""
 
     early: float = 0.0
     tolerance: float = 1e3 * TOLERANCE
@@ -71,11 +63,7 @@ class Accepted:
 
 
 class DetectionFolds(Record, frozen=True, kw_only=True):
-    """Folds of the detection scores.
-
-    ``held_out``: "sessions" or "pinches". ``shares``: groups (sessions, specimens) that are on both
-    sides of a fold.
-    """
+    """Folds of the detection scores."""
 
     n: int
     held_out: str
@@ -91,13 +79,7 @@ class MissingContacts(Record, frozen=True, kw_only=True):
 
 
 class ContactConditions(Record, frozen=True, kw_only=True):
-    """Conditions of the detection scores, and origin of the windows.
-
-    ``windows_start_at``: name of the detector at whose contacts windows start, or "known".
-    ``steady_state``: number of closings by how their start was found. ``folds``: folds of the
-    scores. ``early_ms``: longest time by which a contact may precede its label. ``not_found``:
-    contacts that the chosen detector missed.
-    """
+    """Conditions of the detection scores, and origin of the windows."""
 
     windows_start_at: str | None = None
     steady_state: dict[str, int] | None = None
@@ -115,13 +97,7 @@ KNOWN = "known"
 
 
 def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Detect all first contacts out of fold, and score every detector against known contacts.
-
-    The function sets ``subject.detections`` to the contacts of the detector in the settings.
-    Detectors get each pinch from the start of its closing. If the detector in the settings cannot
-    be trained, windows start at the known contacts. If an untrained detector finds more contacts
-    than are known, windows start at its contacts.
-    """
+    """Detect all first contacts out of fold, and score every detector against known contacts."""
     starts = closing_starts(subject.dataset)
     dataset = cut_closings(subject.dataset, starts)
     has_contact = np.array([p.first is not None for p in dataset.pinches])

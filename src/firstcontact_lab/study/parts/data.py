@@ -39,10 +39,7 @@ from firstcontact_lab.study.part import Part, Step, Subjects
 
 
 class DataSummary(Record, frozen=True, kw_only=True):
-    """Summary of a dataset: counts, origin, and assumptions that were made in its import.
-
-    ``model_rate_hz`` is the models' rate, if it differs from the rate of the recordings.
-    """
+    """Summary of a dataset: counts, origin, and assumptions that were made in its import."""
 
     source: str
     pinches: int
@@ -57,10 +54,7 @@ class DataSummary(Record, frozen=True, kw_only=True):
 
 
 class Offsets(Record, frozen=True, kw_only=True):
-    """Distribution of offsets, the times from the first to the second contact, ms.
-
-    ``sd`` is None for a single pinch.
-    """
+    """Distribution of offsets, the times from the first to the second contact, ms."""
 
     mean: float
     sd: float | None = None
@@ -71,11 +65,7 @@ class Offsets(Record, frozen=True, kw_only=True):
 
 
 class EarlyForce(Record, frozen=True, kw_only=True):
-    """Force of the first finger just before the second contact, over ``n`` pinches.
-
-    Each force is a share of the finger's largest force after that contact. ``median`` and ``p95``
-    are quantiles over pinches.
-    """
+    """Force of the first finger just before the second contact, over ``n`` pinches."""
 
     median: float
     p95: float
@@ -83,11 +73,7 @@ class EarlyForce(Record, frozen=True, kw_only=True):
 
 
 def early_force(pinch: Pinch) -> float | None:
-    """Return the share of its later force that the first finger has just before the second contact.
-
-    Forces are means over taxels, above their mean in the 20 ms before the first contact. The result
-    is None without contacts, force channels, or force.
-    """
+    """Return the first finger's share of its later force just before the second contact."""
     first, second = pinch.first, pinch.second
     if first is None or second is None or first.finger is None:
         return None
@@ -163,11 +149,7 @@ COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE, None: BLUE}
 
 
 def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110) -> Figure:
-    """Draw the vibration of both fingers around the contacts, and their force if recorded.
-
-    The figure shows ``before_s`` seconds before and ``after_s`` seconds after the first contact.
-    The pinch must contain this time.
-    """
+    """Draw the vibration of both fingers around the contacts, and their force if recorded."""
     rows = 2 if pinch.layout.has_force else 1
     rate = pinch.layout.rate
     assert pinch.first is not None

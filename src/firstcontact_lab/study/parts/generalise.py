@@ -34,11 +34,7 @@ SLOW_SETS = 1
 
 
 def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score every competitor on twin sets that were not used for tuning.
-
-    Contacts get random delays: those of this subject's correctly detected contacts. Pinches whose
-    second contact comes before any estimate are not scored.
-    """
+    """Score every competitor on twin sets that were not used for tuning."""
     if subject.name not in CONDITIONS:
         return PartResult()
     sizes = BRIEF if settings.brief else Sizes()
@@ -63,10 +59,7 @@ def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
 
 
 def _late(subject: Subject, early: float) -> list[int]:
-    """Return by how many samples each correctly placed contact is later than the true one.
-
-    A contact may be up to ``early`` s early. The list is [0] if no contact is placed correctly.
-    """
+    """Return by how many samples each correctly placed contact is later than the true one."""
     pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
     late = [
         contact.sample - pinch.first.sample

@@ -63,10 +63,7 @@ class Material(Record, frozen=True, kw_only=True):
 
 
 class RankRegression(RankCorrelation, frozen=True, kw_only=True):
-    """Scores of a regression of the hardness rank.
-
-    The correlation is over materials. The errors are over pinches, in units of rank.
-    """
+    """Scores of a regression of the hardness rank."""
 
     errors: RegressionScores
 
@@ -79,11 +76,7 @@ class MaterialLeftOut(Record, frozen=True, kw_only=True):
 
 
 class HardnessOrder(Record, frozen=True, kw_only=True):
-    """Rank correlations over materials, and scores of the hardness class if possible.
-
-    ``pinches``: number of pinches with a hardness rank. ``n_pinches``: number of these pinches with
-    a window. ``score``: description of the untrained score that orders the materials.
-    """
+    """Rank correlations over materials, and scores of the hardness class if possible."""
 
     n_pinches: int
     pinches: int
@@ -117,20 +110,7 @@ HELD, MIXED = "leave_one_material_out", "random_folds"
 
 
 def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> Values:
-    """Return the centroid frequency of each window's power spectrum, with Hann weights.
-
-    Parameters
-    ----------
-    X
-        Windows, shape (n, samples, 1), V.
-    rate
-        Sampling rate, Hz.
-
-    Returns
-    -------
-    ndarray
-        Centroids, Hz, shape (n,).
-    """
+    """Return the centroid frequency of each window's power spectrum, with Hann weights."""
     waves = X[:, :, 0].astype(np.float64)
     # The contact is at the start of the window, so only the end of the window is tapered.
     fade = np.hanning(2 * waves.shape[1])[waves.shape[1] :]
@@ -208,10 +188,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """Return the questions that these pinches permit, and why others are impossible.
-
-    A question is an estimator with its task, and splits of the pinches.
-    """
+    """Return the questions that these pinches permit, and why others are impossible."""
     out: dict[tuple[str, str], Question] = {}
     left_out = []
     reference = ESTIMATORS.default
@@ -314,10 +291,7 @@ def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
 
 
 def materials_figure(left_out: ClassificationScores, random: ClassificationScores) -> Figure:
-    """Draw the accuracy with each material left out, and in random folds.
-
-    A line is the accuracy of the best constant prediction.
-    """
+    """Draw the accuracy with each material left out, and in random folds."""
     chance = left_out.best_constant
     with canvas(size=(6.2, 2.6)) as (figure, axes):
         ax = axes[0, 0]

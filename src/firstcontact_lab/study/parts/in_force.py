@@ -35,18 +35,7 @@ _Ascending = Annotated[
 
 
 class LiveDelays(msgspec.Struct, frozen=True):
-    """Measured delays of live estimates, and the machine that they were measured on.
-
-    A delay is the time from the last sample that an estimate needs until the estimate is available.
-    It includes the wait for the end of a frame, transport (as in live output) and computing.
-
-    Parameters
-    ----------
-    machine
-        Name of the processor.
-    first_ms, later_ms
-        Delays of the first estimate of each closing, and of all later estimates, ms, ascending.
-    """
+    """Measured delays of live estimates, and the machine that they were measured on."""
 
     machine: Name
     first_ms: _Ascending
@@ -59,13 +48,7 @@ class LiveDelays(msgspec.Struct, frozen=True):
 
 
 def read_delays(path: Path) -> LiveDelays:
-    """Return the delays in a ``live.json``.
-
-    Raises
-    ------
-    InputError
-        The file has another format, or its delays do not ascend.
-    """
+    """Return the delays in a ``live.json``."""
     remedy = "give the file of `benchmarks/live.py --out`"
     delays = read_record(read_regular(path, LONGEST), LiveDelays, str(path), remedy)
     for name, values in (("first_ms", delays.first_ms), ("later_ms", delays.later_ms)):
@@ -75,13 +58,7 @@ def read_delays(path: Path) -> LiveDelays:
 
 
 class InForce(Record, frozen=True, kw_only=True):
-    """Share of pinches with an estimate in force, and the error of those on unseen objects.
-
-    ``share``: share of the ``with_second`` pinches that had an estimate in force. ``n``: number of
-    those of unseen objects. ``signal_ms``: median length of the signal in their estimates.
-    ``machine``, ``first_ms``, ``later_ms``: machine on which the delays were measured, and the
-    median delays of the first estimate of a closing and of later estimates.
-    """
+    """Share of pinches with an estimate in force, and the error of those on unseen objects."""
 
     estimator: str
     share: float
@@ -99,13 +76,7 @@ _TITLE = "Estimate in force"
 
 
 def in_force(subject: Subject, settings: StudySettings) -> PartResult:
-    """Score the last estimates that were available before the second contact.
-
-    An estimate is available when its samples have arrived, the contact is detected, and a measured
-    delay has passed. All estimates of a pinch have the same random quantile of the delays, since a
-    stall delays them all. Contacts count wherever they were detected: a hand does not know which
-    are wrong.
-    """
+    """Score the last estimates that were available before the second contact."""
     if not settings.delays:
         return _none("give a file with --delays") if "in_force" in settings.parts else PartResult()
     if not subject.detections or subject.adapted is None:
@@ -148,10 +119,7 @@ def _none(why: str) -> PartResult:
 
 
 def last_samples(subject: Subject, delays: LiveDelays, seed: int) -> NDArray[np.intp]:
-    """Return the number of samples in the estimate in force of each pinch, shape (pinches,).
-
-    It is 0 without an estimate in force, and if the second contact is unknown.
-    """
+    """Return the number of samples in the estimate in force of each pinch, shape (pinches,)."""
     dataset = subject.dataset
     rate = dataset.layout.rate
     waited = resampler_lookahead(dataset)

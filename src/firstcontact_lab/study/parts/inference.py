@@ -76,14 +76,7 @@ _Positive = Annotated[int, msgspec.Meta(gt=0)]
 
 
 class BoardTime(Record, frozen=True, kw_only=True):
-    """Cost of one prediction on the board.
-
-    It is the cost of one form of a model: the model in C, or a smaller version for the board.
-
-    ``estimator`` and ``task`` identify the model. ``samples``: number of samples after the contact
-    that the form takes, at ``rate_hz``. ``instructions``: instructions of its most expensive
-    prediction, counted by the emulator.
-    """
+    """Cost of one prediction on the board."""
 
     estimator: Name
     task: Name
@@ -98,10 +91,7 @@ class BoardTime(Record, frozen=True, kw_only=True):
 
     @property
     def microseconds(self) -> float:
-        """Time of a prediction on the board, us.
-
-        Clock rate and cycles per instruction are assumed.
-        """
+        """Time of a prediction on the board, us."""
         return microseconds(self.instructions)
 
 
@@ -120,13 +110,7 @@ class _Board(msgspec.Struct):
 
 
 def read_board(path: Path) -> dict[str, BoardTime]:
-    """Return the costs in an ``embedded.json``, by the name of the form.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, has another format, or has no costs.
-    """
+    """Return the costs in an ``embedded.json``, by the name of the form."""
     remedy = "give the embedded.json of `make embedded` of this version"
     rows = read_record(read_regular(path, LONGEST), _Board, str(path), remedy).models
     times_by_model = {
@@ -152,12 +136,7 @@ SLOW_WINDOWS = 300
 
 
 def inference(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Measure the time to predict one window, with our code and with the training library.
-
-    Models learn from all block pinches, because the time of a support vector machine depends on its
-    number of support vectors. Estimators that train slowly learn from a part of the pinches,
-    because their inference time does not depend on the training data.
-    """
+    """Measure the time to predict one window, with our code and with the training library."""
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
     if len(np.unique(blocks.y)) < 2:
@@ -288,10 +267,7 @@ _CAPTION = (
 
 
 def board_table(results: SubjectResults) -> Table | None:
-    """Return a table of samples, instructions and time on the board, and time on this machine.
-
-    There is one line per form of a model: see :class:`BoardTime`.
-    """
+    """Return a table of samples, instructions and time on the board, and time on this machine."""
     board = results[BOARD]
     if not board:
         return None
@@ -335,10 +311,7 @@ def _ends(board: Mapping[str, BoardTime]) -> list[str]:
 
 
 def _local_p99(results: SubjectResults, time: BoardTime) -> float | None:
-    """Return the 99th percentile of the full model's time on this machine, us.
-
-    ``time`` is the cost of a form of this model on the board.
-    """
+    """Return the 99th percentile of the full model's time on this machine, us."""
     network = results[ANYTIME_TIME]
     if time.estimator in NETWORK_TITLES:
         return None if network is None else network.p99

@@ -53,12 +53,7 @@ from firstcontact_lab.study.splits import learns_one_value, unseen_objects
 
 
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):
-    """Scores of an estimator on unseen objects.
-
-    The scores are over pinches. ``per_object``: scores of each object. ``over_objects``: errors of
-    the mean prediction of each object. ``strip_aligned``: scores on windows that start at the known
-    contacts.
-    """
+    """Scores of an estimator on unseen objects."""
 
     per_object: dict[str, SpecimenErrors]
     over_objects: MeanErrors
@@ -66,10 +61,7 @@ class ObjectScores(RegressionScores, frozen=True, kw_only=True):
 
 
 class ObjectConditions(Record, frozen=True, kw_only=True):
-    """Conditions of the scores on unseen objects.
-
-    ``shares``: groups, such as sessions, that may be on both sides of the split.
-    """
+    """Conditions of the scores on unseen objects."""
 
     windows: WindowCounts | None = None
     shares: list[str] | None = None
@@ -186,10 +178,7 @@ def why_not_unseen(subject: Subject) -> str:
 
 
 def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
-    """Return pairs of object and specimen. The Shore A replaces the name of an unnamed object.
-
-    The Shore A of a named object is not used, because repeated measurements may differ.
-    """
+    """Return pairs of object and specimen. The Shore A replaces the name of an unnamed object."""
     labels = [pinch.label for pinch in dataset.pinches]
     return {
         (label.object or ("" if label.shore_a is None else f"{label.shore_a:g}"), label.specimen)
@@ -231,10 +220,7 @@ def objects_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figur
 
 
 def object_table(results: SubjectResults) -> Table | None:
-    """Return a table of the scores of all estimators on unseen objects.
-
-    It includes scores on windows that start at the known contacts.
-    """
+    """Return a table of the scores of all estimators on unseen objects."""
     entries: list[tuple[Cell, ObjectScores | None, bool]] = []
     for name in names.estimators(results[OBJECTS], True):
         scores, title = results[OBJECTS][name], names.estimator(name).title

@@ -83,11 +83,7 @@ METHODS = {
 
 
 class RandomRigScores(Record, frozen=True, kw_only=True):
-    """Scores of one method, by ``KEYS``: RMSE in Shore A, and coverage and width of intervals.
-
-    ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the score minus the
-    network's score. An RMSE difference below 0 means that the method is better than the network.
-    """
+    """Scores of one method, by ``KEYS``: RMSE in Shore A, and coverage and width of intervals."""
 
     scores: dict[str, float]
     intervals: dict[str, Ends]
@@ -95,10 +91,7 @@ class RandomRigScores(Record, frozen=True, kw_only=True):
 
 
 class RandomRigs(Record, frozen=True, kw_only=True):
-    """Scores of the methods on simulated rigs.
-
-    ``families``: kinds of rigs. ``rigs``: number of rigs of each kind, drawn from ``seed``.
-    """
+    """Scores of the methods on simulated rigs."""
 
     seed: int
     rigs: int

@@ -30,10 +30,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class SecondContact(Record, frozen=True, kw_only=True):
-    """Errors for windows "with" and "without" the second contact, and for "misplaced" ones.
-
-    Misplaced windows do not begin at the first contact.
-    """
+    """Errors for windows "with" and "without" the second contact, and for "misplaced" ones."""
 
     blocks: dict[str, RegressionScores] | None = None
     objects: dict[str, RegressionScores] | None = None
@@ -42,10 +39,7 @@ class SecondContact(Record, frozen=True, kw_only=True):
 def by_side(
     scores_by_side: Mapping[str, SecondContact],
 ) -> list[tuple[str, str, str, RegressionScores]]:
-    """Return estimator, "blocks" or "objects", group of windows, and errors of each group.
-
-    Groups of blocks come first.
-    """
+    """Return estimator, "blocks" or "objects", group of windows, and errors of each group."""
     sides = [("blocks", model, side_scores.blocks) for model, side_scores in scores_by_side.items()]
     sides += [("objects", model, scores.objects) for model, scores in scores_by_side.items()]
     return [
@@ -56,11 +50,7 @@ def by_side(
 
 
 def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
-    """Score the predictions of earlier parts, with and without the second contact in the window.
-
-    Windows that do not begin at the first contact are scored separately. They follow a trigger that
-    is false, late or of the other finger.
-    """
+    """Score the predictions of earlier parts, with and without the second contact in the window."""
     room = samples_to_spare(subject)
     astray = misplaced(subject, settings.early)
     if not np.isfinite(room).any():
@@ -106,12 +96,7 @@ def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
 
 
 def samples_to_spare(subject: Subject) -> Values:
-    """Return the number of samples from each window's end to the second contact.
-
-    The shape is (pinches,). A negative number means that the second contact is in the window or
-    before it. The value is NaN if the second contact is unknown or there is no window. A window
-    begins at the detected contact, which can differ slightly from the true contact.
-    """
+    """Return the number of samples from each window's end to the second contact."""
     out = np.full(len(subject.dataset), np.nan)
     for i, (pinch, start) in enumerate(zip(subject.dataset.pinches, subject.starts, strict=True)):
         if pinch.second is not None and start is not None:
@@ -132,10 +117,7 @@ _SCORES: Sequence[Row[RegressionScores]] = (
 
 
 def second_figures(subjects: Subjects) -> list[Figure]:
-    """Draw the RMSE with and without the second contact in the window.
-
-    A group with a single pinch gets no dot.
-    """
+    """Draw the RMSE with and without the second contact in the window."""
     panels = []
     for title, results in subjects.items():
         dots = []

@@ -48,22 +48,7 @@ SHOWN_MS = ("3", "15")
 
 
 class Reading(Record, frozen=True, kw_only=True):
-    """Scores of one estimator with one kind of windows (a reading of the recordings).
-
-    Parameters
-    ----------
-    estimator
-        Name of the estimator.
-    conditioned
-        True if the signal is smoothed and filtered as published; False for the signal as sent.
-    known_contacts
-        True if windows start at labelled contacts; False for detected ones.
-    n
-        Number of pinches with a window of 15 ms.
-    material_held_out
-        Balanced accuracy by window length in ms: mean over the materials of a class, then over
-        classes.
-    """
+    """Scores of one estimator with one kind of windows (a reading of the recordings)."""
 
     estimator: str
     conditioned: bool
@@ -73,14 +58,7 @@ class Reading(Record, frozen=True, kw_only=True):
 
 
 class RealMaterial(Record, frozen=True, kw_only=True):
-    """Scores of one material that was left out of training.
-
-    ``accuracy``: share of windows with the right class, by window length in ms. ``centroid_hz`` and
-    ``conditioned_centroid_hz``: mean spectral centroid without and with the published filters.
-
-    ``sessions``: accuracy by session and window length, if there are several sessions. All sessions
-    of a material were left out together.
-    """
+    """Scores of one material that was left out of training."""
 
     rank: float
     n: int
@@ -91,32 +69,7 @@ class RealMaterial(Record, frozen=True, kw_only=True):
 
 
 class RealSet(Record, frozen=True, kw_only=True):
-    """Order and classes of hardness in one set of recordings.
-
-    Parameters
-    ----------
-    n
-        Number of pinches with a window.
-    materials
-        Number of materials.
-    material_held_out
-        Balanced accuracy of the first reading, by window length in ms.
-    chance
-        Balanced accuracy of any constant prediction.
-    score
-        Description of the score, without training, that orders the materials.
-    rho, p
-        Spearman's rho of ``score`` over materials and its p-value, from the signal as the device
-        sent it.
-    most_rho
-        Largest possible rho. It is below 1 if several materials have the same rank.
-    conditioned_order
-        Rank correlation of ``score`` after the published smoothing and filter of the signal.
-    readings
-        Scores of all kinds of windows. The first one gives ``material_held_out``.
-    by_material
-        Scores of each material in the first reading.
-    """
+    """Order and classes of hardness in one set of recordings."""
 
     n: int
     materials: int
@@ -217,10 +170,7 @@ def _ways(subject: Subject) -> list[_Variant]:
 
 
 def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWindows:
-    """Return the windows of pinches whose material has a name and a hardness rank.
-
-    Each material counts as one session, so folds hold out whole materials.
-    """
+    """Return the windows of pinches whose material has a name and a hardness rank."""
     dataset = subject.dataset
     rank = np.where(dataset.objects != "", dataset.hardness_rank, np.nan)
     contacts = subject.truth if reading.labelled else subject.starts
@@ -250,10 +200,7 @@ def _by_material(data: LabelledWindows, predicted: Values) -> dict[str, float]:
 def _by_session(
     subject: Subject, data: LabelledWindows, predicted: Values
 ) -> dict[tuple[str, str], float]:
-    """Return the share of right classes, by material and session.
-
-    Materials with a single session are left out.
-    """
+    """Return the share of right classes, by material and session."""
     sessions, right = subject.dataset.sessions[data.rows], predicted == data.y
     out = {}
     for material in np.unique(data.objects):
@@ -483,10 +430,7 @@ def real_set(results: SubjectResults) -> RealSet | None:
 
 
 def short_table(results: SubjectResults) -> Table | None:
-    """Return a table of each reading's balanced accuracy, by window length.
-
-    The caption states the order of hardness.
-    """
+    """Return a table of each reading's balanced accuracy, by window length."""
     real = real_set(results)
     if real is None:
         return None

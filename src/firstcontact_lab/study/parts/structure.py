@@ -58,29 +58,7 @@ OUTCOMES = ("success", "false_alarms", "late", "misses", "wrong_finger")
 
 
 class StructureScores(Record, frozen=True, kw_only=True):
-    """Scores of a detector on rigs whose structure differs from the twin's.
-
-    All pinches are of unseen objects.
-
-    Parameters
-    ----------
-    placed, early, late, missed
-        Shares of pinches whose first contact is detected within 3 ms of the truth, earlier, later,
-        or not at all. A contact of the wrong finger counts as missed.
-    false_alarms_per_minute
-        Detected contacts per minute of closing, in closings of 0.25 s without an object.
-    rmse, coverage
-        Scores of the network, conditioned on the rig, 5 ms after the detected contact: RMSE in
-        Shore A, and share of intervals that hold the true Shore A.
-    combined, combined_coverage
-        The same scores of the estimator ``combined``.
-    gain
-        RMSE of ``combined`` minus RMSE of the network, Shore A: below 0 if ``combined`` is better.
-    predicted
-        Share of pinches with an estimate 5 ms after the contact.
-    intervals
-        95 % bootstrap intervals over rigs.
-    """
+    """Scores of a detector on rigs whose structure differs from the twin's."""
 
     placed: float
     early: float
@@ -101,13 +79,7 @@ class StructureScores(Record, frozen=True, kw_only=True):
 
 
 class Structures(Record, frozen=True, kw_only=True):
-    """Scores of detectors by name, and RMSE of the network by time after the contact, ms.
-
-    In ``unknown_rig`` the network is not conditioned on the rig.
-
-    ``rigs``: number of rigs, one for each kind of motor and seed. ``pinches``: number of pinches of
-    unseen objects by each rig.
-    """
+    """Scores of detectors by name, and RMSE of the network by time after the contact, ms."""
 
     rigs: int
     seeds: list[int]
@@ -177,10 +149,7 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 def _judge_rig(
     place: tuple[str, int], count: int
 ) -> tuple[dict[str, _Counts], list[tuple[float, float]]]:
-    """Return the scores of each detector on a rig, and errors of an unconditioned network.
-
-    Each error of the network is a sum of squares, with the number of estimates.
-    """
+    """Return the scores of each detector on a rig, and errors of an unconditioned network."""
     motor, seed = place
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)

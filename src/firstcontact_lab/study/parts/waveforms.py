@@ -114,10 +114,7 @@ PEAK = Field.optional("peak_v", dict[str, PeakVoltage])
 
 
 def peak_power(results: SubjectResults) -> float | None:
-    """Return the power of Shore A with which the mean peak amplitude grows; None if unknown.
-
-    The power is the slope of a line through the logarithms. It is 1 for proportional amplitudes.
-    """
+    """Return the power of Shore A with which the mean peak amplitude grows; None if unknown."""
     levels, means = _mean_peaks(results)
     if len(levels) < 2 or levels[0] <= 0 or means.min() <= 0:
         return None

@@ -44,11 +44,7 @@ class WindowSearch(Record, frozen=True, kw_only=True):
 
 
 def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Measure the error of the default estimator by window length, on blocks and objects.
-
-    Each length and fold has its own training. So trainings are short, with the same options for all
-    lengths.
-    """
+    """Measure the error of the default estimator by window length, on blocks and objects."""
     questions, places = [], []
     model = ESTIMATORS.default
     options = ESTIMATORS[model].quick

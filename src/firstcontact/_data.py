@@ -216,7 +216,7 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
         detector = detector.own_detector
     elif isinstance(detector, str):
         detector = fit_detector(data, detector)
-    elif not hasattr(detector, "judge"):
+    elif not hasattr(detector, "constants"):
         raise InputError(
             f"{detector!r} is no detector: give a fitted one, a model, or a name",
             parameter="detector",

@@ -42,14 +42,14 @@ def flash_error(path: Path, says: Says, clock: HostClock) -> tuple[str, int]:
     """Return the error of a transfer, and the number of pieces sent."""
     with model_taker(path, says, clock) as (port, taker):
         with pytest.raises(InputError) as error:
-            flash_model(port, DATA, 1, 2)
+            flash_model(port, DATA)
         assert str(error.value).startswith(f"{port}: ")
         return str(error.value), taker.pieces
 
 
 def test_model_is_flashed_in_chunks(tmp_path: Path, clock: HostClock) -> None:
     with model_taker(tmp_path / "port", lambda kind, stored: stored, clock) as (port, taker):
-        assert flash_model(port, DATA, 1, 2) == MODEL
+        assert flash_model(port, DATA) == MODEL
         assert taker.model == DATA
         assert taker.pieces == -(-len(DATA) // CHUNK)
 
@@ -64,7 +64,7 @@ def test_lost_answer_is_requested_again(tmp_path: Path, lost_answer: int, clock:
         return None if count == (1, 20, 2 + -(-len(DATA) // CHUNK))[lost_answer] else stored
 
     with model_taker(tmp_path / "port", answer, clock) as (port, taker):
-        assert flash_model(port, DATA, 1, 2) == MODEL
+        assert flash_model(port, DATA) == MODEL
         assert taker.model == DATA
 
 
@@ -111,7 +111,7 @@ def test_device_without_models_is_refused(tmp_path: Path, clock: HostClock) -> N
         ScriptedDevice(tmp_path / "port", responder=Plain) as device,
         pytest.raises(InputError, match=f"{re.escape(device.port)}: .*no models"),
     ):
-        flash_model(device.port, DATA, 1, 2)
+        flash_model(device.port, DATA)
 
 
 def test_hanging_device_is_refused_as_silent(tmp_path: Path, clock: HostClock) -> None:
@@ -128,7 +128,7 @@ def test_hanging_device_is_refused_as_silent(tmp_path: Path, clock: HostClock) -
     with ScriptedDevice(tmp_path / "port", descriptor=TAKER) as device:
         device.script.hears = first_messages
         with pytest.raises(InputError, match="port") as refusal:
-            flash_model(device.port, DATA, 1, 2)
+            flash_model(device.port, DATA)
     assert "no models" not in str(refusal.value)
 
 

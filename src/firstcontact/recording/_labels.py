@@ -81,7 +81,7 @@ def labelled(
     ]
     pieces = layout.columns(ChannelKind.VIBRATION)
     peak = max((float(np.abs(layout.physical(c, pieces)).max(initial=0)) for c in cuts), default=0)
-    units = {layout.channels[column].unit for column in pieces}
+    units = {c.unit for c in layout.channels if c.kind is ChannelKind.VIBRATION}
     if units == {"V"} and peak > MOST_VOLTS and not exported:
         notes = [
             *notes,

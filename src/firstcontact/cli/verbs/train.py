@@ -28,7 +28,7 @@ class Train:
     out: Path
     """Folder for the model; an existing model is replaced."""
     estimator: Annotated[str | None, choice(ESTIMATORS, "model")] = None
-    """Estimator to train, which then predicts; default: svm, and the network predicts."""
+    """Estimator that predicts. By default svm and the network are trained."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
     """Detector to fit; default: the package's, unless a fitted one is better."""
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False

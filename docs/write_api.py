@@ -1,4 +1,4 @@
-"""Write docs/reference/python.md from the docstrings of the public names.
+"""Write the pages of the Python interface in docs/reference from the docstrings.
 
 python docs/write_api.py
 """
@@ -10,12 +10,26 @@ import inspect
 import re
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType, UnionType
+from types import FunctionType, ModuleType, UnionType
 from typing import Any, get_args
 
 from firstcontact.core import Registry, nouns
 
-PAGE = Path(__file__).parent / "reference" / "python.md"
+FOLDER = Path(__file__).parent / "reference"
+#: Chapters of the page for users, in the order of their work. The last takes all other names.
+CHAPTERS = {
+    "Load": "simulate record import_recordings load Dataset Pinch Label Layout Finger Contact",
+    "Adapt": "calibrate Calibration adapt train load_model Model",
+    "Predict": (
+        "detect predict Predictions evaluate Evaluation GroupScores closing_speed ClosingSpeed "
+        "export_model"
+    ),
+    "Live": (
+        "open Source Health live Event ClosingStart ContactEvent ContactWithdrawn Estimate "
+        "NoEstimate PinchDone Verdict ObjectEstimate HandCommand HandPinch HandPrediction"
+    ),
+    "Errors and plug-ins": "",
+}
 #: Public names of each room. A room also exports names that only other rooms use.
 PUBLIC = {
     "core": (
@@ -48,13 +62,14 @@ PUBLIC = {
     "device": "Arrival Descriptor Health SOURCES Source SourceKind open_source",
     "testing": "check_detector check_estimator check_hand check_policy check_source make_estimate",
 }
-HEAD = """\
-# From Python
+NOTE = "`docs/write_api.py` writes this page from the docstrings.\n"
+USERS = f"""\
+# Python for users
 
-`docs/write_api.py` writes this page from the docstrings. A test runs each example.
-
-`import firstcontact as fc` gives these functions and types. They do what the command line does.
-Begin with the [tutorial](../tutorial/from-python.md).
+`import firstcontact as fc` gives these functions and types, in the order of your work: load,
+adapt, predict, live. Begin with the [tutorial](../tutorial/from-python.md). [Plug-in
+authors](python-plugins.md) and programs that use [parts of the package](python-rooms.md) have
+pages of their own.
 
 The examples run in a folder that holds recordings of the simulated hand:
 
@@ -63,14 +78,28 @@ The examples run in a folder that holds recordings of the simulated hand:
 firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-object 0
 ```
 
-Functions raise `fc.InputError` for input that they cannot use. Its `parameter` names the parameter.
-Functions that take a while have a parameter `progress`. True shows a bar. A function is called with
-the number of steps that were just finished.
+- Functions raise `fc.InputError` for input that they cannot use. Its `parameter` names the
+  parameter.
+- Functions that take a while have a parameter `progress`. True shows a bar. A function is called
+  with the number of steps that were just finished.
+- The names on these three pages follow semantic versioning. All other names are private.
 
-Names on this page follow semantic versioning. A release that removes a name, or changes its
-meaning, raises the first number of the version (the second before 1.0). All other names are
-private.
-"""
+{NOTE}"""
+PLUGINS = f"""\
+# Python for plug-in authors
+
+`from firstcontact import plugins` gives the classes from which you derive a detector, estimator,
+policy, hand, source or file format, the registries that hold them, and the checks that they must
+pass. `CONTRIBUTING.md` has an example of each.
+
+{NOTE}"""
+ROOMS = f"""\
+# Python: other names
+
+Programs that build on parts of the package import these names from a *room*, a subpackage: `from
+firstcontact.contact import detect`.
+
+{NOTE}"""
 #: Sections of a docstring that the page shows, and their title there.
 TITLES = {
     "Parameters": "Parameters",
@@ -182,21 +211,43 @@ def described(name: str, subject: Any) -> list[str]:
     for section, title in TITLES.items():
         if section in parts:
             lines += [f"{title}:", "", *entries(parts[section]), ""]
+    if inspect.isclass(subject) and not is_enum(subject):
+        listed = members(subject, "\n".join(lines))
+        lines += ["Members:", "", *listed, ""] if listed else []
     if "Examples" in parts:
         lines += ["```pycon", parts["Examples"].strip(), "```", ""]
     return lines
 
 
-def reference(name: str, words: list[str]) -> str:
-    """Return a chapter with signature, description and example of each name of a module."""
-    module = import_module(name)
+def members(kind: type, documented: str) -> list[str]:
+    """List methods and properties of a class with their first sentences."""
+    lines = []
+    for name in dir(kind):
+        subject = inspect.getattr_static(kind, name)
+        is_method = isinstance(subject, FunctionType | classmethod | staticmethod)
+        if name.startswith("_") or not (is_method or isinstance(subject, property)):
+            continue
+        function: Any = subject.fget if isinstance(subject, property) else getattr(kind, name)
+        text = sections(function.__doc__ or "")[""]
+        if not function.__module__.startswith("firstcontact") or f"`{name}`" in documented:
+            continue
+        called = ""
+        if is_method:
+            names = [p for p in inspect.signature(function).parameters if p != "self"]
+            called = f"({', '.join(names)})"
+        lines.append(f"- `{name}{called}`: {prose(text).split(chr(10))[0]}".rstrip(": "))
+    return lines
+
+
+def example(module: ModuleType) -> str:
+    """Return the example of a module as a fence; "" without one."""
     parts = sections(module.__doc__ or "")
-    lines = [f"## {name}", "", prose(parts[""]), ""]
-    if "Examples" in parts:
-        lines += ["```pycon", parts["Examples"].strip(), "```", ""]
-    for word in words:
-        lines += described(word, getattr(module, word))
-    return "\n".join(lines)
+    return f"```pycon\n{parts['Examples'].strip()}\n```\n" if "Examples" in parts else ""
+
+
+def chapter(module: ModuleType, words: list[str]) -> str:
+    """Return signature, description, members and example of names of a module."""
+    return "\n".join(line for word in words for line in described(word, getattr(module, word)))
 
 
 def room(name: str) -> str:
@@ -204,7 +255,7 @@ def room(name: str) -> str:
     full = f"firstcontact.{name}"
     module = import_module(full)
     rows = [f"| `{word}` | {summary(getattr(module, word))} |" for word in PUBLIC[name].split()]
-    head = f"### {full}\n\n{summary(module)}\n\n| name | |\n|---|---|\n"
+    head = f"## {full}\n\n{summary(module)}\n\n| name | |\n|---|---|\n"
     return head + "\n".join(rows) + "\n"
 
 
@@ -219,12 +270,36 @@ def public_names() -> dict[str, list[str]]:
     return names
 
 
-def page() -> str:
-    """Return the page."""
-    chapters = [reference(name, words) for name, words in public_names().items()]
-    rooms = "## Rooms\n\nParts to build on: `from firstcontact.contact import detect`.\n"
-    return "\n".join([HEAD, *chapters, rooms, *map(room, PUBLIC)])
+def users() -> str:
+    """Return the page for users."""
+    module = import_module("firstcontact")
+    words = public_names()["firstcontact"]
+    chosen = {title: names.split() for title, names in CHAPTERS.items()}
+    placed = {name for names in chosen.values() for name in names}
+    chosen[list(chosen)[-1]] += [word for word in words if word not in placed]
+    texts = (
+        f"## {title}\n\n{chapter(module, [name for name in names if name in words])}"
+        for title, names in chosen.items()
+    )
+    return "\n".join([USERS, example(module), *texts])
+
+
+def plugins() -> str:
+    """Return the page for authors of plug-ins."""
+    module = import_module("firstcontact.plugins")
+    words = public_names()[module.__name__]
+    return "\n".join([PLUGINS, example(module), "## Names\n", chapter(module, words)])
+
+
+def pages() -> dict[str, str]:
+    """Return the text of each page by its file."""
+    return {
+        "python.md": users(),
+        "python-plugins.md": plugins(),
+        "python-rooms.md": "\n".join([ROOMS, *map(room, PUBLIC)]),
+    }
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    for file, text in pages().items():
+        (FOLDER / file).write_text(text, encoding="utf-8")

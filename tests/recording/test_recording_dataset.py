@@ -40,7 +40,7 @@ from firstcontact.recording import (
 from firstcontact.recording._dataset import pause_between
 
 #: The page that lists what others may rely on.
-PAGE = Path(__file__).parents[2] / "docs" / "reference" / "python.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "python-rooms.md"
 
 
 @pytest.fixture

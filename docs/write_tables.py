@@ -160,7 +160,7 @@ def ratio_table(path: Path) -> str:
 
 def tables(results: Path) -> dict[str, str]:
     """Return all tables by name, from the results that exist."""
-    names = ("front", "main", "study", "speed", "real", "impacts", "strikes", "sets", "noises")
+    names = ("front", "main", "study", "speed", "real", "strikes", "sets", "noises")
     names = (*names, "grasp_headline", "grasp_short", "benchmarks")
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
@@ -171,10 +171,9 @@ def tables(results: Path) -> dict[str, str]:
         subjects = {"here": read_study(results / "real.json").about}
         chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
         made["real"] = markdown(row_table(chosen, subjects))
-    for name, file in (("impacts", "real.json"), ("strikes", "strikes.json")):
-        if (results / file).is_file():
-            subjects = {"here": read_study(results / file).about}
-            made[name] = part_tables("short_windows", subjects) or made[name]
+    if (results / "strikes.json").is_file():
+        subjects = {"here": read_study(results / "strikes.json").about}
+        made["strikes"] = part_tables("short_windows", subjects) or made["strikes"]
     if (results / "grasp.json").is_file():
         grasp = read_results(results / "grasp.json", GraspResults)
         made["grasp_short"] = grasp_sentences.shortly(grasp.household) + "\n"

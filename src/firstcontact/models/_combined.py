@@ -171,6 +171,7 @@ class CombinedEstimator(NetworkEstimator):
 
     name: ClassVar[str] = CombinedModel.kind
     title: ClassVar[str] = "Network and own pinches"
+    model: ClassVar[Any] = CombinedModel
 
     def fit_touches(
         self,

@@ -272,6 +272,7 @@ class NetworkEstimator(Estimator):
     colour: ClassVar[str] = GREEN
     tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
     takes_windows: ClassVar[bool] = False
+    model: ClassVar[Any] = InContextModel
 
     def fit(self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0) -> Any:
         """Refuse windows, because the network needs contacts with the signal before them."""

@@ -14,7 +14,7 @@ from firstcontact.models._card import NetworkCard, TrainingRecord, WindowCard
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._interval import Interval
 from firstcontact.models._predictions import Predictions
-from firstcontact.models._registry import model_kind
+from firstcontact.models._registry import anytime_kind, model_kind
 from firstcontact.models._spec import Arrays, Spec, Task
 from firstcontact.models._touches import (
     LONGEST,
@@ -221,12 +221,7 @@ class NetworkPredictor:
     @classmethod
     def from_card(cls, card: NetworkCard, arrays: Arrays) -> Self:
         """Return the predictor that a card and its arrays describe. Check that they fit."""
-        from firstcontact.models._combined import CombinedModel  # reads the shipped network
-
-        kinds = {kind.kind: kind for kind in (InContextModel, CombinedModel)}
-        if card.kind not in kinds:
-            raise InputError(f"the kind of network {card.kind!r} is unknown")
-        return cls(kinds[card.kind].from_arrays(arrays, card.level), card.record)
+        return cls(anytime_kind(card.kind).from_arrays(arrays, card.level), card.record)
 
 
 #: Predictor of a model.

@@ -8,6 +8,7 @@ from firstcontact.core import InputError, Registry
 
 if TYPE_CHECKING:
     from firstcontact.models._estimator import Estimator
+    from firstcontact.models._in_context import InContextModel
     from firstcontact.models._network_estimator import NetworkEstimator
     from firstcontact.models._spec import Task
     from firstcontact.models._window_model import WindowModel
@@ -43,6 +44,20 @@ def model_kind(kind: str) -> type[WindowModel]:
         kinds = ", ".join(entry.model.kind for entry in window_estimators().values())
         raise InputError(f"the kind of model {kind!r} is unknown (known: {kinds})")
     return model_class
+
+
+def anytime_kind(kind: str) -> type[InContextModel]:
+    """Return the class of any-time models with this ``kind`` in their cards."""
+    from firstcontact.models._network_estimator import NetworkEstimator
+
+    for name in ESTIMATORS.names:  # one by one: the package's own need no plug-in
+        entry = ESTIMATORS.get(name)
+        if entry is None or not issubclass(entry, NetworkEstimator):
+            continue
+        model: type[InContextModel] = entry.model
+        if model.kind == kind:
+            return model
+    raise InputError(f"the kind of network {kind!r} is unknown: install the package that made it")
 
 
 def window_estimators() -> dict[str, type[Estimator]]:

@@ -259,6 +259,7 @@ def train_detector(
 def adapt(
     data: Dataset | None = None,
     *,
+    estimator: str | None = None,
     detector: str | None = None,
     seed: int = 0,
     progress: Progress = None,
@@ -272,6 +273,8 @@ def adapt(
     ----------
     data
         Pinches. Pinches with role "test" are ignored. None gives a model that knows no rig.
+    estimator
+        Name of an any-time estimator, such as "network" or that of a plug-in; None for "combined".
     detector
         Name of the contact detector to fit. None takes the package's detector, unless a fitted one
         places clearly more contacts of held-out pinches.
@@ -299,7 +302,14 @@ def adapt(
     'the network learns the rig from 59 pinches of 5 Shore A levels'
     """
     _check((DURATION,), 0.9, seed, None)
+    if estimator is not None and find_estimator(estimator).takes_windows:
+        raise InputError(
+            f"{estimator} learns from windows: use `firstcontact train --estimator {estimator}`",
+            parameter="estimator",
+        )
     if data is None:
+        if estimator is not None:
+            raise InputError("an estimator adapts to recordings: give some", parameter="data")
         fallback = pretrained_detector()
         if detector is not None and detector != fallback.name:
             if DETECTORS.find(detector).learns:
@@ -310,7 +320,8 @@ def adapt(
                 )
             fallback = make_detector(detector)
         return Model(fallback, (NetworkPredictor(pretrained()),))
-    return train(data, RIG_ESTIMATOR.name, detector=detector, seed=seed, progress=progress)
+    chosen = estimator or RIG_ESTIMATOR.name
+    return train(data, chosen, detector=detector, seed=seed, progress=progress)
 
 
 def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:

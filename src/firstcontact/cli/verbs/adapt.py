@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 
 from firstcontact.cli.options import Option, choice
 from firstcontact.contact import DETECTORS
+from firstcontact.models import ESTIMATORS
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,8 @@ class Adapt:
     """Recordings of known Shore A; without any, the intervals are wide."""
     out: Path = Path("model")
     """Folder for the model; an existing model is replaced."""
+    estimator: Annotated[str | None, choice(ESTIMATORS, "model")] = None
+    """Estimator that predicts at any time after a contact; default: combined."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
     """Detector to fit; default: the package's, unless a fitted one is better."""
     seed: int = 0
@@ -39,7 +42,9 @@ class Adapt:
         former = check_replaceable(self.out, (), network=True)
         data = None if self.data is None else load_dataset(self.data)
         with replacing_folder(self.out) as making:
-            model = adapt(data, detector=self.detector_type, seed=self.seed)
+            model = adapt(
+                data, estimator=self.estimator, detector=self.detector_type, seed=self.seed
+            )
             model.write(making)
         for line in model.notes:
             print(line)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from math import log, nan, sqrt
 from typing import Any, ClassVar
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import INPUT, Program, RbfKernel, steps
-from firstcontact.models._reduced_set import reduced_sets
 from firstcontact.models._spec import Spec, Task, Windows
 from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel
 
@@ -165,7 +164,9 @@ class SvmModel(ArraysModel):
         a = self._arrays
         inputs = shape_and_level(X, a["level"])
         gamma = float(self.parameters[1])
-        for chosen, weights, bias in reduced_sets(a["vectors"], gamma, a["weights"], inputs, SIZES):
+        for chosen, weights, bias in _reduced_sets(
+            a["vectors"], gamma, a["weights"], inputs, SIZES
+        ):
             yield SvmModel(
                 self.spec,
                 a["level"],
@@ -181,3 +182,45 @@ class SvmModel(ArraysModel):
         winners = np.where(outputs > steps.LEAST_DECISION, self._first, self._second)
         votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
         return np.asarray(votes.argmax(axis=1))
+
+
+#: Regularisation: share of the kernel's mean square that is added to keep weights small.
+_RIDGE = 1e-8
+
+
+def _reduced_sets(
+    vectors: NDArray[Any],
+    gamma: float,
+    weights: NDArray[Any],
+    inputs: NDArray[Any],
+    sizes: Sequence[int],
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
+    """Yield reduced sets of several sizes: fewer vectors, with refitted weights.
+
+    See B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section
+    V. The fit minimises the error of the outputs on the training windows, by orthogonal matching
+    pursuit: each step adds the vector that explains most of the residual.
+    """
+    wide = vectors.astype(np.float64)
+    kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
+    wanted = kernel @ weights.T.astype(np.float64)
+    mean = wanted.mean(axis=0)
+    left = wanted - mean
+    columns = kernel - kernel.mean(axis=0)
+    chosen: list[int] = []
+    for size in [s for s in sizes if s < len(wide)]:
+        while len(chosen) < size:
+            power = np.maximum((columns**2).sum(axis=0), 1e-12)
+            gain = ((columns.T @ left) ** 2).sum(axis=1) / power
+            gain[chosen] = -1.0
+            best = int(gain.argmax())
+            chosen.append(best)
+            axis = columns[:, best] / np.sqrt(power[best])
+            left = left - np.outer(axis, axis @ left)
+            columns = columns - np.outer(axis, axis @ columns)
+        part = kernel[:, chosen]
+        middle = part.mean(axis=0)
+        away = part - middle
+        gram = away.T @ away + _RIDGE * len(away) * np.eye(size)
+        fitted = np.linalg.solve(gram, away.T @ (wanted - mean))
+        yield np.array(chosen, np.intp), fitted.T, mean - middle @ fitted

@@ -1,8 +1,7 @@
 """Child processes by a fork, which saves the time that a new interpreter takes to load.
 
-`firstcontact.core.Child` starts the process of a twin, and `firstcontact.recording` a process that
-reads a file of another library, if there are threads. Here both are forked from the test process.
-Programs that tests start with ``sys.executable`` start these processes as for users.
+`firstcontact.core.Child` starts the process of a twin. Here it is forked from the test process.
+Programs that tests start with ``sys.executable`` start it as for users.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ from typing import Any
 
 from firstcontact.core import Command, _children, _die_with_parent
 
-#: Modules of the processes that are forked.
-TWIN, READER = "firstcontact.device._twin_process", "firstcontact.recording._apart"
+#: Module of the process that is forked.
+TWIN = "firstcontact.device._twin_process"
 
 
 @cache
@@ -39,16 +38,15 @@ def load() -> None:
 
 
 def fork_children() -> None:
-    """Fork the twins and readers that this process starts from now on."""
+    """Fork the twins that this process starts from now on."""
     forking = SimpleNamespace(Popen=_start, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
     _children.subprocess = forking  # type: ignore[attr-defined]
 
 
 def _start(words: list[str], **options: Any) -> subprocess.Popen[bytes]:
-    if TWIN in words:
-        load()
-    elif READER not in words:
+    if TWIN not in words:
         return subprocess.Popen(words, **options)
+    load()
     return _Fork(words, **options)
 
 

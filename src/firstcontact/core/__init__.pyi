@@ -13,7 +13,6 @@ from ._calibration_file import given_calibration as given_calibration
 from ._calibration_file import read_calibration as read_calibration
 from ._calibration_file import write_calibration as write_calibration
 from ._children import Child as Child
-from ._children import start_module as start_module
 from ._closing_speed import FASTEST as FASTEST
 from ._closing_speed import SLOWEST as SLOWEST
 from ._closing_speed import ClosingSpeed as ClosingSpeed

@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import LONGEST_NAME, InputError, VibrationSensor, open_regular
-from firstcontact.recording._apart import apart
-from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import as_text, reason
-from firstcontact.recording._sizes import check_unpacked, most_unpacked
+from firstcontact.recording._sizes import check_unpacked
 
 #: Largest number of consecutive soft links.
 _LINKS = 8
@@ -25,10 +23,6 @@ _TEXTS = 4096
 _TEXT_BYTES = 64 << 20
 #: Largest cell of a cell array, with one unpacked chunk, bytes.
 _CELL = 16 * LONGEST_NAME
-#: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
-_SECONDS, _SPEED = 10.0, 1e6
-#: Memory of the library itself, bytes.
-_SPARE = 128 << 20
 _DAMAGE = (
     OSError,
     RuntimeError,
@@ -47,8 +41,7 @@ def read_hdf5(
     """Read datasets and attributes by name. Return them and the names that were not read."""
     try:
         open_regular(path).close()
-        seconds = _SECONDS + path.stat().st_size / _SPEED
-        return apart(seconds, _read, path, frozenset(names), tuple(settings))
+        return _read(path, names, settings)
     except InputError:
         raise
     except _DAMAGE as error:
@@ -64,9 +57,7 @@ def _read(
     import h5py
 
     arrays: dict[str, NDArray[Any]] = {}
-    # The library trusts the sizes that a damaged file states.
-    most = _SPARE + 2 * most_unpacked(path.stat().st_size)
-    with bounded_memory(most), h5py.File(path, "r") as file:
+    with h5py.File(path, "r") as file:
         names = list(file.keys())
         datasets = {}
         for name in names:

@@ -13,15 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError, open_regular
-from firstcontact.recording._apart import apart
 from firstcontact.recording._hdf5 import read_hdf5
-from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
-from firstcontact.recording._sizes import check_unpacked, most_unpacked
+from firstcontact.recording._sizes import check_unpacked
 
-#: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
-#: The third number is the memory of the library, bytes.
-_SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20
 #: Start of a file of version 7.3, which is HDF5 after 512 bytes.
 _HDF5 = b"MATLAB 7.3"
 #: Header of a version 5 file, bytes. Its last two bytes give the byte order.
@@ -38,8 +33,7 @@ def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
             arrays, unread = read_hdf5(path, names, ())
             # HDF5 stores the dimensions in reverse order, and texts as character codes.
             return {name: values.T for name, values in arrays.items()}, unread
-        seconds = _SECONDS + path.stat().st_size / _SPEED
-        return apart(seconds, _read, path, frozenset(names))
+        return _read(path, names)
     except InputError:
         raise
     except Exception as error:  # damage can cause any error in the library
@@ -58,10 +52,7 @@ def _read(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
     """Return what :func:`read_mat` returns, for files before version 7.3."""
     from scipy.io import loadmat
 
-    with (
-        open_regular(path) as stream,
-        bounded_memory(_SPARE + 2 * most_unpacked(path.stat().st_size)),
-    ):
+    with open_regular(path) as stream:
         _check_length(path, stream)
         members = _names(path, stream, names)
         stream.seek(0)

@@ -9,17 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError, open_regular, require_modules
-from firstcontact.recording._apart import apart
-from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
-from firstcontact.recording._sizes import check_unpacked, most_unpacked
+from firstcontact.recording._sizes import check_unpacked
 from firstcontact.recording._wav import read_wav
 
 FLAC = ".flac"
 SUFFIXES = (".wav", FLAC)
-#: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
-#: The third number is the memory of the library, bytes.
-_SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20
 _DAMAGE = (OSError, RuntimeError, ValueError, TypeError, OverflowError, MemoryError)
 
 
@@ -32,8 +27,7 @@ def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
     require_modules("files", "soundfile")
     try:
         open_regular(file).close()
-        seconds = _SECONDS + file.stat().st_size / _SPEED
-        rate, values, declared = apart(seconds, _decode, file)
+        rate, values, declared = _decode(file)
     except InputError:
         raise
     except _DAMAGE as error:
@@ -54,10 +48,7 @@ def _decode(file: Path) -> tuple[int, NDArray[Any], int]:
     """Return the rate, the samples and the declared number of samples of a FLAC file."""
     import soundfile
 
-    with (
-        bounded_memory(_SPARE + 2 * most_unpacked(file.stat().st_size)),
-        soundfile.SoundFile(file) as sound,
-    ):
+    with soundfile.SoundFile(file) as sound:
         wide = sound.subtype != "PCM_16"
         size = np.dtype(np.int32 if wide else np.int16).itemsize
         check_unpacked(file, sound.frames * sound.channels * size)

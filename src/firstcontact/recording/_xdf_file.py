@@ -5,20 +5,13 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError, open_regular
-from firstcontact.recording._apart import apart
-from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
-from firstcontact.recording._sizes import most_unpacked
-
-#: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
-#: The third number is the memory of the library, bytes.
-_SECONDS, _SPEED, _SPARE = 20.0, 5e5, 256 << 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,9 +35,8 @@ class Stream:
 def read_xdf(path: Path) -> list[Stream]:
     """Read all streams of a file, with times on one clock."""
     try:
-        open_regular(path).close()
-        seconds = _SECONDS + path.stat().st_size / _SPEED
-        return apart(seconds, _read, path)
+        with open_regular(path) as stream:  # the library does not close a file that it refuses
+            return _read(stream)
     except InputError:
         raise
     except Exception as error:  # damage can cause any error in the library
@@ -64,19 +56,21 @@ class _Complaints(logging.Handler):
         self.said.append(record.getMessage())
 
 
-def _read(path: Path) -> list[Stream]:
+def _read(file: IO[bytes]) -> list[Stream]:
     """Return all streams of a file."""
     import pyxdf
 
     complaints = _Complaints()
     log = logging.getLogger("pyxdf")
+    before = log.handlers, log.propagate
     log.handlers, log.propagate = [complaints], False
-    with (
-        bounded_memory(_SPARE + 4 * most_unpacked(path.stat().st_size)),
-        np.errstate(all="ignore"),  # the library divides by the span of the stamps; unused here
-    ):
-        # Stamps are smoothed later, when gaps are known.
-        streams, _ = pyxdf.load_xdf(path, dejitter_timestamps=False, verbose=None)
+    try:
+        # The library divides by the span of the stamps, which is not used here.
+        with np.errstate(all="ignore"):
+            # Stamps are smoothed later, when gaps are known.
+            streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=None)
+    finally:
+        log.handlers, log.propagate = before
     if complaints.said:
         raise OSError(complaints.said[0])
     return [_stream(stream) for stream in streams]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,29 +59,7 @@ def unbroken_parts(
     """Return the unbroken parts of a recording, and one run over the whole vibration."""
     by_name = {s.name: s for s in streams}
     for signal in signals:
-        stream = by_name.get(signal.variable)
-        if stream is None:
-            raise InputError(
-                f"{path} has no stream {quote(signal.variable)} (it has {listed(list(by_name))}): "
-                "correct the table of channels"
-            )
-        if stream.is_text or stream.rate < LOWEST_SIGNAL or len(stream.stamps) < 2:
-            content = (
-                "texts"
-                if stream.is_text
-                else f"no regular rate of {LOWEST_SIGNAL:g} Hz or more"
-                if stream.stamps.size
-                else "no samples"
-            )
-            raise InputError(
-                f"{path}: stream {quote(stream.name)} has {content}, but a signal needs numbers at "
-                "a regular rate: leave it out of the table of channels"
-            )
-        if signal.rate not in (None, stream.rate):
-            raise InputError(
-                f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, but the table of "
-                f"channels states {signal.rate:g} Hz: correct the table"
-            )
+        _check_signal(path, by_name, signal)
     main = next(by_name[s.variable] for s in signals if s.sensor is not None)
     check_rate(f"{path}: the rate of stream {quote(main.name)}", main.rate)
     runs = {
@@ -98,28 +76,16 @@ def unbroken_parts(
         )
         for s in signals
     }
-    unbroken = runs[main.name]
-    for name in runs.keys() - {main.name}:
-        unbroken = _overlaps(unbroken, runs[name])
-    if not unbroken:
-        raise InputError(
-            f"{path}: the streams have no time in common: remove from the table of channels each "
-            "stream that was recorded at another time"
-        )
-    left = sum(r.end - r.first for r in runs[main.name]) - sum(r.end - r.first for r in unbroken)
-    if left:
-        notes.append(
-            f"{left / runs[main.name][0].rate:.3g} s of {main.name} are left out: another stream "
-            "has no samples there"
-        )
-    borders = {name: _borders(runs[name]) for name in runs.keys() - {main.name}}
+    whole = runs.pop(main.name)
+    unbroken = _common(path, main.name, whole, runs, notes)
+    borders = {name: _borders(others) for name, others in runs.items()}
     parts = []
     for run in unbroken:
         rows: dict[str, slice | NDArray[np.int64]] = {main.name: slice(run.first, run.end)}
         for name, (times, numbers) in borders.items():
             moments = run.moments(by_name[name].rate / main.rate)
             rows[name] = numbers[np.searchsorted(times, moments)]
-        beside = [
+        taken = [
             Taken(
                 s,
                 by_name[s.variable].rate,
@@ -128,9 +94,57 @@ def unbroken_parts(
             )
             for s in signals
         ]
-        parts.append(Part(assemble(str(path), beside), run))
-    head, tail = runs[main.name][0], runs[main.name][-1]
+        parts.append(Part(assemble(str(path), taken), run))
+    head, tail = whole[0], whole[-1]
     return parts, Run(head.first, tail.end, head.begin, tail.last)
+
+
+def _check_signal(path: Path, by_name: Mapping[str, Stream], signal: Signal) -> None:
+    """Raise an error unless the file has regular numbers for a signal."""
+    stream = by_name.get(signal.variable)
+    if stream is None:
+        raise InputError(
+            f"{path} has no stream {quote(signal.variable)} (it has {listed(list(by_name))}): "
+            "correct the table of channels"
+        )
+    content = None
+    if stream.is_text:
+        content = "texts"
+    elif not len(stream.stamps):
+        content = "no samples"
+    elif stream.rate < LOWEST_SIGNAL or len(stream.stamps) < 2:
+        content = f"no regular rate of {LOWEST_SIGNAL:g} Hz or more"
+    if content:
+        raise InputError(
+            f"{path}: stream {quote(stream.name)} has {content}, but a signal needs numbers at "
+            "a regular rate: leave it out of the table of channels"
+        )
+    if signal.rate not in (None, stream.rate):
+        raise InputError(
+            f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, but the table of "
+            f"channels states {signal.rate:g} Hz: correct the table"
+        )
+
+
+def _common(
+    path: Path, name: str, whole: list[Run], others: Mapping[str, list[Run]], notes: list[str]
+) -> list[Run]:
+    """Return the runs of the vibration in which all other streams have samples too."""
+    unbroken = whole
+    for runs in others.values():
+        unbroken = _overlaps(unbroken, runs)
+    if not unbroken:
+        raise InputError(
+            f"{path}: the streams have no time in common: remove from the table of channels each "
+            "stream that was recorded at another time"
+        )
+    left = sum(r.end - r.first for r in whole) - sum(r.end - r.first for r in unbroken)
+    if left:
+        notes.append(
+            f"{left / whole[0].rate:.3g} s of {name} are left out: another stream "
+            "has no samples there"
+        )
+    return unbroken
 
 
 def _overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:

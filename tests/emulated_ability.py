@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Self
 
 from firstcontact.device import PseudoTerminal
-from firstcontact.grasp._ability_fingers import NEARLY_OPEN, SENSORS
+from firstcontact.grasp._ability import NEARLY_OPEN, SENSORS
 from firstcontact.grasp._ability_package import load
 
 #: Of a machine that does much else at the same time, s.

@@ -20,7 +20,7 @@ import forked
 from emulated_ability import EmulatedAbility
 from firstcontact.cli.main import main
 from firstcontact.core import Block
-from firstcontact.grasp._ability_fingers import NEARLY_OPEN
+from firstcontact.grasp._ability import NEARLY_OPEN
 from firstcontact.recording import RecordingWriter, read_recording
 
 #: Runs a command with files of at most 100 kB: a stream fills one within two seconds.

@@ -20,8 +20,15 @@ from emulated_ability import EmulatedAbility
 from firstcontact.core import Command, InputError
 from firstcontact.device import PseudoTerminal
 from firstcontact.grasp import SafeHand, _ability
-from firstcontact.grasp._ability import AbilityHand
-from firstcontact.grasp._ability_fingers import CLOSED, INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB
+from firstcontact.grasp._ability import (
+    CLOSED,
+    INDEX,
+    LEVERS,
+    NEARLY_OPEN,
+    OPEN,
+    THUMB,
+    AbilityHand,
+)
 from firstcontact.grasp._ability_package import SIMULATED
 
 PROGRAM = Path(__file__).with_name("hand_program.py")

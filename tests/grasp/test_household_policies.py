@@ -15,11 +15,14 @@ from firstcontact.grasp import (
     Truth,
     make_policy,
 )
-from firstcontact.grasp.policies.blind import Blind
-from firstcontact.grasp.policies.final_force import PATIENCE, SLOW
-from firstcontact.grasp.policies.slip_reflex import SlipReflex
-from firstcontact.grasp.policies.stiffness_reflex import StiffnessReflex
-from firstcontact.grasp.policies.weight import ByWeight
+from firstcontact.grasp._household_policies import (
+    PATIENCE,
+    SLOW,
+    Blind,
+    ByWeight,
+    SlipReflex,
+    StiffnessReflex,
+)
 from firstcontact.testing import make_estimate
 
 CONTACT = Contact(Finger.INDEX, 100, 105)

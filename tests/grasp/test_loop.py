@@ -20,7 +20,7 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.grasp import POLICIES, GraspLoop, Grip, HandError, Policy, Taxels, Truth
-from firstcontact.grasp._taxels import REST
+from firstcontact.grasp._loop import REST
 from firstcontact.testing import make_estimate
 
 RATE = 1000.0

@@ -11,11 +11,8 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Command, Contact, Estimate, InputError
 from firstcontact.grasp import POLICIES, Grip, Policy, Task, live_policies, live_policy
+from firstcontact.grasp._payload_policies import EarlyExit, FirstContact, ForceFeedback, Touch
 from firstcontact.grasp._policy import Tunable
-from firstcontact.grasp.policies.early_exit import EarlyExit
-from firstcontact.grasp.policies.first_contact import FirstContact
-from firstcontact.grasp.policies.force_feedback import ForceFeedback
-from firstcontact.grasp.policies.touch import Touch
 from firstcontact.testing import check_policy, make_estimate
 
 SHORE = st.floats(0.0, 100.0)
@@ -91,7 +88,7 @@ class Once(ForceFeedback):
     """Faulty policy that acts in its first closing only."""
 
     def begin(self) -> Command:
-        return self._approach
+        return Command(self.grip.speed, self.approach)
 
 
 class Colourless(Touch):

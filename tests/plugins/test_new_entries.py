@@ -71,10 +71,10 @@ ENTRIES = {
     "policy": Entry(
         GUIDE,
         "A policy",
-        "grasp/policies/halfway.py",
-        "grasp/policies/registry.py",
+        "grasp/_halfway.py",
+        "grasp/_registry.py",
         '"none": ',
-        '"halfway": "firstcontact.grasp.policies.halfway:Halfway",',
+        '"halfway": "firstcontact.grasp._halfway:Halfway",',
         "live --device {recording} --model general --speed inf --hand print --policy halfway",
         "halfway",
     ),

@@ -40,8 +40,7 @@ TOYS = Path(__file__).parents[1] / "lab" / "grasping"
 CHECKS = """
 import sys
 from firstcontact.device._opening import SOURCES
-from firstcontact.grasp.policies.registry import POLICIES
-from firstcontact.grasp._registry import HANDS
+from firstcontact.grasp import HANDS, POLICIES
 from firstcontact.testing import check_hand, check_policy, check_source
 check_policy(POLICIES["halfway"])
 check_hand(HANDS["diary"])

@@ -75,11 +75,8 @@ class Grip:
         return min(max(force, low), high, self.force)
 
     def speed_for(self, shore_a: float) -> float:
-        """Return the speed at which the impact of the moving mass causes the allowed dent, m/s.
-
-        It follows from Hertz's theory of impact.
-        """
-        # m v^2 / 2 = (2/5) K dent^2.5
+        """Return the speed at which the impact of the moving mass causes the allowed dent, m/s."""
+        # Hertz's theory of impact: m v^2 / 2 = (2/5) K dent^2.5
         speed: float = sqrt(0.8 * self.stiffness(shore_a) / self.mass) * self.dent**1.25
         return min(speed, self.speed)
 

@@ -24,10 +24,8 @@ class HandLimits:
 
     Parameters
     ----------
-    speed
-        Highest closing speed at a fingertip, m/s.
-    force
-        Highest force of a fingertip, N.
+    speed, force
+        Highest closing speed, m/s, and force, N, of a fingertip.
     rate
         Highest rate of commands, Hz.
     watchdog
@@ -76,24 +74,14 @@ class Hand(ABC):
 
     @classmethod
     def needs_live_samples(cls, port: str | None) -> bool:
-        """Return True if the hand moves, so that only samples in real time may drive it.
-
-        Parameters
-        ----------
-        port
-            Port of the hand; None for its default port. With the simulated port the result is
-            False, because nothing moves.
-        """
+        """Return True if only samples in real time may drive the hand, because it moves."""
         return cls.real and (port is None or port != cls.simulated_port)
 
     @abstractmethod
     def send(self, command: Command) -> None:
         """Send a command without waiting for the hand's answer.
 
-        Raises
-        ------
-        HandError
-            The hand is not open, or is known to be unreachable.
+        Raise HandError if the hand is not open, or is known to be unreachable.
         """
 
     def start(self) -> None:
@@ -101,11 +89,6 @@ class Hand(ABC):
 
         Override it for a hand with :attr:`Begins.HURRY`. The signal shows the start, and the hand
         opens by itself.
-
-        Raises
-        ------
-        HandError
-            As in :meth:`send`.
         """
         raise HandError(f"the hand {self.name!r} begins no closing on request")
 
@@ -124,9 +107,8 @@ class Hand(ABC):
         sample_time
             Time of the contact on the clock of the samples, s: sample number divided by rate.
         host_time
-            Time of the contact by ``time.monotonic()``, s. The fastest samples of the last
-            ten seconds count as not delayed, so it is late by their delay. NaN for samples that do
-            not come in real time.
+            Time of the contact by ``time.monotonic()``, s, late by the delay of the fastest samples
+            of the last ten seconds. NaN for samples that do not come in real time.
         """
         # Before the first contact, and not in the process of a separate hand, which needs no NumPy.
         from firstcontact.signal import closing_speed
@@ -140,14 +122,8 @@ class Hand(ABC):
     def positions(self) -> Sequence[tuple[float, float]]:
         """Return the newest positions that the hand reported. They cover at least the last 0.1 s.
 
+        Each is a time by ``time.monotonic()``, s, and the travel of the fingertip from any zero, m.
         An estimate waits for this call, so return stored positions and send no request to the hand.
-        The base class returns none.
-
-        Returns
-        -------
-        sequence of (float, float)
-            Time by ``time.monotonic()``, s, and travel of the fingertip, m, for each position. The
-            zero of the travel does not matter.
         """
         return ()
 

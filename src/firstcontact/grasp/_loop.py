@@ -4,9 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
-from firstcontact.core import Command, Contact, Estimate, InputError, is_interrupt, summarize_error
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import (
+    ChannelKind,
+    Command,
+    Contact,
+    Estimate,
+    InputError,
+    Layout,
+    Physical,
+    summarize_error,
+)
 from firstcontact.grasp._policy import Policy
+
+#: Time at the start of a closing whose mean is the unloaded level of the force sensors, s.
+REST = 0.05
 
 
 @dataclass(slots=True)
@@ -79,15 +95,15 @@ class GraspLoop:
         self._send = send
         self._rate = rate
         self._wait = wait
-        self._reached: list[float] = []
         default = policy.deadline
-        self._deadline = deadline if deadline is not None and default is not None else default
+        self._deadline = default if deadline is None or default is None else deadline
         self._closing = self._holding = False
-        self._first: float | None = None
-        self._before = 0, 0  # misses and unused estimates before the first contact
+        self._last: Command | None = None
+        self._first: float | None = None  # time of the first contact, s
+        self._before = 0, 0  # misses and unused estimates before it
         self._due: float | None = None
         self._missed = False
-        self._last: Command | None = None
+        self._reached: list[float] = []  # times at which estimates reached the hand, s
 
     def begin(self) -> None:
         """Start a closing."""
@@ -95,18 +111,10 @@ class GraspLoop:
         self._closing = True
         self._last = None
         self._forget_contact()
-        self._forward(self._ask(self.policy.begin))
-
-    def _forget_contact(self) -> None:
-        self._first = self._due = None
-        self._missed = False
-        self._reached = []
+        self._act(self.policy.begin)
 
     def touched(self, contact: Contact, first: bool, now: float) -> None:
-        """Pass a contact, which became known at the time ``now``, to the policy.
-
-        ``first`` is True for the first contact of the closing.
-        """
+        """Pass a contact that became known at ``now`` to the policy."""
         if not self._closing:
             return
         if first:
@@ -115,14 +123,11 @@ class GraspLoop:
             self._first = contact.sample / self._rate
             if self._deadline is not None:
                 self._due = self._first + self._deadline
-        self._forward(self._ask(self.policy.touched, contact, first))
+        self._act(self.policy.touched, contact, first)
         self._check_deadline(now)
 
     def withdrawn(self) -> None:
-        """Continue the approach, because the contact was withdrawn.
-
-        A policy that does not use contacts is not affected.
-        """
+        """Continue the approach, because the contact was withdrawn."""
         if not self._closing:
             return
         self.counts.withdrawn += 1
@@ -132,13 +137,10 @@ class GraspLoop:
             self.counts.misses, self.counts.unused = self._before
         self._forget_contact()
         if self.policy.uses_piezos():  # other policies continue as before
-            self._forward(self._ask(self.policy.begin))
+            self._act(self.policy.begin)
 
     def estimated(self, estimate: Estimate, now: float) -> bool:
-        """Pass an estimate to the policy. Return True if the policy responded with a command.
-
-        The program learned of the estimate at ``now``.
-        """
+        """Pass an estimate that became known at ``now``. Return True if the policy acted on it."""
         reaches = now + self._wait()
         self._check_deadline(reaches)
         if not self._closing or self._first is None or self._missed:
@@ -158,23 +160,19 @@ class GraspLoop:
         if not self._closing:
             return
         since = None if self._first is None else now - self._first
-        self._forward(self._ask(self.policy.felt, volts, since))
+        self._act(self.policy.felt, volts, since)
         self._check_deadline(now)
 
     def slipped(self, now: float) -> None:
         """Pass a slip to the policy, also after the closing while the hand holds the object."""
         if self._closing or self._holding:
             self._check_deadline(now)
-            self._forward(self._ask(self.policy.slipped))
+            self._act(self.policy.slipped)
 
     def finish(self, second: Contact | None = None) -> None:
-        """End the closing. Count a missed deadline if the estimate is still missing.
+        """End the closing, and count a missed deadline.
 
-        Parameters
-        ----------
-        second
-            Second contact; None if none was detected. Estimates that reached the hand after it
-            count as ``overtaken``.
+        Estimates that reached the hand after the second contact count as ``overtaken``.
         """
         late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
         self.counts.estimates -= late
@@ -182,31 +180,33 @@ class GraspLoop:
         self._reached = []
         self.counts.misses += self._due is not None
         self._due = None
-        self._holding = self._closing
-        self._closing = False
+        self._holding, self._closing = self._closing, False
 
     def released(self) -> None:
         """Stop passing slips, because the hand has released the object."""
         self._holding = False
 
+    def _forget_contact(self) -> None:
+        self._first = self._due = None
+        self._missed = False
+        self._reached = []
+
     def _check_deadline(self, now: float) -> None:
         if self._due is not None and now > self._due:
-            self._miss()
+            self._due = None
+            self._missed = True
+            self.counts.misses += 1
+            self._act(self.policy.late)
 
-    def _miss(self) -> None:
-        self._due = None
-        self._missed = True
-        self.counts.misses += 1
-        self._forward(self._ask(self.policy.late))
+    def _act(self, method: Callable[..., Command | None], *arguments: object) -> None:
+        self._forward(self._ask(method, *arguments))
 
     def _ask(self, method: Callable[..., Command | None], *arguments: object) -> Command | None:
         """Call a method of the policy, and name the policy if the method fails."""
         name = self.policy.name
         try:
             command = method(*arguments)
-        except BaseException as error:
-            if is_interrupt(error):
-                raise
+        except Exception as error:
             raise InputError(
                 f"policy {name!r} raised {summarize_error(error)}: fix it or choose another policy",
                 parameter="policy",
@@ -224,3 +224,37 @@ class GraspLoop:
         self._last = command
         self.counts.commands += 1
         self._send(command)
+
+
+class Taxels:
+    """Tracker of the largest rise of a taxel's voltage above its unloaded level.
+
+    Without force channels the rise is always 0.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        columns = layout.columns(ChannelKind.FORCE)
+        self._physical = Physical(layout, columns)
+        self._rest_samples = round(REST * layout.rate)
+        self._sum = np.zeros(len(columns))
+        self._count = 0
+
+    def begin(self) -> None:
+        """Measure the unloaded levels again, at the start of a closing with an empty hand."""
+        self._sum[:] = 0.0
+        self._count = 0
+
+    def update(self, data: NDArray[Any]) -> float:
+        """Process raw samples, shape (samples, channels), and return the rise at the last one, V.
+
+        It is 0 until the unloaded levels are known.
+        """
+        if not self._sum.size or not len(data):
+            return 0.0
+        if self._count < self._rest_samples:
+            volts = self._physical(data[: self._rest_samples - self._count])
+            self._sum += volts.sum(axis=0)
+            self._count += len(volts)
+            if self._count < self._rest_samples:
+                return 0.0
+        return float((self._physical(data[-1:])[0] - self._sum / self._count).max())

@@ -16,17 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Properties of the object that only a simulated hand can know before it closes.
+    """Properties of the object that only a simulated hand can know before it closes."""
 
-    Parameters
-    ----------
-    shore_a
-        Stiffness, Shore A.
-    mass
-        Mass, kg.
-    """
-
+    #: Stiffness, Shore A.
     shore_a: float
+    #: Mass, kg.
     mass: float = 0.2
 
 
@@ -65,17 +59,7 @@ class ForceArray(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SensorVariant:
-    """Policy combined with one kind of force sensor.
-
-    Parameters
-    ----------
-    key
-        Key in tables and files.
-    title, colour
-        Title and colour in tables and figures.
-    force_array
-        Kind of force sensor.
-    """
+    """Policy combined with one kind of force sensor, with its key, title and colour in tables."""
 
     key: str
     title: str
@@ -169,12 +153,8 @@ class Policy:
     def felt(self, volts: float, since: float | None) -> Command | None:
         """React to the force sensors. The loop calls this method with every block.
 
-        Parameters
-        ----------
-        volts
-            Largest rise of a taxel's voltage above its unloaded level, over both fingers, V.
-        since
-            Time since the first contact, s; None before it.
+        ``volts`` is the largest rise of a taxel's voltage above its unloaded level, over both
+        fingers, V; ``since`` the time since the first contact, s, or None before it.
         """
         return None
 

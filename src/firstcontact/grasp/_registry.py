@@ -1,12 +1,14 @@
-"""Registry of hands. To add a hand, write one file and add one line here."""
+"""Registries of hands and policies. To add an entry, write one file and add one line here."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from firstcontact.core import InputError, Registry
+from firstcontact.grasp._grip import Grip
 from firstcontact.grasp._hand import Hand
+from firstcontact.grasp._policy import Policy, Truth
 from firstcontact.grasp._safe import SafeHand
 from firstcontact.grasp._separate import SeparateHand
 
@@ -20,46 +22,30 @@ HANDS: Registry[type[Hand]] = Registry(
     },
     base="firstcontact.grasp._hand:Hand",
 )
-
-
-def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
-    """Return a hand that is not open yet. It runs in a separate process if its class says so.
-
-    Parameters
-    ----------
-    kind
-        Class of the hand.
-    port
-        Port that the hand is connected to, for hands that need one.
-    source
-        Source that drives the hand, already opened, for hands that need one. Keep it open as long
-        as the hand.
-
-    Raises
-    ------
-    InputError
-        The port, the source or a package is missing.
-    """
-    made: Callable[[Any], Hand] = kind
-    with HANDS.calling(kind.name):
-        if kind.of_source is not None:
-            if source is None:
-                raise InputError(
-                    f"the hand {kind.name!r} needs a source, which is missing: open the hand's "
-                    "source and pass it"
-                )
-            return made(source)
-        return SeparateHand(kind, port) if kind.separate else made(port)
+_PAYLOAD = "firstcontact.grasp._payload_policies"
+_HOUSEHOLD = "firstcontact.grasp._household_policies"
+POLICIES: Registry[type[Policy]] = Registry(
+    "policy",
+    "firstcontact.policies",
+    {
+        "none": f"{_PAYLOAD}:NoModulation",
+        "force_feedback": f"{_PAYLOAD}:ForceFeedback",
+        "touch": f"{_PAYLOAD}:Touch",
+        "first_contact": f"{_PAYLOAD}:FirstContact",
+        "early_exit": f"{_PAYLOAD}:EarlyExit",
+        "blind": f"{_HOUSEHOLD}:Blind",
+        "stiffness": f"{_HOUSEHOLD}:ByStiffness",
+        "slip_reflex": f"{_HOUSEHOLD}:SlipReflex",
+        "stiffness_reflex": f"{_HOUSEHOLD}:StiffnessReflex",
+        "weight": f"{_HOUSEHOLD}:ByWeight",
+    },
+    default="first_contact",
+    base="firstcontact.grasp._policy:Policy",
+)
 
 
 def find_hand(hand: object) -> type[Hand] | Hand:
-    """Return the class of hands with a name, or the hand itself, without its wrapper.
-
-    Raises
-    ------
-    InputError
-        No hand has that name, or the value is neither a name nor a hand.
-    """
+    """Return the class of hands with a name, or the hand itself, without its wrapper."""
     if isinstance(hand, str):
         return HANDS.find(hand)
     if not isinstance(hand, Hand):
@@ -68,6 +54,23 @@ def find_hand(hand: object) -> type[Hand] | Hand:
             parameter="hand",
         )
     return hand._hand if isinstance(hand, SafeHand) else hand
+
+
+def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
+    """Return a hand that is not open yet. It runs in a separate process if its class says so.
+
+    The parameters are those of :func:`open_hand`.
+    """
+    made: Callable[[Any], Hand] = kind
+    with HANDS.calling(kind.name):
+        if kind.of_source is None:
+            return SeparateHand(kind, port) if kind.separate else made(port)
+        if source is None:
+            raise InputError(
+                f"the hand {kind.name!r} needs a source, which is missing: open the hand's "
+                "source and pass it"
+            )
+        return made(source)
 
 
 def open_hand(
@@ -79,8 +82,11 @@ def open_hand(
     ----------
     hand
         Name in :data:`HANDS`, or a hand that is not open yet.
-    port, source
-        As in :func:`make_hand`. A hand that exists already uses neither.
+    port
+        Port of a named hand.
+    source
+        Open source that drives a named hand, for hands that need one. Keep it open as long as the
+        hand.
     silence
         Time without a call from the program after which the hand is released, s.
 
@@ -94,3 +100,34 @@ def open_hand(
         return hand
     made = hand if isinstance(hand, Hand) else make_hand(HANDS.find(hand), port, source)
     return SafeHand(made, silence=silence)
+
+
+def make_policy(
+    kind: type[Policy], grip: Grip, truth: Truth, settings: Mapping[str, float]
+) -> Policy:
+    """Return a policy with tuned settings for one pinch of an object."""
+    made: Callable[..., Policy] = kind
+    return made(grip, truth, **settings) if kind.needs_truth else made(grip, **settings)
+
+
+def live_policies() -> list[str]:
+    """Return the names of the policies for real hands, which need no knowledge of the object.
+
+    All plug-ins are included, because the needs of a plug-in are known only after its import.
+    """
+    built_in = POLICIES.builtin_names
+    return [
+        name for name in POLICIES.names if name not in built_in or not POLICIES[name].needs_truth
+    ]
+
+
+def live_policy(name: str, grip: Grip | None = None) -> Policy:
+    """Return a policy for a hand that does not know the object, or raise InputError."""
+    kind = POLICIES.find(name)
+    if kind.needs_truth:
+        raise InputError(
+            f"policy {name!r} must know the object in advance, so it is for simulations only: "
+            f"choose one of {', '.join(live_policies())}"
+        )
+    with POLICIES.calling(name):
+        return kind(grip or Grip())

@@ -3,23 +3,121 @@
 from __future__ import annotations
 
 import atexit
+import logging
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
-from math import inf
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Self
 
-from firstcontact.core import Command, is_interrupt, summarize_error
-from firstcontact.grasp._hand import Hand, HandError
+from firstcontact.core import Command, InputError, is_interrupt, summarize_error
+from firstcontact.grasp._hand import Hand, HandError, HandLimits
 from firstcontact.grasp._leaving import Leaving
-from firstcontact.grasp._pacing import HandCounts, Pacer
 
 if TYPE_CHECKING:
     from firstcontact.core import ClosingSpeed
 
 #: Longest wait of a signal handler for the watchdog thread, s.
 PROMPT = 0.1
+
+_log = logging.getLogger("firstcontact.grasp")
+
+
+@dataclass(slots=True)
+class HandCounts:
+    """Counts of the commands to a hand."""
+
+    sent: int = 0
+    clipped: int = 0
+    superseded: int = 0
+    repeated: int = 0
+    released: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Due:
+    """Action that is due: send ``command``, or release the hand if ``command`` is None."""
+
+    command: Command | None
+
+
+class Pacer:
+    """Schedule of a hand's commands. It has no clock: the caller passes the times."""
+
+    def __init__(self, limits: HandLimits, silence: float) -> None:
+        if not silence > 0:  # true of NaN
+            raise InputError(f"the time is {silence:g} s: give one above 0", parameter="silence")
+        self.limits = limits
+        self.counts = HandCounts()
+        self._silence = silence
+        self._interval = 1 / limits.rate
+        # Repeat three times before the hand's watchdog acts, but no faster than the hand allows.
+        self._repeat = max(limits.watchdog / 3, self._interval)
+        self._waiting: Command | None = None
+        self._last: Command | None = None
+        self._sent_at = -inf
+        self._called_at = -inf
+        self._release_at = inf  # time at which a failed release is tried again
+
+    def offer(self, command: Command, now: float) -> None:
+        """Take a command, which replaces a command that still waits."""
+        if not (isfinite(command.speed) and isfinite(command.force)):
+            raise ValueError(
+                f"a hand cannot close at {command.speed} m/s with {command.force} N: use finite "
+                "numbers"
+            )
+        limits = self.limits
+        clipped = Command(
+            min(max(command.speed, -limits.speed), limits.speed),
+            min(max(command.force, 0.0), limits.force),
+        )
+        self.counts.clipped += clipped != command
+        self.counts.superseded += self._waiting is not None
+        self._waiting = clipped
+        self._called_at = now
+
+    def alive(self, now: float) -> None:
+        """Record that the program runs and has no new command."""
+        self._called_at = now
+
+    def release(self) -> None:
+        """Discard all commands. The caller releases the hand."""
+        self.counts.superseded += self._waiting is not None
+        self.counts.released += 1
+        self._waiting = self._last = None
+        self._release_at = inf
+
+    def retry_release(self, now: float) -> None:
+        """Schedule another release, because the hand failed to carry out the last one."""
+        self._release_at = now + self._silence
+
+    def wait(self, now: float) -> float:
+        """Return the time until a command that is offered now is due, s."""
+        return max(self._sent_at + self._interval - now, 0.0)
+
+    def next_time(self) -> float:
+        """Return the earliest time of the next action, s; infinite if there is none."""
+        if self._waiting is None and self._last is None:
+            return self._release_at
+        pause = self._interval if self._waiting is not None else self._repeat
+        return min(self._sent_at + pause, self._called_at + self._silence)
+
+    def due(self, now: float) -> Due | None:
+        """Return the action that is due at this time; None if there is none."""
+        if now < self.next_time():
+            return None
+        if now >= min(self._called_at + self._silence, self._release_at):
+            self.release()
+            return Due(None)
+        if self._waiting is not None:
+            self._last, self._waiting = self._waiting, None
+            self.counts.sent += 1
+        else:
+            self.counts.repeated += 1
+        self._sent_at = now
+        return Due(self._last)
 
 
 class SafeHand(Hand):
@@ -40,7 +138,9 @@ class SafeHand(Hand):
 
     A second signal within 2 s is ignored. Signals during closing wait until the hand is closed. The
     watchdog thread needs Python's global interpreter lock (GIL). If other code may keep this lock,
-    use :class:`firstcontact.grasp._separate.SeparateHand`.
+    set :attr:`Hand.separate`.
+
+    All methods raise :class:`HandError` if the hand is not open or has failed.
 
     Parameters
     ----------
@@ -91,11 +191,7 @@ class SafeHand(Hand):
     def send(self, command: Command) -> None:
         """Set the command, which replaces a command that still waits.
 
-        Raises
-        ------
-        HandError
-            The command is not finite, and the hand was released for that reason; or the hand is not
-            open, or has failed.
+        A command that is not finite releases the hand and raises HandError.
         """
         self._leaving.rearm()
         with self._change:
@@ -110,50 +206,20 @@ class SafeHand(Hand):
             self._check()
 
     def start(self) -> None:
-        """Begin the next closing immediately.
-
-        Raises
-        ------
-        HandError
-            As in :meth:`send`.
-        """
-        with self._change:
-            self._check()
-            if not self._attempt(self._hand.start):
-                self._release()
-                self._check()
+        """Begin the next closing immediately."""
+        self._do(self._hand.start)
 
     def alive(self) -> None:
-        """Confirm that the program runs and the last command still holds.
-
-        Raises
-        ------
-        HandError
-            As in :meth:`send`.
-        """
+        """Confirm that the program runs and the last command still holds."""
         self._leaving.rearm()
         with self._change:
             self._check()
             self._pacer.alive(self._clock())
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
-        """Return the closing speed of the hand before a contact; None if it is not known.
-
-        Raises
-        ------
-        HandError
-            As in :meth:`send`, or the hand failed in this call and was released.
-        """
+        """Return the closing speed of the hand before a contact; None if it is not known."""
         measured: list[ClosingSpeed | None] = []
-
-        def measure() -> None:
-            measured.append(self._hand.closing_speed(sample_time, host_time))
-
-        with self._change:
-            self._check()
-            if not self._attempt(measure):
-                self._release()
-                self._check()
+        self._do(lambda: measured.append(self._hand.closing_speed(sample_time, host_time)))
         return measured[0]
 
     def release(self) -> None:
@@ -166,23 +232,20 @@ class SafeHand(Hand):
         """Release and close the hand. Closing twice is allowed."""
         # A second signal must not interrupt the release that the first one started.
         with self._leaving.deferred():
-            self._end()
-
-    def _end(self) -> None:
-        with self._change:
-            if self._closed:
-                return
-            self._closed = True
-            released = self._thread is None or self._release()
-            self._change.notify()
-        atexit.unregister(self.close)
-        try:
-            if self._thread is not None:
-                self._thread.join()
-        finally:
-            self._hand.close()
-        if not released:
-            raise HandError(f"the hand {self.name!r} was not released: {self._failure}")
+            with self._change:
+                if self._closed:
+                    return
+                self._closed = True
+                released = self._thread is None or self._release()
+                self._change.notify()
+            atexit.unregister(self.close)
+            try:
+                if self._thread is not None:
+                    self._thread.join()
+            finally:
+                self._hand.close()
+            if not released:
+                raise HandError(f"the hand {self.name!r} was not released: {self._failure}")
 
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:
@@ -198,6 +261,7 @@ class SafeHand(Hand):
         except BaseException:  # a signal too: no ``with`` block closes the hand yet
             self.close()
             raise
+        _log.info("hand %s is open", self.name)
         return self
 
     def _let_go(self) -> None:
@@ -212,6 +276,14 @@ class SafeHand(Hand):
             raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         if self._failure is not None:
             raise HandError(f"the hand {self.name!r} failed: {self._failure}") from self._failure
+
+    def _do(self, act: Callable[[], None]) -> None:
+        """Call a method of the hand. Release the hand if this fails."""
+        with self._change:
+            self._check()
+            if not self._attempt(act):
+                self._release()
+                self._check()
 
     def _release(self) -> bool:
         """Release the hand. Return True on success."""
@@ -230,12 +302,13 @@ class SafeHand(Hand):
         """Call a method of the hand. Store an error, so that the watchdog thread continues."""
         try:
             act()
-        except BaseException as error:
+        except BaseException as error:  # SystemExit would end the watchdog thread silently
             if is_interrupt(error):
                 raise
             if not isinstance(error, HandError):
                 error = HandError(f"the hand's code raised {summarize_error(error)}")
             self._failure = error
+            _log.info("hand %s failed: %s", self.name, error)
             return False
         return True
 
@@ -248,6 +321,7 @@ class SafeHand(Hand):
         if due is None:
             return
         if due.command is None:
+            _log.info("hand %s is released, because the program was silent", self.name)
             self._open_hand()
         elif not self._attempt(partial(self._hand.send, due.command)):
             self._release()

@@ -1,17 +1,25 @@
-"""Hand in a separate process, which releases the hand when the program hangs or ends."""
+"""Hand in a separate process, which releases the hand when the program hangs or ends.
+
+The process runs this module. It reads one order per line from standard input and answers each with
+one line. It imports no NumPy and computes nothing, so that it always answers in time.
+"""
 
 from __future__ import annotations
 
+import os
+import select
+import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from importlib import import_module
 from typing import Any, Self
 
-from firstcontact.core import Child, Command, InputError
+from firstcontact.core import Child, Command, InputError, summarize_error
 from firstcontact.grasp._hand import Hand, HandError
-from firstcontact.grasp._separate_process import ENDED
 
 #: Longest wait for the hand to open, s.
 START = 30.0
@@ -19,6 +27,11 @@ START = 30.0
 PROMPT = 0.002
 #: Time without an answer after which the process counts as lost, s.
 MUTE = 1.0
+#: Longest time from the end of the orders to the end of the process, s. The Ability Hand needs
+#: 2 s of it to open.
+ENDED = 5.0
+#: Most positions in an answer, so that it fits into a pipe.
+MOST_POSITIONS = 60
 
 
 class SeparateHand(Hand):
@@ -29,27 +42,23 @@ class SeparateHand(Hand):
         self.name = hand.name  # type: ignore[misc]  # same as the driven hand
         self.begins = hand.begins  # type: ignore[misc]
         self.limits = replace(hand.limits, watchdog=min(hand.limits.watchdog, silence))
-        self._arguments = (kind.__module__, kind.__qualname__, str(self.limits.watchdog))
-        self._port = () if port is None else (port,)
+        self._arguments = [kind.__module__, kind.__qualname__, str(self.limits.watchdog)]
+        self._arguments += [] if port is None else [port]
         self._child: Child | None = None
         self._unanswered: deque[float] = deque()  # time of each order without an answer
 
     def send(self, command: Command) -> None:
         """Send the command to the process."""
-        if self._child is None:
-            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
-        self._read_answers(self._child)
+        child = self._opened()
+        self._read_answers(child)
         try:
-            self._write_order(self._child, f"send {command.speed!r} {command.force!r}")
+            self._write_order(child, f"send {command.speed!r} {command.force!r}")
         except OSError as error:
             raise HandError(f"the process of the hand {self.name!r} takes no orders") from error
 
     def positions(self) -> Sequence[tuple[float, float]]:
         """Return the positions that the hand last reported, or nothing if its process is late."""
-        child = self._child
-        if child is None:
-            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
-        answer = ""
+        child, answer = self._opened(), ""
         try:
             self._write_order(child, "positions")
             until = time.monotonic() + PROMPT
@@ -75,9 +84,7 @@ class SeparateHand(Hand):
             child.end(ENDED)
 
     def __enter__(self) -> Self:
-        child = Child(
-            "firstcontact.grasp._separate_process", *self._arguments, *self._port, wakes=True
-        )
+        child = Child("firstcontact.grasp._separate", *self._arguments, wakes=True)
         try:
             word, _, message = child.answer(START).partition(" ")
         except TimeoutError:
@@ -94,21 +101,25 @@ class SeparateHand(Hand):
         self._child = child
         return self
 
+    def _opened(self) -> Child:
+        if self._child is None:
+            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
+        return self._child
+
     def _write_order(self, child: Child, line: str) -> None:
         child.tell(line, 0.0)
         self._unanswered.append(time.monotonic())
 
     def _read_answers(self, child: Child) -> None:
         """Read all answers that have arrived."""
-        while True:
-            try:
+        try:
+            while True:
                 self._read_answer(child, 0.0)
-            except TimeoutError:
-                break
-            except OSError as error:
-                raise HandError(f"the process of the hand {self.name!r} has ended") from error
-        if self._unanswered and time.monotonic() - self._unanswered[0] > MUTE:
-            raise HandError(f"the process of the hand {self.name!r} does not answer")
+        except TimeoutError:
+            if self._unanswered and time.monotonic() - self._unanswered[0] > MUTE:
+                raise HandError(f"the process of the hand {self.name!r} does not answer") from None
+        except OSError as error:
+            raise HandError(f"the process of the hand {self.name!r} has ended") from error
 
     def _read_answer(self, child: Child, timeout: float) -> str:
         """Return the next answer without its first word, "done"."""
@@ -117,3 +128,74 @@ class SeparateHand(Hand):
         if word != "done":
             raise HandError(detail)
         return detail
+
+
+def _serve(hand: Hand, silence: float, out: int) -> None:
+    """Carry out orders from standard input until it ends."""
+    part = b""
+    while True:
+        if not select.select([0], [], [], silence)[0]:
+            hand.release()
+            continue
+        data = os.read(0, 4096)
+        if not data:
+            return
+        *lines, part = (part + data).split(b"\n")
+        for line in lines:
+            _write_line(out, _obey(hand, line.decode().split()))
+
+
+def _obey(hand: Hand, words: list[str]) -> str:
+    """Carry out an order and return the answer."""
+    try:
+        match words:
+            case ["send", speed, force]:
+                hand.send(Command(float(speed), float(force)))
+            case ["positions"]:
+                latest = list(hand.positions())[-MOST_POSITIONS:]
+                pairs = [f"{float(at)!r},{float(travel)!r}" for at, travel in latest]
+                return " ".join(["done", *pairs])
+            case _:
+                hand.release()
+    except HandError as error:
+        return f"failed {error}"
+    except Exception as error:
+        return f"failed it raised {summarize_error(error)}"
+    return "done"
+
+
+def _write_line(out: int, line: str) -> None:
+    with suppress(OSError):  # the program has ended
+        os.write(out, line.replace("\n", " ").encode() + b"\n")
+
+
+def _end_within(seconds: float) -> None:
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
+def _main() -> None:
+    """Drive the hand until standard input ends."""
+    parent = os.getppid()
+    for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    # SIGCONT arrives when the program ends. The timer ends this process even if a call blocks it.
+    signal.signal(signal.SIGCONT, lambda *_: None if os.getppid() == parent else _end_within(ENDED))
+    # Output that the hand's package prints must not enter the pipe.
+    out = os.dup(1)
+    os.dup2(2, 1)
+    module, name, silence, *port = sys.argv[1:]
+    try:
+        hand: Hand = getattr(import_module(module), name)(port[0] if port else None)
+        with hand:
+            _write_line(out, "ready")
+            _serve(hand, float(silence), out)
+            _end_within(ENDED)
+    except (InputError, HandError) as error:
+        _write_line(out, f"refused {error}")
+    except Exception as error:
+        _write_line(out, f"refused the hand {name} raised {summarize_error(error)}")
+
+
+if __name__ == "__main__":
+    _main()

@@ -44,7 +44,7 @@ class Grasping:
         Grasp policy.
     hand
         Hand with an open connection. Each block restarts the timeout after which a
-        :class:`~firstcontact.grasp._safe.SafeHand` releases the hand.
+        :class:`~firstcontact.grasp.SafeHand` releases the hand.
     layout
         Columns of the samples.
     deadline

@@ -36,8 +36,8 @@ def check_policy(kind: type[Policy]) -> None:
 
     Examples
     --------
-    >>> from firstcontact.grasp.policies.touch import Touch
-    >>> check_policy(Touch)
+    >>> from firstcontact.grasp import POLICIES
+    >>> check_policy(POLICIES["touch"])
     """
     assert any(getattr(kind, m) is not getattr(Policy, m) for m in _METHODS), (
         f"{kind.__name__} overrides no method of Policy: there is nothing to check"

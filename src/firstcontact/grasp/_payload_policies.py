@@ -1,0 +1,136 @@
+"""Policies for a declared payload: hold a stated weight as gently and as early as possible."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
+
+from firstcontact.core import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, Command
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._policy import ForceArray, Part, Policy, SensorVariant, Tunable
+
+if TYPE_CHECKING:
+    from firstcontact.core import Contact, Estimate
+
+#: Length of the longest window, s.
+LONGEST_WINDOW = 0.015
+#: Time allowed after the window for the filter's look-ahead and the computing, s.
+GRANTED = 0.010
+
+
+class NoModulation(Policy):
+    """Policy that closes at approach speed with the hand's full force until the hand stalls."""
+
+    name = "none"
+    title = "no modulation"
+    colour = GREY
+    part = Part.UNMODULATED
+
+    def begin(self) -> Command:
+        return Command(self.grip.speed, self.grip.force)
+
+
+@dataclass(eq=False)
+class ForceFeedback(Policy):
+    """Policy that slows down and limits the force when a force sensor detects a contact."""
+
+    name = "force_feedback"
+    title = "force feedback"
+    colour = ORANGE
+    part = Part.BASELINE
+    tunables: ClassVar = {
+        "threshold": Tunable("Threshold", "mV", 1e3, (0.02, 0.05, 0.15), (0.03,)),
+        "approach": Tunable("Force until then", "N", 1, (1.0, 1.5, 2.0, 2.5, 12.0), (2.0, 12.0)),
+        "speed": Tunable(
+            "Speed from then on", "mm/s", 1e3, (0.011, 0.02, 0.04, 0.08), (0.02, 0.08)
+        ),
+        "force": Tunable("Force from then on", "N", 1, (2.2, 2.5, 2.6, 3.0), (2.6,)),
+    }
+    variants = (
+        SensorVariant("feedback", title, colour),
+        SensorVariant("feedback_fast", f"{title}, ideal sheet", RED, ForceArray.IDEAL),
+    )
+
+    grip: Grip
+    threshold: float = 0.05
+    approach: float = 2.5
+    speed: float = 0.04
+    force: float = 2.2
+    _acted: bool = field(default=False, init=False)
+
+    def begin(self) -> Command:
+        self._acted = False
+        return Command(self.grip.speed, min(self.approach, self.grip.force))
+
+    def felt(self, volts: float, since: float | None) -> Command | None:
+        if self._acted or not volts > self.threshold:
+            return None
+        self._acted = True
+        return Command(min(self.speed, self.grip.speed), min(self.force, self.grip.force))
+
+
+class Touch(Policy):
+    """Policy that becomes gentle at the first contact, whatever the stiffness."""
+
+    name = "touch"
+    title = "gentle at touch"
+    colour = PURPLE
+    part = Part.CONTROL
+
+    def touched(self, contact: Contact, first: bool) -> Command | None:
+        return self.grip.gentle if first else None
+
+
+class FirstContact(Policy):
+    """Policy that is gentle after the contact and faster once the object proves firm."""
+
+    name = "first_contact"
+    title = "first contact"
+    colour = BLUE
+    early = True
+
+    def __init__(self, grip: Grip, window: float = LONGEST_WINDOW) -> None:
+        super().__init__(grip)
+        self.window = window
+        self.deadline = window + GRANTED
+
+    def touched(self, contact: Contact, first: bool) -> Command | None:
+        return self.grip.gentle if first else None
+
+    def estimated(self, estimate: Estimate) -> Command | None:
+        return self._cautious(estimate) if self._is_last(estimate) else None
+
+    def late(self) -> Command | None:
+        return self.grip.gentle
+
+    def _is_last(self, estimate: Estimate) -> bool:
+        # Tolerance for rounding: a window's length is a whole number of samples.
+        return estimate.final or estimate.elapsed >= self.window - 5e-4
+
+    def _cautious(self, estimate: Estimate) -> Command:
+        """Return the command for the lower end of the interval."""
+        return self.grip.command_for(min(estimate.low, estimate.value))
+
+
+class EarlyExit(FirstContact):
+    """Policy that acts on the first estimate with a narrow interval, or on the last estimate."""
+
+    name = "early_exit"
+    title = "early exit"
+    colour = GREEN
+
+    def __init__(self, grip: Grip, window: float = LONGEST_WINDOW, tight: float = 10.0) -> None:
+        super().__init__(grip, window)
+        self.tight = tight
+        self._acted = False
+
+    def begin(self) -> Command:
+        self._acted = False
+        return super().begin()
+
+    def estimated(self, estimate: Estimate) -> Command | None:
+        is_precise = estimate.high - estimate.low <= self.tight
+        if self._acted or not (is_precise or self._is_last(estimate)):
+            return None
+        self._acted = True
+        return self._cautious(estimate)

@@ -1,1 +1,0 @@
-"""Grasp policies, one per file, and their registry."""

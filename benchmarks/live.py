@@ -46,8 +46,6 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.models import (
-    BEFORE,
-    LONGEST,
     InContextModel,
     SvmModel,
     Touches,
@@ -90,9 +88,9 @@ def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[Pinch
 def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
     """Return the wall-clock time and the processor time of one prediction of an any-time model."""
     rng = np.random.default_rng(seed)
-    samples = samples_in(LONGEST, LAYOUT.rate)
+    samples = samples_in(Touches.LONGEST, LAYOUT.rate)
     ring = np.exp(-np.arange(samples) / 25) * np.sin(np.arange(samples) / 8)
-    signal = 0.005 * rng.standard_normal((1, samples_in(BEFORE, LAYOUT.rate) + samples))
+    signal = 0.005 * rng.standard_normal((1, samples_in(Touches.BEFORE, LAYOUT.rate) + samples))
     signal[0, -samples:] += 0.4 * ring
     finger = np.zeros(1, np.intp)
     touch = Touches.from_signals(signal.astype(np.float32), np.array([40]), finger, LAYOUT.rate)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import BLUE, RED, SKY, Dataset, Label
-from firstcontact.models import cut_touches
+from firstcontact.models import Touches
 from firstcontact.twin import (
     BLOCKS,
     EVERYDAY,
@@ -61,7 +61,7 @@ def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
         draw = draw_pinch(seed, EVERYDAY, "picture", kind, f"{kind.name} {number}")
         label = Label(kind.name, kind.shore_a, None, kind.name, "picture", kind.role)
         pinches.append(simulate_pinch(excerpt(draw, 0.045), label, duration=0.065))
-    touches, _ = cut_touches(Dataset(tuple(pinches)), [pinch.first for pinch in pinches])
+    touches, _ = Touches.cut(Dataset(tuple(pinches)), [pinch.first for pinch in pinches])
     samples = np.arange(touches.waves.shape[1])
     valid_waves = np.where(samples < touches.valid[:, None], touches.waves, np.nan)
     return 1e3 * samples / touches.rate, np.nanmedian(valid_waves, axis=0)

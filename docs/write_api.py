@@ -51,11 +51,9 @@ PUBLIC = {
         "untrained_name"
     ),
     "models": (
-        "DetectionScores ESTIMATORS Estimator FinalModel Interval LabelledWindows ModelCard "
-        "NetworkPredictor Spec Split Task TrainingData TrainingRecord WindowModel "
-        "WindowPredictor by_session classification_scores labelled_windows leave_one_out "
-        "make_estimator pinch_digests read_card regression_scores score_detector "
-        "train_final_model usable"
+        "ESTIMATORS Estimator Interval LabelledWindows RigPredictor Spec Split Task TrainingData "
+        "TrainingRecord WindowModel WindowPredictor by_session classification_scores "
+        "labelled_windows make_estimator read_card regression_scores usable"
     ),
     "twin": "CONDITIONS TwinStream",
     "grasp": "Grip HANDS Hand HandError HandLimits POLICIES Policy SafeHand open_hand",

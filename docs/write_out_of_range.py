@@ -27,16 +27,7 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import find_onsets
 from firstcontact.core import FINGERTIP_RATE
-from firstcontact.models import (
-    ANY,
-    BEFORE,
-    LONGEST,
-    InContextModel,
-    Rig,
-    Touches,
-    cut_touch,
-    pretrained,
-)
+from firstcontact.models import InContextModel, Rig, Touches, pretrained
 from firstcontact.signal import resample, samples_in
 from firstcontact_lab.report.tables import markdown_lines
 
@@ -57,7 +48,10 @@ WORDS = (
     "ten: one, two, three, four, five, six, seven, eight, nine, ten."
 )
 Signal = NDArray[np.float64]
-_BEFORE, _AFTER = samples_in(BEFORE, FINGERTIP_RATE), samples_in(LONGEST, FINGERTIP_RATE)
+_BEFORE, _AFTER = (
+    samples_in(Touches.BEFORE, FINGERTIP_RATE),
+    samples_in(Touches.LONGEST, FINGERTIP_RATE),
+)
 _TIME = np.arange(_AFTER) / FINGERTIP_RATE
 
 
@@ -115,7 +109,7 @@ def cut_contacts(
     places = [round(s * FINGERTIP_RATE) for s in onsets or ()]
     if onsets is None:
         places = [o.sample for o in find_onsets(x[:, None], FINGERTIP_RATE)][:most]
-    cut = [cut_touch(x[: place + _AFTER], place, FINGERTIP_RATE) for place in places]
+    cut = [Touches.cut_signal(x[: place + _AFTER], place, FINGERTIP_RATE) for place in places]
     ends = [place + _AFTER <= len(x) for place in places]
     return cut_touches(
         [c for c, is_complete in zip(cut, ends, strict=True) if is_complete and c is not None]
@@ -209,7 +203,8 @@ def measured(data: Path | None) -> dict[str, Any]:
         made = simulated(family, RIGS if not family else RIGS // 3)
         rigs = rigs or [rig for rig, _ in made]
         rig_shares = sum(
-            count_out_of_range(unknown.conditioned_on({ANY: rig}), touches) for rig, touches in made
+            count_out_of_range(unknown.conditioned_on({Rig.ANY: rig}), touches)
+            for rig, touches in made
         )
         none = sum(count_out_of_range(unknown, touches) for _, touches in made)
         add("touches", title, sum(len(touches) for _, touches in made), rig_shares, none)
@@ -233,7 +228,7 @@ def measured(data: Path | None) -> dict[str, Any]:
                 sample = touches.take(members)
                 gain = (loud / peak[members])[:, None].astype(np.float32)
                 scaled = replace(sample, signals=gain * sample.signals)
-                rig_shares += count_out_of_range(unknown.conditioned_on({ANY: rig}), scaled)
+                rig_shares += count_out_of_range(unknown.conditioned_on({Rig.ANY: rig}), scaled)
         add("others", name, len(touches), rig_shares, count_out_of_range(unknown, touches))
     return rows
 

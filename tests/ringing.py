@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE as RATE
-from firstcontact.models import BEFORE, Touches, lengths
-from firstcontact.models import LONGEST as LAST
+from firstcontact.models import Touches
 from firstcontact.signal import samples_in
 
-SHORTEST, LONGEST = lengths(RATE)
+SHORTEST, LONGEST = Touches.lengths(RATE)
 LEVELS = (10.0, 20.0, 29.0, 43.0, 60.0)
 
 
@@ -19,7 +18,7 @@ def ringing(
 ) -> tuple[Touches, NDArray[np.float64], NDArray[np.str_]]:
     """Return contacts, their Shore A and their sessions. ``gain`` belongs to the sensor."""
     rng = np.random.default_rng(seed)
-    lead, tail = samples_in(BEFORE, RATE), samples_in(LAST, RATE)
+    lead, tail = samples_in(Touches.BEFORE, RATE), samples_in(Touches.LONGEST, RATE)
     shore_a = np.array([levels[i % len(levels)] for i in range(n)])
     t = np.arange(-lead, tail) / RATE
     signals = np.empty((n, lead + tail))

@@ -14,7 +14,7 @@ from firstcontact.models import (
     WEIGHTS,
     InContextModel,
     Model,
-    NetworkPredictor,
+    RigPredictor,
     WindowModel,
     WindowPredictor,
     load_model,
@@ -33,7 +33,7 @@ def load_window(folder: Path) -> WindowModel:
 
 def save_network(model: InContextModel, folder: Path, **fields: Any) -> Path:
     """Save a folder with only a network. `fields` are the fields of its predictor's card."""
-    return Model(predictors=(NetworkPredictor(model, **fields),)).save(folder)
+    return Model(predictors=(RigPredictor(model, **fields),)).save(folder)
 
 
 def load_network(folder: Path) -> InContextModel:

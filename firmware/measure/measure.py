@@ -39,10 +39,8 @@ from firstcontact.models import (
     Touches,
     WindowModel,
     adapt_network,
-    cut_touches,
     labelled_windows,
     make_estimator,
-    moments,
     pretrained,
     train_final_model,
     window_estimators,
@@ -175,13 +173,13 @@ def of_chain(sets: list[Dataset], out: Path) -> Numbers:
     pinches = [p for dataset in sets for p in dataset.pinches]
     rows = parity.of_chain(image, pinches, FLOORS, out / "chain")
     rows["chain_74"] |= {"estimator": InContextModel.kind, "task": Task.REGRESSION.value}
-    rows["chain_74"] |= {"samples": moments(model.rate)[0], "rate_hz": model.rate}
+    rows["chain_74"] |= {"samples": Touches.moments(model.rate)[0], "rate_hz": model.rate}
     rows["chain_74"] |= _running(model, held_out, objects)
     return rows
 
 
 def _touches(dataset: Dataset) -> tuple[Touches, NDArray[np.intp]]:
-    touches, indices = cut_touches(dataset, [p.first for p in dataset.pinches])
+    touches, indices = Touches.cut(dataset, [p.first for p in dataset.pinches])
     long_enough = touches.valid >= 10
     return touches.take(long_enough), indices[long_enough]
 

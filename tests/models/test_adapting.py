@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.models import ANY, TIMES, InContextModel, Touches, adapt_network, pretrained
+from firstcontact.models import InContextModel, Rig, Touches, adapt_network, pretrained
 from firstcontact.models._network_estimator import (
     LEAST_OF_FINGER,
     MOST_OF_LEVEL,
@@ -37,7 +37,7 @@ def test_each_finger_is_known_by_itself_unless_that_is_clearly_worse() -> None:
         made = adapt_network(BASE, *two_fingers(gain))
         one, each = (made.scores[scheme] for scheme in WAYS)
         assert made.scheme == WAYS[1] or one < each
-        assert set(made.model.rigs) == ({ANY} if made.scheme == WAYS[0] else {ANY, 0, 1})
+        assert set(made.model.rigs) == ({Rig.ANY} if made.scheme == WAYS[0] else {Rig.ANY, 0, 1})
 
 
 def test_only_a_difference_beyond_its_standard_error_counts() -> None:
@@ -128,7 +128,10 @@ def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
 
 def coverage(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
     """Return the share of truths in the intervals at each time."""
-    by_time = [model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in TIMES]
+    by_time = [
+        model.predict(touches.until(samples_in(1e-3 * ms, touches.rate)))
+        for ms in Touches.SCORED_MS
+    ]
     return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])
 
 

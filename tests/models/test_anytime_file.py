@@ -14,7 +14,6 @@ import pytest
 from firstcontact.cli.main import main
 from firstcontact.core import Dataset, InputError
 from firstcontact.models import (
-    ANY,
     CARD,
     WEIGHTS,
     InContextModel,
@@ -29,7 +28,7 @@ from ringing import ringing
 from saved import edit, load_arrays, load_network, replace_arrays, save_network
 
 KNOWN, SHORE_A, _ = ringing(40)
-MODEL = pretrained().conditioned_on({ANY: Rig.fit(KNOWN, SHORE_A), 1: Rig.fit(KNOWN, SHORE_A)})
+MODEL = pretrained().conditioned_on({Rig.ANY: Rig.fit(KNOWN, SHORE_A), 1: Rig.fit(KNOWN, SHORE_A)})
 Arrays = dict[str, Any]
 
 
@@ -49,8 +48,8 @@ def _same(one: InContextModel, other: InContextModel) -> bool:
 def test_a_model_is_the_same_after_saving(folder: Path) -> None:
     again = load_network(folder)
     assert _same(MODEL, again)
-    assert sorted(again.rigs) == [ANY, 1]
-    assert again.rigs[ANY].speeds is None
+    assert sorted(again.rigs) == [Rig.ANY, 1]
+    assert again.rigs[Rig.ANY].speeds is None
     [part] = read_card(folder).predictors
     assert (part.record.pinches, part.kind) == (40, MODEL.kind)
     assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]

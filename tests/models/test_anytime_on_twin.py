@@ -15,16 +15,7 @@ import pytest
 
 from firstcontact.core import ADC_VOLTS
 from firstcontact.core import FINGERTIP_RATE as RATE
-from firstcontact.models import (
-    ANY,
-    BEFORE,
-    InContextModel,
-    Predictions,
-    Rig,
-    Touches,
-    Values,
-    pretrained,
-)
+from firstcontact.models import InContextModel, Predictions, Rig, Touches, Values, pretrained
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
@@ -45,7 +36,7 @@ def knowing(name: str) -> InContextModel:
     rig_set = made(name)
     blocks = rig_set.indices(Use.BLOCKS)
     rig = Rig.fit(rig_set.touches.take(blocks), rig_set.windows.y[blocks])
-    return pretrained().conditioned_on({ANY: rig})
+    return pretrained().conditioned_on({Rig.ANY: rig})
 
 
 def objects(name: str, lasting: int = SHORTEST) -> tuple[Touches, Values]:
@@ -147,7 +138,7 @@ def test_what_is_like_nothing_is_strange(
 ) -> None:
     touches, _ = objects(name)
     signals = touches.signals.astype(np.float64)
-    fault(signals, touches.lead, knowing(name).rigs[ANY].level)
+    fault(signals, touches.lead, knowing(name).rigs[Rig.ANY].level)
     valid_lengths = np.full(len(touches), LONGEST)
     faulty = replace(touches, signals=signals.astype(np.float32), valid=valid_lengths)
     assert knowing(name).predict(faulty.until(samples)).out_of_range.mean() >= least
@@ -168,7 +159,7 @@ def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
 def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Touches:
     """Return signals that begin quietly and contain no touch, with peaks from 0.03 to 1.5 V."""
     rng, n = np.random.default_rng(11), 100
-    lead, tail = samples_in(BEFORE, RATE), LONGEST
+    lead, tail = samples_in(Touches.BEFORE, RATE), LONGEST
     t = np.arange(tail) / RATE
     signals = 0.003 * rng.standard_normal((n, lead + tail))
     signals[:, lead:] += [make(t, rng) for _ in range(n)]

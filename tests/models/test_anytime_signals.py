@@ -17,17 +17,7 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-from firstcontact.models import (
-    ANY,
-    InContextModel,
-    Rig,
-    Touches,
-    Values,
-    cut_touch,
-    cut_touches,
-    lengths,
-    pretrained,
-)
+from firstcontact.models import InContextModel, Rig, Touches, Values, pretrained
 from ringing import LONGEST, SHORTEST, ringing
 
 KNOWN, SHORE_A, _ = ringing(60)
@@ -36,7 +26,7 @@ ENDS = np.random.default_rng(1).integers(SHORTEST, LONGEST + 1, len(ASKED))
 
 
 def knowing(touches: Touches, shore_a: Values = SHORE_A) -> InContextModel:
-    return pretrained().conditioned_on({ANY: Rig.fit(touches, shore_a)})
+    return pretrained().conditioned_on({Rig.ANY: Rig.fit(touches, shore_a)})
 
 
 def scaled(touches: Touches, gain: float) -> Touches:
@@ -106,7 +96,7 @@ def test_single_predictions_equal_batch_predictions() -> None:
 
 def test_each_finger_has_its_rig_and_others_that_of_any() -> None:
     loud = scaled(KNOWN, 5.0)
-    rigs = {ANY: Rig.fit(KNOWN, SHORE_A), 1: Rig.fit(loud, SHORE_A)}
+    rigs = {Rig.ANY: Rig.fit(KNOWN, SHORE_A), 1: Rig.fit(loud, SHORE_A)}
     model = pretrained().conditioned_on(rigs)
     for finger, gain in ((-1, 1.0), (0, 1.0), (1, 5.0)):
         rig_set = replace(scaled(ASKED, gain), fingers=np.full(len(ASKED), finger))
@@ -130,7 +120,7 @@ def test_a_told_speed_stands_for_the_one_that_is_heard() -> None:
     rig = Rig.fit(replace(KNOWN, speeds=speeds), SHORE_A)
     assert rig.speeds is not None
     rig = replace(rig, speeds=replace(rig.speeds, heard_error=np.inf))
-    model = pretrained().conditioned_on({ANY: rig})
+    model = pretrained().conditioned_on({Rig.ANY: rig})
     assert rig.speeds.usual == pytest.approx(0.1)
     labelled_contacts = [model.rig_features(t)[0, 0] for t in (usual, slow)]
     assert labelled_contacts == pytest.approx([0.0, 4 * np.log(0.5)], rel=0.01, abs=1e-6)
@@ -138,20 +128,20 @@ def test_a_told_speed_stands_for_the_one_that_is_heard() -> None:
 
 def test_a_cut_has_its_baseline_off_and_zeros_where_nothing_is_yet() -> None:
     rate = FINGERTIP_RATE
-    lead, tail = KNOWN.lead, lengths(rate)[1]
+    lead, tail = KNOWN.lead, Touches.lengths(rate)[1]
     volts = 1.5 + np.concatenate([np.zeros(lead + 50), np.ones(100)])
-    complete = cut_touch(volts, lead + 50, rate)
+    complete = Touches.cut_signal(volts, lead + 50, rate)
     assert complete is not None
     assert complete[:lead] == pytest.approx(0.0)
     assert complete[lead:] == pytest.approx(1.0)
-    part = cut_touch(volts[: lead + 70], lead + 50, rate)
+    part = Touches.cut_signal(volts[: lead + 70], lead + 50, rate)
     assert part is not None
     assert part[lead : lead + 20] == pytest.approx(1.0)
     assert (part[lead + 20 :] == 0).all()
     assert len(part) == lead + tail
     for bad in (volts[: lead + 50 + SHORTEST - 1], np.full(len(volts), np.nan), np.ones(500)):
-        assert cut_touch(bad, lead + 50, rate) is None
-    assert cut_touch(volts, lead - 1, rate) is None
+        assert Touches.cut_signal(bad, lead + 50, rate) is None
+    assert Touches.cut_signal(volts, lead - 1, rate) is None
 
 
 @pytest.mark.parametrize("apart", [-20, 0, 1, 30, 200])
@@ -161,5 +151,5 @@ def test_nothing_is_valid_from_the_second_contact_on(apart: int) -> None:
     truth = (Contact(Finger.INDEX, 380, 380), Contact(Finger.THUMB, 400, 400))
     pinch = Pinch(data.astype(np.int16), layout, truth=truth)
     contacts = Contact(Finger.INDEX, 400 - apart, 420)
-    touches, _ = cut_touches(Dataset((pinch,)), [contacts])
-    assert touches.valid.tolist() == [min(max(apart, 0), lengths(layout.rate)[1])]
+    touches, _ = Touches.cut(Dataset((pinch,)), [contacts])
+    assert touches.valid.tolist() == [min(max(apart, 0), Touches.lengths(layout.rate)[1])]

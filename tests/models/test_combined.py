@@ -13,12 +13,12 @@ from firstcontact.core import Dataset, InputError
 from firstcontact.export._trained import exported_parts
 from firstcontact.models import (
     ESTIMATORS,
-    STAGES,
     Adapted,
     CombinedEstimator,
     CombinedModel,
     InContextModel,
     LabelledTouches,
+    Rig,
     adapt_combined,
     adapt_network,
     pretrained,
@@ -131,7 +131,7 @@ def test_the_network_can_be_taken_out_of_the_model(data: Dataset) -> None:
 def test_the_network_alone_keeps_the_widths_of_its_own_intervals(
     labelled: LabelledTouches,
 ) -> None:
-    narrow = pretrained().widened(np.full(len(STAGES), 0.2))
+    narrow = pretrained().widened(np.full(len(Rig.STAGES), 0.2))
     given = labelled.touches, labelled.shore_a, labelled.named_sessions
     network, combined = adapt_network(narrow, *given).model, adapt_combined(narrow, *given).model
     assert isinstance(combined, CombinedModel)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.models import combine
-from firstcontact.models._pooling import SHARED
+from firstcontact.models._predictions import SHARED
 
 halves = st.lists(st.floats(0.5, 40.0), min_size=1, max_size=20)
 

@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstcontact.core import FINGERTIP_RATE as RATE
-from firstcontact.models import BEFORE, LONGEST, spectra
+from firstcontact.models import Touches, spectra
 from firstcontact.models._motor_pitch import BELIEVED, STEP, MotorPitch
 from firstcontact.signal import samples_in
 
-BEFORE_SAMPLES = samples_in(BEFORE, RATE)
+BEFORE_SAMPLES = samples_in(Touches.BEFORE, RATE)
 #: Largest shift of the search, points: a factor of two in speed.
 FARTHEST = 88
-WIDTH = BEFORE_SAMPLES + samples_in(LONGEST, RATE)
+WIDTH = BEFORE_SAMPLES + samples_in(Touches.LONGEST, RATE)
 
 
 def motor(ratios: np.ndarray, seed: int, rotor: float = 170.0, noise: float = 0.003) -> np.ndarray:

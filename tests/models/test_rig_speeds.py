@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstcontact.core import InputError
-from firstcontact.models import ANY, InContextModel, Rig, Touches, pretrained
-from firstcontact.models._rig_speeds import ASSUMED, RigSpeeds
+from firstcontact.models import InContextModel, Rig, Touches, pretrained
+from firstcontact.models._rig import ASSUMED, RigSpeeds
 from ringing import ringing
 
 KNOWN, SHORE_A, _ = ringing(60)
@@ -27,7 +27,7 @@ def heard_as(spread: float, speed: float, error: float) -> float:
     rig = replace(Rig.fit(KNOWN, SHORE_A), pitch=None, speeds=RigSpeeds(0.1, spread))
     one = KNOWN.take(np.zeros(1, np.intp))
     told = replace(one, speeds=np.full(1, speed), speed_errors=np.full(1, error))
-    return float(pretrained().conditioned_on({ANY: rig}).rig_features(told)[0, 0]) / 4
+    return float(pretrained().conditioned_on({Rig.ANY: rig}).rig_features(told)[0, 0]) / 4
 
 
 @settings(max_examples=20)
@@ -106,7 +106,7 @@ def with_speeds(touches: Touches, speed: float, error: float) -> Touches:
 
 def test_each_contact_has_its_own_measurement() -> None:
     rig = Rig.fit(with_speeds(KNOWN, 0.1, 0.02), SHORE_A)
-    model = pretrained().conditioned_on({ANY: rig})
+    model = pretrained().conditioned_on({Rig.ANY: rig})
     half = with_speeds(KNOWN, 0.1, 0.02)
     missing = np.arange(len(half)) % 2 == 0
     half = replace(half, speeds=np.where(missing, np.nan, half.speeds))
@@ -118,12 +118,12 @@ def test_each_contact_has_its_own_measurement() -> None:
 
 def test_the_speeds_of_a_rig_are_in_its_file() -> None:
     rig = Rig.fit(with_speeds(KNOWN, 0.1, 0.02), SHORE_A)
-    model = pretrained().conditioned_on({ANY: rig})
+    model = pretrained().conditioned_on({Rig.ANY: rig})
     again = InContextModel.from_arrays(model.to_arrays(), model.level)
-    assert again.rigs[ANY].speeds == rig.speeds
+    assert again.rigs[Rig.ANY].speeds == rig.speeds
     older = {name: a for name, a in model.to_arrays().items() if not name.endswith(".speeds")}
     assert rig.speeds is not None
-    assert InContextModel.from_arrays(older, model.level).rigs[ANY].speeds == RigSpeeds(
+    assert InContextModel.from_arrays(older, model.level).rigs[Rig.ANY].speeds == RigSpeeds(
         rig.speeds.usual
     )
 
@@ -131,7 +131,7 @@ def test_the_speeds_of_a_rig_are_in_its_file() -> None:
 @pytest.mark.parametrize("scalars", [(1e-200, 0), (0.2, 1e-200), (0.2, -1), (11, 0), (0.2, 11)])
 def test_a_file_with_impossible_speeds_is_refused(scalars: tuple[float, float]) -> None:
     rig = Rig.fit(with_speeds(KNOWN, 0.1, 0.02), SHORE_A)
-    model = pretrained().conditioned_on({ANY: rig})
+    model = pretrained().conditioned_on({Rig.ANY: rig})
     arrays = model.to_arrays()
     (name,) = (name for name in arrays if name.endswith(".speeds"))
     with pytest.raises(InputError, match=name):

@@ -9,23 +9,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import InputError
-from firstcontact.models import in_words, parse_radius
+from firstcontact.models import parse_radius, radius_text
 from firstcontact.models._touches import LEAST, MOST
 
 
 @given(st.floats(LEAST, MOST))
 def test_a_radius_in_mm_is_one_in_m(mm: float) -> None:
     assert parse_radius(f" {mm!r} mm ") == pytest.approx(mm / 1000)
-    assert parse_radius(in_words(parse_radius(str(mm))).removeprefix("radius ")) == pytest.approx(
-        mm / 1000, rel=1e-4
-    )
+    assert parse_radius(
+        radius_text(parse_radius(str(mm))).removeprefix("radius ")
+    ) == pytest.approx(mm / 1000, rel=1e-4)
 
 
 def test_flat_and_nothing() -> None:
     assert parse_radius(" Flat") == math.inf
-    assert in_words(math.inf) == "flat"
+    assert radius_text(math.inf) == "flat"
     assert math.isnan(parse_radius(""))
-    assert in_words(None) == in_words(math.nan) == ""
+    assert radius_text(None) == radius_text(math.nan) == ""
 
 
 @pytest.mark.parametrize("text", ["round", "-3", "nan", "inf", "1e9", "4.9", "201", "37 cm"])

@@ -17,11 +17,12 @@ from firstcontact.core import (
     Contact,
     Dataset,
     InputError,
+    Pinch,
     fingertip_layout,
 )
 from firstcontact.models import InContextModel, Model, WindowPredictor, cut_touches, moments
 from firstcontact.models import NetworkPredictor as NetworkEntry
-from firstcontact.models._rig_speeds import RigSpeeds
+from firstcontact.models._rig import RigSpeeds
 from firstcontact.streaming import (
     ContactEvent,
     Estimate,
@@ -56,13 +57,18 @@ def made_after(contact: Contact, samples: int) -> list[int]:
     return complete[-1:] + [n for n in moments(RATE) if decided < n <= samples]
 
 
+def touched(pinch: Pinch, first: Contact, second: Contact | None) -> Pinch:
+    """Return the pinch with these contacts as its known ones."""
+    return replace(pinch, truth=tuple(contact for contact in (first, second) if contact))
+
+
 def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: InContextModel) -> None:
     events = run(pipeline(detector, anytime), cut_frames(fresh))
     pinches = [e for e in events if isinstance(e, PinchDone)]
     assert len(pinches) == len(fresh)
     for finished, pinch in zip(pinches, fresh.pinches, strict=True):
         first, second = (*detect(detector, pinch), None)[:2]
-        touches, rows = cut_touches(Dataset((pinch,)), [first], [second])
+        touches, rows = cut_touches(Dataset((touched(pinch, first, second),)), [first])
         assert list(rows) == [0]
         expected = made_after(first, int(touches.valid[0]))
         assert [count_samples(e) for e in finished.estimates] == expected
@@ -92,8 +98,8 @@ def test_a_measured_speed_is_used_live_as_offline(
         assert pinch_event.closing_speed == speed
         assert other.closing_speed is None
         first, second = (*detect(detector, pinch), None)[:2]
-        measured = Dataset((replace(pinch, closing_speed=speed),))
-        touches, _ = cut_touches(measured, [first], [second])
+        measured = replace(touched(pinch, first, second), closing_speed=speed)
+        touches, _ = cut_touches(Dataset((measured,)), [first])
         for estimate in pinch_event.estimates:
             offline = knowing.predict(touches.until(count_samples(estimate)))
             assert estimate.value == pytest.approx(offline.value[0], abs=1e-3)
@@ -319,7 +325,9 @@ def test_a_shape_is_the_models_input_from_the_next_contact_on(
     ):
         assert entry.final is not None
         assert entry.final.shape == ("" if np.isnan(radius) else "flat")
-        touches, _ = cut_touches(Dataset((pinch,)), entry.contacts[:1], [None])
+        touches, _ = cut_touches(
+            Dataset((touched(pinch, entry.contacts[0], None),)), entry.contacts[:1]
+        )
         touches = replace(touches, radii=np.array([radius])).until(count_samples(entry.final))
         assert entry.final.value == pytest.approx(anytime.predict(touches).value[0], abs=1e-3)
 

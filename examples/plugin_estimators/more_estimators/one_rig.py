@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.models import (
-    ANY,
     Adapted,
     InContextModel,
     NetworkEstimator,
@@ -51,5 +50,5 @@ class OneRig(NetworkEstimator):
             raise InputError("a rig needs pinches of two values of Shore A: record another block")
         base = pretrained()
         rig = Rig.fit(touches.take(usable), shore_a[usable])
-        model = OneRigModel(base.network, base.familiar, base.factors, base.level, {ANY: rig})
+        model = OneRigModel(base.network, base.familiar, base.factors, base.level, {Rig.ANY: rig})
         return Adapted(model, "one", {})

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain import predict_touches
 from firstcontact.core import take_array
-from firstcontact.models._in_context import ANY, InContextModel, contact_arrays
+from firstcontact.models._in_context import InContextModel, contact_arrays
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._network_estimator import (
     Adapted,
@@ -21,10 +21,9 @@ from firstcontact.models._network_estimator import (
     root_mean_square,
     score_held_out,
 )
-from firstcontact.models._rig import STAGES, level_groups, stage_index
-from firstcontact.models._rig_regression import MOST, REGRESSED, RigRegression
+from firstcontact.models._rig import MOST_PINCHES, REGRESSED, Rig, RigRegression, level_groups
 from firstcontact.models._spec import Arrays, Values
-from firstcontact.models._touches import TIMES, Touches
+from firstcontact.models._touches import Touches
 from firstcontact.signal import samples_in
 
 #: Smallest numbers of pinches and of Shore A levels for a regression. With fewer pinches or levels,
@@ -93,8 +92,8 @@ class CombinedModel(InContextModel):
         rigs = known_rigs(touches, shore_a, scheme, seed)
         regressions = {}
         for finger, (rig, members) in rigs.items():
-            members = members[balanced_choice(shore_a[members], MOST, seed)]
-            model = base.conditioned_on({ANY: rig})
+            members = members[balanced_choice(shore_a[members], MOST_PINCHES, seed)]
+            model = base.conditioned_on({Rig.ANY: rig})
             inputs = _stage_inputs(model, touches.take(members))
             regressions[finger] = RigRegression(inputs, shore_a[members], scale)
         networks = {finger: rig for finger, (rig, _) in rigs.items()}
@@ -153,10 +152,10 @@ class CombinedModel(InContextModel):
         InputError
             Arrays are missing or do not fit together.
         """
-        own_factors = take_array(arrays, "own.factors", len(STAGES))
+        own_factors = take_array(arrays, "own.factors", len(Rig.STAGES))
         alone = InContextModel.from_arrays({**arrays, "factors": own_factors}, level)
         regressions = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in alone.rigs}
-        factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
+        factors = take_array(arrays, "factors", len(Rig.STAGES)).astype(np.float64)
         made = cls(alone, factors, regressions)
         made.image.handle  # noqa: B018 - refuse numbers that could overflow
         return made
@@ -233,8 +232,8 @@ def _spread_scale(
     base: InContextModel, touches: Touches, shore_a: Values, scheme: str, seed: int
 ) -> NDArray[np.float64]:
     """Return the factor of the regression's spread at each stage, shape (stages,)."""
-    ones = np.ones(len(STAGES))
-    squares = np.zeros((2, len(TIMES)))
+    ones = np.ones(len(Rig.STAGES))
+    squares = np.zeros((2, len(Touches.SCORED_MS)))
     groups = level_groups(shore_a)
     for group in np.unique(groups):
         is_asked = groups == group
@@ -245,7 +244,7 @@ def _spread_scale(
         )
         alone, truth = model.network_alone(), shore_a[is_asked]
         queries = touches.take(is_asked)
-        for place, ms in enumerate(TIMES):
+        for place, ms in enumerate(Touches.SCORED_MS):
             early = queries.until(samples_in(1e-3 * ms, touches.rate))
             network = alone.predict(early)
             for row, (values, spreads) in enumerate(
@@ -254,9 +253,9 @@ def _spread_scale(
                 squares[row, place] += np.sum(((values - truth) / spreads) ** 2)
     if not squares.all():
         return ones
-    at = [STAGES[stage_index(samples_in(1e-3 * ms, touches.rate))] for ms in TIMES]
+    at = Rig.scored_stages(touches.rate)
     scale = np.clip(np.sqrt(squares[1] / squares[0]), *_SCALES)
-    out: NDArray[np.float64] = np.exp(np.interp(STAGES, at, np.log(scale)))
+    out: NDArray[np.float64] = np.exp(np.interp(Rig.STAGES, at, np.log(scale)))
     return out
 
 
@@ -273,5 +272,5 @@ def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
 
 def _stage_inputs(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
     """Return the regression's inputs at each stage, shape (stages, n, inputs)."""
-    cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in STAGES]
+    cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in Rig.STAGES]
     return np.stack(cuts).astype(np.float64)

@@ -1,30 +1,25 @@
-"""Weights of the network, and what a rig adds to it. The chain computes everything else."""
+"""Weights of the network, and statistics of its training contacts. The chain computes the rest."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import INPUTS, Layer, Matrix
+from firstcontact.chain import INPUTS, TRAITS, Layer, Matrix
 from firstcontact.core import LARGEST, InputError, take_array
-from firstcontact.models._rig import GENERAL, TOKEN
+from firstcontact.models._rig import Rig
 
 Arrays = Mapping[str, NDArray[Any]]
 
-#: Number of standard deviations from the mean at which inputs are clipped.
-FARTHEST = 6.0
-#: Number of components of the predicted mixture.
-COMPONENTS = 3
-#: Thin layers, in order. The rig enters in the second.
-THIN = ("query1", "body1", "body2", "body3")
 #: Largest magnitude of a term of a rig.
 _MOST = 1e6
 
 
-class Network:
+class ContextNetwork:
     """Perceptron of thin layers, to which a rig adds a term.
 
     A thin layer is ``out(into(x) + term) + bias``. Both matrices hold integers (int16), with a
@@ -45,25 +40,32 @@ class Network:
         Arrays are missing or do not fit together.
     """
 
+    #: Number of standard deviations from the mean at which inputs are clipped.
+    FARTHEST: ClassVar[float] = 6.0
+    #: Number of components of the predicted mixture.
+    COMPONENTS: ClassVar[int] = 3
+    #: Thin layers, in order. The rig enters in the second.
+    THIN: ClassVar[tuple[str, ...]] = ("query1", "body1", "body2", "body3")
+
     def __init__(self, arrays: Arrays) -> None:
         self._arrays: dict[str, NDArray[Any]] = {}
-        for name, size in (("inputs", INPUTS), ("token", TOKEN), ("general", GENERAL)):
+        for name, size in (("inputs", INPUTS), ("token", Rig.TOKEN), ("general", Rig.GENERAL)):
             self._take(arrays, f"{name}.mean", size)
             if not self._take(arrays, f"{name}.sd", size).min() >= 1 / LARGEST:
                 raise InputError(f"the array '{name}.sd' has values below {1 / LARGEST:g}")
         width = INPUTS
-        for name in THIN:
+        for name in self.THIN:
             directions = self._integers(arrays, f"{name}.into", width)
             width = self._integers(arrays, f"{name}.out", directions)
             self._take(arrays, f"{name}.out.bias", width)
-        self._take(arrays, "answer.weight", 3 * COMPONENTS, width)
-        self._take(arrays, "answer.bias", 3 * COMPONENTS)
-        width = TOKEN
+        self._take(arrays, "answer.weight", 3 * self.COMPONENTS, width)
+        self._take(arrays, "answer.bias", 3 * self.COMPONENTS)
+        width = Rig.TOKEN
         for name in ("token1", "token2"):
             width = len(self._take(arrays, f"{name}.weight", None, width))
             self._take(arrays, f"{name}.bias", width)
         heads = len(self._take(arrays, "pool.weight", None, width))
-        self._take(arrays, "term.weight", self.directions, (1 + heads) * width + GENERAL + 1)
+        self._take(arrays, "term.weight", self.directions, (1 + heads) * width + Rig.GENERAL + 1)
 
     def _take(self, arrays: Arrays, name: str, *shape: int | None) -> NDArray[Any]:
         array = np.ascontiguousarray(take_array(arrays, name, *shape), dtype=np.float32)
@@ -102,7 +104,9 @@ class Network:
         def matrix(name: str) -> Matrix:
             return Matrix(self[f"{name}.weight"], self[f"{name}.scale"])
 
-        return [Layer(matrix(f"{n}.into"), matrix(f"{n}.out"), self[f"{n}.out.bias"]) for n in THIN]
+        return [
+            Layer(matrix(f"{n}.into"), matrix(f"{n}.out"), self[f"{n}.out.bias"]) for n in self.THIN
+        ]
 
     def rig_term(self, tokens: NDArray[Any], general: NDArray[Any]) -> NDArray[np.float32]:
         """Return what a rig adds in the second layer, at each stage.
@@ -146,5 +150,83 @@ class Network:
 
     def _scaled(self, name: str, x: NDArray[Any]) -> NDArray[np.float64]:
         away = (x.astype(np.float32) - self[f"{name}.mean"]) / self[f"{name}.sd"]
-        out: NDArray[np.float64] = np.clip(away, -FARTHEST, FARTHEST).astype(np.float64)
+        out: NDArray[np.float64] = np.clip(away, -self.FARTHEST, self.FARTHEST).astype(np.float64)
         return out
+
+
+#: Share of the training contacts that is marked out of range.
+FALSE_ALARMS = 0.01
+#: Added to the variance of each trait, so that small differences of gain between sessions do not
+#: count.
+_SHRINK = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Familiar:
+    """Statistics of the traits of training contacts, at each stage.
+
+    Parameters
+    ----------
+    mean, whitening
+        Centre (median) and whitening matrix of the traits, shape (stages, TRAITS) and (stages,
+        TRAITS, TRAITS).
+    limit
+        Largest distance from the centre for a contact that is not out of range, shape (stages,).
+
+    Raises
+    ------
+    InputError
+        Arrays do not fit together.
+    """
+
+    mean: NDArray[np.float64]
+    whitening: NDArray[np.float64]
+    limit: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        shapes = ((len(Rig.STAGES), TRAITS), (len(Rig.STAGES), TRAITS, TRAITS), (len(Rig.STAGES),))
+        if (self.mean.shape, self.whitening.shape, self.limit.shape) != shapes:
+            raise InputError(
+                "the shapes or values of the arrays that decide if a contact is out of range do "
+                "not fit together: make the model again"
+            )
+
+    @classmethod
+    def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:
+        """Fit centre, covariance and limit of the traits at each stage.
+
+        ``seen`` holds one array of traits per stage, shape (contacts, TRAITS).
+        """
+        means, whitenings, limits = [], [], []
+        for trait_values in seen:
+            mean = np.median(trait_values, axis=0)
+            covariance = np.cov(trait_values, rowvar=False) + _SHRINK * np.eye(TRAITS)
+            whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+            distance = _distance(trait_values - mean, whitening)
+            means.append(mean)
+            whitenings.append(whitening)
+            limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
+        return cls(np.array(means), np.array(whitenings), np.array(limits))
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays by name, for :meth:`from_arrays`."""
+        return {
+            "familiar.mean": self.mean,
+            "familiar.whitening": self.whitening.astype(np.float32),
+            "familiar.limit": self.limit,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
+        """Restore from arrays of :meth:`to_arrays`; InputError if they do not fit."""
+        shape = (len(Rig.STAGES), TRAITS)
+        mean = take_array(arrays, "familiar.mean", *shape)
+        whitening = take_array(arrays, "familiar.whitening", *shape, TRAITS)
+        limit = take_array(arrays, "familiar.limit", len(Rig.STAGES))
+        return cls(*(a.astype(np.float64) for a in (mean, whitening, limit)))
+
+
+def _distance(away: NDArray[np.float64], whitening: NDArray[np.float64]) -> NDArray[np.float64]:
+    whitened = away @ whitening.T
+    out: NDArray[np.float64] = np.sqrt((whitened * whitened).sum(axis=1))
+    return out

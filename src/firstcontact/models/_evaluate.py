@@ -22,7 +22,7 @@ from firstcontact.models._final_model import Target
 from firstcontact.models._metrics import classification_scores, per_object, regression_scores
 from firstcontact.models._model import Model, load_model, require_dataset
 from firstcontact.models._predictions import Predictions
-from firstcontact.models._predictors import NetworkPredictor, Predictor
+from firstcontact.models._predictors import Predictor, RigPredictor
 from firstcontact.models._scores import RegressionScores, SpecimenErrors, TaskScores
 from firstcontact.models._spec import Values
 from firstcontact.models._train_overlap import NAMESAKES, SEEN, TrainOverlap, train_overlap
@@ -218,7 +218,7 @@ def evaluate(
     overlap = train_overlap(data, model.trained_on, model.digests)
     with progress_steps(progress, len(model.predictors), "model", "scoring") as step:
         for predictor in model.predictors:
-            is_network = isinstance(predictor, NetworkPredictor)
+            is_network = isinstance(predictor, RigPredictor)
             target: Target = "shore_a" if is_network else model.trained_on.target
             at = aligned(predictor.rate)
             out.append(_evaluation(predictor, target, overlap, trained_at, *at))
@@ -277,7 +277,7 @@ def _evaluation(
         left_out=len(dataset) - scored,
         warnings=tuple(warnings),
         groups=tuple(groups),
-        duration=None if isinstance(predictor, NetworkPredictor) else predictor.duration,
+        duration=None if isinstance(predictor, RigPredictor) else predictor.duration,
     )
 
 
@@ -301,7 +301,7 @@ def _group(
         if predictor.level is not None:
             coverage[at] = float(((answer.low <= truth) & (truth <= answer.high)).mean())
             width[at] = float((answer.high - answer.low).mean())
-        if isinstance(predictor, NetworkPredictor):
+        if isinstance(predictor, RigPredictor):
             out_of_range[at] = float(answer.out_of_range.mean())
     return GroupScores(
         title=title,

@@ -31,19 +31,14 @@ from firstcontact.core import (
     parse_int,
     take_array,
 )
-from firstcontact.models._context_network import Network
+from firstcontact.models._context_network import ContextNetwork, Familiar
 from firstcontact.models._motor_pitch import STEP, MotorPitch, ear
-from firstcontact.models._out_of_range import Familiar
 from firstcontact.models._predictions import Predictions
-from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_index
-from firstcontact.models._rig_regression import RigRegression
-from firstcontact.models._rig_speeds import LEAST, MOST, RigSpeeds
+from firstcontact.models._rig import LEAST_SPREAD, MOST_SPREAD, Rig, RigRegression, RigSpeeds
 from firstcontact.models._spec import Arrays, Values
-from firstcontact.models._touches import BEFORE, Touches, lengths, moments
+from firstcontact.models._touches import Touches
 from firstcontact.signal import samples_in
 
-#: Finger number of the rig that holds for any finger.
-ANY = -1
 #: Lowest and highest level of a rig that a file may hold, V.
 LOUD = 1e-9, 1e9
 
@@ -74,18 +69,18 @@ class InContextModel:
 
     def __init__(
         self,
-        network: Network,
+        network: ContextNetwork,
         familiar: Familiar,
         factors: NDArray[np.float64],
         level: float,
         rigs: Mapping[int, Rig],
     ) -> None:
-        if factors.shape != (len(STAGES),) or not (factors > 0).all():
+        if factors.shape != (len(Rig.STAGES),) or not (factors > 0).all():
             raise InputError(
-                f"the array 'factors' must hold {len(STAGES)} numbers above 0, the factors of the "
-                "intervals' widths"
+                f"the array 'factors' must hold {len(Rig.STAGES)} numbers above 0, the factors of "
+                "the intervals' widths"
             )
-        if ANY not in rigs:
+        if Rig.ANY not in rigs:
             raise InputError("the arrays of the rig for all fingers are missing: train again")
         self.rate = FINGERTIP_RATE
         self.level = level
@@ -96,9 +91,9 @@ class InContextModel:
         """Return all constants with which the chain predicts."""
         network, familiar = self._network, self._familiar
         return ModelConstants(
-            before=samples_in(BEFORE, self.rate),
-            moments=moments(self.rate),
-            stages=STAGES,
+            before=samples_in(Touches.BEFORE, self.rate),
+            moments=Touches.moments(self.rate),
+            stages=Rig.STAGES,
             factors=self._factors,
             limit=familiar.limit,
             familiar=familiar.mean,
@@ -136,7 +131,7 @@ class InContextModel:
         return build_image(self.rate, model=self.constants())
 
     @property
-    def network(self) -> Network:
+    def network(self) -> ContextNetwork:
         """The pre-trained network."""
         return self._network
 
@@ -155,12 +150,12 @@ class InContextModel:
 
         ``samples`` is the number of samples after the contact that each prediction used.
         """
-        return spreads * self._factors[stage_index(samples)]
+        return spreads * self._factors[Rig.stage_index(samples)]
 
     @property
     def shortest(self) -> int:
         """Smallest number of valid samples for a prediction."""
-        return lengths(self.rate)[0]
+        return Touches.lengths(self.rate)[0]
 
     def network_alone(self) -> InContextModel:
         """Return the model without a regression that refines the network's predictions."""
@@ -246,9 +241,9 @@ class InContextModel:
             Arrays are missing or do not fit together.
         """
         fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
-        rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
-        factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
-        made = cls(Network(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
+        rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {Rig.ANY: Rig.unknown()}
+        factors = take_array(arrays, "factors", len(Rig.STAGES)).astype(np.float64)
+        made = cls(ContextNetwork(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
         made.image.handle  # noqa: B018 - refuse numbers that could overflow
         return made
 
@@ -280,7 +275,7 @@ def _finger(name: str) -> int:
         finger = parse_int(name.split(".")[1])
     except ValueError:
         raise InputError(f"the array '{name}' has no finger's number in its name") from None
-    if finger not in (ANY, *range(len(Finger))):
+    if finger not in (Rig.ANY, *range(len(Finger))):
         raise InputError(f"the array '{name}' has the number of an unknown finger in its name")
     return finger
 
@@ -291,8 +286,8 @@ def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
         raise InputError(
             f"the array '{at}scalars' holds an impossible loudness, sign or closing speed of a rig"
         )
-    tokens = take_array(arrays, at + "tokens", len(STAGES), None, TOKEN).astype(np.float64)
-    general = take_array(arrays, at + "general", GENERAL).astype(np.float64)
+    tokens = take_array(arrays, at + "tokens", len(Rig.STAGES), None, Rig.TOKEN).astype(np.float64)
+    general = take_array(arrays, at + "general", Rig.GENERAL).astype(np.float64)
     pitch = None
     if at + "reference" in arrays:
         reference = take_array(arrays, at + "reference", LINES).astype(np.float32)
@@ -305,7 +300,9 @@ def _declared_speeds(arrays: Mapping[str, NDArray[Any]], at: str, usual: float) 
     if at + "speeds" not in arrays:  # of a version that took each speed as exact
         return RigSpeeds(usual)
     spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
-    if not LEAST <= spread <= MOST or (error and not LEAST <= error <= MOST):
+    if not LEAST_SPREAD <= spread <= MOST_SPREAD or (
+        error and not LEAST_SPREAD <= error <= MOST_SPREAD
+    ):
         raise InputError(
             f"the array '{at}speeds' holds an impossible spread or standard error of closing speeds"
         )

@@ -34,11 +34,7 @@ from firstcontact.models._model_file import (
     write_model,
 )
 from firstcontact.models._predictions import Predictions
-from firstcontact.models._predictors import (
-    NetworkPredictor,
-    Predictor,
-    WindowPredictor,
-)
+from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models._regressor import class_name
 from firstcontact.models._train_overlap import Digests
 from firstcontact.signal import resample_contacts, resample_dataset, restore_contacts
@@ -106,9 +102,9 @@ class Model:
         return tuple(p for p in self.predictors if isinstance(p, WindowPredictor))
 
     @property
-    def network(self) -> NetworkPredictor | None:
+    def network(self) -> RigPredictor | None:
         """Network conditioned on the rig; None without one."""
-        return next((p for p in self.predictors if isinstance(p, NetworkPredictor)), None)
+        return next((p for p in self.predictors if isinstance(p, RigPredictor)), None)
 
     @property
     def rate(self) -> float:
@@ -319,4 +315,4 @@ def require_dataset(data: object) -> None:
 
 def shipped_model() -> Model:
     """Return the package's model. It was trained on the twin and is not conditioned on a rig."""
-    return Model(pretrained_detector(), (NetworkPredictor(pretrained()),))
+    return Model(pretrained_detector(), (RigPredictor(pretrained()),))

@@ -27,7 +27,7 @@ from firstcontact.core import (
 from firstcontact.core import read_card as read_checked
 from firstcontact.models._card import ModelCard, NetworkCard, TrainingData, WindowCard
 from firstcontact.models._in_context import InContextModel
-from firstcontact.models._predictors import NetworkPredictor, Predictor, WindowPredictor
+from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models._registry import model_kind
 from firstcontact.models._spec import Arrays
 from firstcontact.models._train_overlap import Digests, from_array, to_array
@@ -150,7 +150,7 @@ def _predictor(folder: Path, part: WindowCard | NetworkCard, arrays: Arrays) -> 
         if isinstance(part, WindowCard):
             return WindowPredictor.from_card(part, arrays)
         remedy = "make it again with `firstcontact adapt`"
-        return NetworkPredictor.from_card(part, arrays)
+        return RigPredictor.from_card(part, arrays)
     except KeyError as error:
         reason = f"the array '{error}' is missing"
     except InputError as error:
@@ -185,7 +185,7 @@ def pretrained() -> InContextModel:
         The package is damaged.
     """
     [predictor] = read_model(pretrained_folder()).predictors
-    assert isinstance(predictor, NetworkPredictor)
+    assert isinstance(predictor, RigPredictor)
     return predictor.model
 
 

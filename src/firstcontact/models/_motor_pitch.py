@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from firstcontact import chain
 from firstcontact.chain import LINES, TURN
 from firstcontact.models._spec import Values
-from firstcontact.models._touches import BEFORE, Signals
+from firstcontact.models._touches import Signals, Touches
 from firstcontact.signal import BASELINE_GUARD, samples_in
 
 #: Frequency range of the motor's spectrum, Hz.
@@ -45,7 +45,7 @@ class Ear(TypedDict):
 @lru_cache(maxsize=8)
 def ear(rate: float) -> Ear:
     """Return the constants of the spectrum at a sampling rate."""
-    quiet = samples_in(BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
+    quiet = samples_in(Touches.BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
     place = np.geomspace(LOWEST, HIGHEST, LINES) * (TURN / rate)
     cell = np.minimum(place.astype(np.int32), TURN // 2 - 1).astype(np.int32)
     return {

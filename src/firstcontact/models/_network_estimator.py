@@ -14,13 +14,13 @@ from firstcontact.core import GREEN, Dataset, Finger, InputError, counted, is_sa
 from firstcontact.models._alignment import Alignment
 from firstcontact.models._card import TrainingRecord
 from firstcontact.models._estimator import Estimator
-from firstcontact.models._in_context import ANY, InContextModel
+from firstcontact.models._in_context import InContextModel
 from firstcontact.models._model_file import pretrained
-from firstcontact.models._predictors import NetworkPredictor
-from firstcontact.models._rig import STAGES, Rig, stage_index
+from firstcontact.models._predictors import RigPredictor
+from firstcontact.models._rig import Rig
 from firstcontact.models._spec import Task, Values, Windows
 from firstcontact.models._splits import inner_folds
-from firstcontact.models._touches import TIMES, Touches
+from firstcontact.models._touches import Touches
 from firstcontact.models._training import DURATION, LabelledTouches
 from firstcontact.signal import samples_in
 
@@ -190,7 +190,7 @@ def known_rigs(
         chosen = members[_choose_pinches(shore_a[members], seed)]
         return Rig.fit(touches.take(chosen), shore_a[chosen]), chosen
 
-    rigs = {ANY: rig(np.arange(len(touches)))}
+    rigs = {Rig.ANY: rig(np.arange(len(touches)))}
     if scheme == WAYS[1]:
         for finger in range(len(Finger)):
             positions = np.flatnonzero(touches.fingers == finger)
@@ -223,8 +223,7 @@ class HeldOut:
         n = len(self.errors)
         rank = min(ceil((n + 1) * level), n)
         needed = np.sort(self.ratios, axis=1)[:, rank - 1]
-        stages = [STAGES[stage_index(samples_in(1e-3 * ms, rate))] for ms in TIMES]
-        scales = np.maximum(np.interp(STAGES, stages, needed), 1.0)
+        scales = np.maximum(np.interp(Rig.STAGES, Rig.scored_stages(rate), needed), 1.0)
         return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
 
 
@@ -244,7 +243,7 @@ def score_held_out(
         test_touches, truth = touches.take(ask), shore_a[ask]
         errors = model.predict(test_touches).value - truth
         ratios = []
-        for ms in TIMES:
+        for ms in Touches.SCORED_MS:
             early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
             predictions = model.predict(early)
             half = model.half_widths(predictions.spread, early.valid)
@@ -342,7 +341,7 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
 
 def condition(
     dataset: Dataset, seed: int, contacts: Alignment, kind: type[NetworkEstimator]
-) -> tuple[NetworkPredictor, list[str]]:
+) -> tuple[RigPredictor, list[str]]:
     """Return the network conditioned on the rig of these pinches, and sentences about the result.
 
     Parameters
@@ -383,7 +382,7 @@ def condition(
         raise UnknownRigError(made.refusal, parameter="data")
     usable = labelled.take(labelled.touches.answerable)
     record = TrainingRecord(pinches=len(usable), scores=_held_out_scores(made))
-    return NetworkPredictor(made.model, record), [
+    return RigPredictor(made.model, record), [
         _rig_in_words(usable.shore_a, made),
         *_speed_in_words(usable.touches, made),
         *made.notes,
@@ -410,7 +409,7 @@ def _speed_in_words(touches: Touches, made: Adapted) -> list[str]:
     pinches = counted(int(is_told.sum()), "pinch")
     errors = np.nan_to_num(touches.speed_errors[is_told])
     error = f"{percent(float(np.sqrt(np.mean(errors**2))))} error"
-    speeds = made.model.rigs[ANY].speeds
+    speeds = made.model.rigs[Rig.ANY].speeds
     if speeds is None:
         return [
             f"closing speeds were measured in {pinches} and are not used: their {error} is too "

@@ -16,19 +16,12 @@ from firstcontact.models._interval import Interval
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._registry import anytime_kind, model_kind
 from firstcontact.models._spec import Arrays, Spec, Task
-from firstcontact.models._touches import (
-    LONGEST,
-    SHORTEST,
-    STEP,
-    TIMES,
-    cut_touches,
-    valid_samples,
-)
+from firstcontact.models._touches import Touches, valid_samples
 from firstcontact.models._window_model import WindowModel
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 
 #: Elapsed times after a contact at which the network predicts, s.
-MOMENTS = tuple(n / 1000 for n in range(round(SHORTEST / STEP), round(LONGEST / STEP) + 1))
+MOMENTS = tuple(n / 1000 for n in range(2, round(1000 * Touches.LONGEST) + 1))
 #: Longest window that a model may require, s.
 LONGEST_WINDOW = 10.0
 #: Content of each channel of a window.
@@ -154,7 +147,7 @@ class WindowPredictor:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class NetworkPredictor:
+class RigPredictor:
     """Predictor that uses the pre-trained network, conditioned on a rig.
 
     Parameters
@@ -186,7 +179,7 @@ class NetworkPredictor:
     @property
     def scored_moments(self) -> tuple[float, ...]:
         """Elapsed times at which :func:`evaluate` scores the predictor, s."""
-        return tuple(ms / 1000 for ms in TIMES)
+        return tuple(ms / 1000 for ms in Touches.SCORED_MS)
 
     @property
     def classes(self) -> tuple[float, ...]:
@@ -199,11 +192,11 @@ class NetworkPredictor:
         return self.model.level
 
     def predict(
-        self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST
+        self, data: Dataset, contacts: Sequence[Contact | None], at: float = Touches.LONGEST
     ) -> Predictions:
         """Predict each pinch from the signal up to ``at`` (s), or up to the second contact."""
         out = Predictions.empty(contacts)
-        touches, rows = cut_touches(data, contacts)
+        touches, rows = Touches.cut(data, contacts)
         touches = touches.until(samples_in(at, touches.rate))
         enough = touches.valid >= self.model.shortest
         touches, rows = touches.take(enough), rows[enough]
@@ -225,7 +218,7 @@ class NetworkPredictor:
 
 
 #: Predictor of a model.
-Predictor = WindowPredictor | NetworkPredictor
+Predictor = WindowPredictor | RigPredictor
 
 
 def _spec(card: WindowCard) -> Spec:

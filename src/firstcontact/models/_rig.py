@@ -1,36 +1,26 @@
-"""Summary of a rig from its pinches of known Shore A: the context of the network."""
+"""Summary of a rig, and a regression, from the rig's pinches of known Shore A."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import HINTS, TRAITS, touch_inputs
-from firstcontact.core import InputError
+from firstcontact.chain import HINTS, INPUTS, TRAITS, ProcessConstants, touch_inputs
+from firstcontact.core import InputError, take_array
 from firstcontact.models._motor_pitch import BELIEVED, MotorPitch, spectra
-from firstcontact.models._rig_speeds import RigSpeeds
-from firstcontact.models._spec import Values
+from firstcontact.models._spec import Arrays, Values
 from firstcontact.models._touches import Touches
+from firstcontact.signal import samples_in
 
-#: Stages at which a rig is described, in samples after the contact. A prediction between two stages
-#: uses the longer one.
-STAGES = (10, 12, 15, 18, 22, 26, 32, 40, 50, 61, 74)
-#: Largest number of Shore A levels in a context. More levels are merged.
-LEVELS = 8
 #: Number of features of a contact: its traits without the noise before it and the share of repeated
 #: samples.
 FEATURES = TRAITS - 2
 #: Number of points of a level's median waveform.
 WAVE = 25
-#: Length of a token, which describes the pinches of one level of Shore A at one stage: Shore A,
-#: number of pinches, medians and interquartile ranges of features, median waveform.
-TOKEN = 2 + 2 * FEATURES + WAVE
-#: Number of features of the rig as a whole.
-GENERAL = 6
-#: Level (typical peak of a contact) of an unknown rig, V.
-USUAL_LEVEL = 0.35
 #: Largest interquartile range of a feature in a token. Larger ranges are clipped.
 _WIDEST = 3.0
 
@@ -56,6 +46,21 @@ class Rig:
         Features of the rig as a whole, such as noise and number of pinches, shape (GENERAL,).
     """
 
+    #: Finger number of the rig that holds for any finger.
+    ANY: ClassVar[int] = -1
+    #: Stages at which a rig is described, in samples after the contact. A prediction between two
+    #: stages uses the longer one.
+    STAGES: ClassVar[tuple[int, ...]] = (10, 12, 15, 18, 22, 26, 32, 40, 50, 61, 74)
+    #: Largest number of Shore A levels in a context. More levels are merged.
+    LEVELS: ClassVar[int] = 8
+    #: Length of a token, which describes the pinches of one level of Shore A at one stage: Shore A,
+    #: number of pinches, medians and interquartile ranges of features, median waveform.
+    TOKEN: ClassVar[int] = 2 + 2 * FEATURES + WAVE
+    #: Number of features of the rig as a whole.
+    GENERAL: ClassVar[int] = 6
+    #: Level (typical peak of a contact) of an unknown rig, V.
+    USUAL_LEVEL: ClassVar[float] = 0.35
+
     level: float
     sign: float
     pitch: MotorPitch | None
@@ -63,11 +68,23 @@ class Rig:
     tokens: NDArray[np.float64]
     general: NDArray[np.float64]
 
+    @staticmethod
+    def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
+        """Return the position in ``STAGES`` for a number of valid samples."""
+        stages = Rig.STAGES
+        return np.minimum(np.searchsorted(stages, valid), len(stages) - 1).astype(np.intp)
+
+    @classmethod
+    def scored_stages(cls, rate: float) -> list[int]:
+        """Return the stage of each time at which predictions are scored."""
+        samples = [samples_in(1e-3 * ms, rate) for ms in Touches.SCORED_MS]
+        return [cls.STAGES[int(cls.stage_index(n))] for n in samples]
+
     @classmethod
     def unknown(cls) -> Rig:
         """Return the summary of an unknown rig, without pinches."""
-        tokens = np.zeros((len(STAGES), 0, TOKEN))
-        return cls(USUAL_LEVEL, 1.0, None, None, tokens, np.zeros(GENERAL))
+        tokens = np.zeros((len(Rig.STAGES), 0, Rig.TOKEN))
+        return cls(Rig.USUAL_LEVEL, 1.0, None, None, tokens, np.zeros(Rig.GENERAL))
 
     @classmethod
     def fit(cls, touches: Touches, shore_a: Values) -> Rig:
@@ -109,21 +126,16 @@ class Rig:
                 float(speeds is not None),
             ]
         )
-        tokens = np.stack([_tokens(touches, sign, level, s, shore_a, groups) for s in STAGES])
+        tokens = np.stack([_tokens(touches, sign, level, s, shore_a, groups) for s in Rig.STAGES])
         return cls(level, sign, pitch, speeds, tokens, general)
-
-
-def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
-    """Return the position in ``STAGES`` for a number of valid samples."""
-    return np.minimum(np.searchsorted(STAGES, valid), len(STAGES) - 1).astype(np.intp)
 
 
 def level_groups(shore_a: Values) -> NDArray[np.intp]:
     """Return the group of each pinch: its level of Shore A, or neighbouring levels."""
     values, group = np.unique(shore_a, return_inverse=True)
-    if len(values) <= LEVELS:
+    if len(values) <= Rig.LEVELS:
         return group.astype(np.intp)
-    return (np.arange(len(values)) * LEVELS // len(values))[group].astype(np.intp)
+    return (np.arange(len(values)) * Rig.LEVELS // len(values))[group].astype(np.intp)
 
 
 def _tokens(
@@ -134,7 +146,7 @@ def _tokens(
     shore_a: Values,
     groups: list[NDArray[np.intp]],
 ) -> NDArray[np.float64]:
-    """Return the tokens of each level at a stage, shape (levels, TOKEN)."""
+    """Return the tokens of each level at a stage, shape (levels, Rig.TOKEN)."""
     n = len(touches)
     valid = np.minimum(touches.valid, stage)
     scales = np.full(n, level), np.full(n, sign)
@@ -142,7 +154,7 @@ def _tokens(
     features = traits[:, :FEATURES]
     places = np.linspace(0, touches.waves.shape[1] - 1, WAVE).round().astype(np.intp)
     waves = np.where(places < touches.valid[:, None], sign * touches.waves[:, places], np.nan)
-    out = np.empty((len(groups), TOKEN))
+    out = np.empty((len(groups), Rig.TOKEN))
     for row, group in enumerate(groups):
         ordered = np.sort(features[group], axis=0)
         low, middle, high = (ordered[round(q * (len(group) - 1))] for q in (0.25, 0.5, 0.75))
@@ -166,3 +178,134 @@ def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
     columns = np.arange(waves.shape[1])
     middle = filled[np.maximum(count - 1, 0) // 2, columns]
     return np.where(count > 0, middle, 0.0)
+
+
+#: Smallest and largest value of a spread or an error of ln(speed). No rig and no measurement is
+#: more exact than LEAST_SPREAD, and no speeds differ by more than MOST_SPREAD.
+LEAST_SPREAD, MOST_SPREAD = 0.01, 10.0
+#: Largest variance of the measurements' errors, as a share of the variance of the rig's speeds.
+#: Noisier measurements are not used. Higher limits cost more on rigs with one closing speed than
+#: they gained elsewhere.
+MOST_NOISE = 0.5
+#: Spread of ln(speed) that is assumed for a rig with fewer than FEWEST pinches, and for old files.
+ASSUMED, FEWEST = 0.2, 4
+#: Relative error above which a measurement is ignored for the rig.
+USELESS = 0.5
+#: Distance from the quartiles, in interquartile ranges, above which a value counts as an outlier:
+#: 3.4 standard deviations of a normal variable.
+FENCE = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class RigSpeeds:
+    """Closing speeds of a rig, from its hand's measurements and its motor's pitch."""
+
+    usual: float
+    spread: float = ASSUMED
+    heard_error: float = np.inf
+
+    @classmethod
+    def fit(
+        cls, speeds: Values, errors: Values, heard: Values, believed: NDArray[np.bool_]
+    ) -> Self | None:
+        """Return the speeds of a rig from its own pinches."""
+        is_measured = np.isfinite(speeds) & (_bounded(errors) <= USELESS)
+        if not is_measured.any():
+            return None
+        usual = float(np.median(speeds[is_measured]))
+        log, noise = _log_ratio(speeds, usual), _bounded(errors) ** 2
+        both = is_measured & believed
+        has_spread, has_heard = is_measured.sum() >= FEWEST, both.sum() >= FEWEST
+        spread = _spread(log[is_measured], noise[is_measured]) if has_spread else ASSUMED
+        if np.median(noise[is_measured]) > MOST_NOISE * spread**2:
+            return None
+        heard_error = _spread((heard - log)[both], noise[both]) if has_heard else np.inf
+        return cls(usual, spread, heard_error)
+
+
+def _log_ratio(speeds: Values, usual: float) -> Values:
+    out: Values = np.log(np.maximum(speeds, 1e-6) / usual)
+    return out
+
+
+def _bounded(errors: Values) -> Values:
+    """Return relative errors within bounds. NaN counts as exact, infinity as no measurement."""
+    return np.maximum(np.where(np.isnan(errors), 0.0, errors), LEAST_SPREAD)
+
+
+def _spread(values: Values, noise: Values) -> float:
+    """Return the standard deviation of values without outliers, corrected for their noise."""
+    low, high = np.quantile(values, [0.25, 0.75])
+    reach = FENCE * max(high - low, LEAST_SPREAD)
+    usual = values[(values >= low - reach) & (values <= high + reach)]
+    return max(float(np.sqrt(max(np.var(usual, ddof=1) - np.median(noise), 0.0))), LEAST_SPREAD)
+
+
+#: Positions of the regression's inputs in those of the network: the features and the closing speed.
+REGRESSED = slice(INPUTS - HINTS - FEATURES, INPUTS - HINTS + 1)
+WIDTH = FEATURES + 1
+#: Length scale in standard deviations of an input, and variances of the linear part and of the
+#: noise. The smooth part and the constant have variance 1. All rigs have the same values. Values
+#: that were chosen on held-out pinches of each rig scored no better on rigs whose structure differs
+#: from that of the network's training rigs.
+LENGTH, LINEAR, NOISE = 2.0, 1.0, 0.3
+#: Added to the standard deviation of each input.
+_LEAST_DEVIATION = 0.1
+#: Largest number of pinches. With more, the regression is surer of itself but not better on objects
+#: unlike the rig's blocks.
+MOST_PINCHES = 32
+#: Limit to which inputs (about 1 in size) are clipped. A contact without a first swing has inputs a
+#: thousand times as large.
+LARGEST_INPUT = 10.0
+
+
+class RigRegression:
+    """Regression from features to Shore A, fitted to the pinches of one rig alone."""
+
+    def __init__(
+        self, inputs: NDArray[np.float64], shore_a: Values, scale: NDArray[np.float64]
+    ) -> None:
+        n = len(shore_a)
+        if not 2 <= n <= MOST_PINCHES or not (scale > 0).all():
+            raise InputError(
+                f"the regression of a rig needs 2 to {MOST_PINCHES} pinches, and scales above 0: "
+                "adapt the model again"
+            )
+        inputs = np.clip(inputs, -LARGEST_INPUT, LARGEST_INPUT)
+        self._inputs, self._shore_a, self._scale = inputs, shore_a, scale
+
+    def constants(self) -> ProcessConstants:
+        """Return what the chain needs to predict."""
+        inputs, shore_a = self._inputs, self._shore_a
+        mean, sd = inputs.mean(axis=1), inputs.std(axis=1) + _LEAST_DEVIATION
+        centre, unit = float(shore_a.mean()), max(float(shore_a.std()), 1.0)
+        known = (inputs - mean[:, None]) / sd[:, None]
+        inner = known @ known.transpose(0, 2, 1)
+        squares = np.einsum("sii->si", inner)
+        distances = np.maximum(squares[:, :, None] + squares[:, None] - 2.0 * inner, 0.0)
+        smooth = np.exp(distances * (-1.0 / (2.0 * LENGTH * LENGTH * WIDTH)))
+        covariance = 1.0 + inner * (LINEAR / WIDTH) + smooth + NOISE * np.eye(len(shore_a))
+        factor = np.linalg.inv(np.linalg.cholesky(covariance))
+        weights = factor.transpose(0, 2, 1) @ (factor @ ((shore_a - centre) / unit)[:, None])
+        return ProcessConstants(
+            centre=centre,
+            unit=unit,
+            mean=mean,
+            sd=sd,
+            known=known.transpose(0, 2, 1),
+            weights=weights[..., 0],
+            factor=factor,
+            scale=self._scale,
+        )
+
+    def to_arrays(self) -> Arrays:
+        """Return the regression as arrays, for :meth:`from_arrays`."""
+        return {"inputs": self._inputs, "shore_a": self._shore_a, "scale": self._scale}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], at: str) -> Self:
+        """Return the regression in the arrays whose names begin with ``at``."""
+        shore_a = take_array(arrays, at + "shore_a", None).astype(np.float64)
+        inputs = take_array(arrays, at + "inputs", len(Rig.STAGES), len(shore_a), WIDTH)
+        scale = take_array(arrays, at + "scale", len(Rig.STAGES)).astype(np.float64)
+        return cls(inputs.astype(np.float64), shore_a, scale)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,16 +26,6 @@ from firstcontact.core import (
     parse_float,
 )
 from firstcontact.signal import BASELINE, BASELINE_GUARD, DeviceSmoothing, samples_in
-
-#: Length of the signal before the contact that is used, s. It contains the motor's noise.
-BEFORE = 0.040
-#: Earliest and latest time after the contact for predictions, s.
-SHORTEST = 0.002
-LONGEST = FINGERTIP_WINDOW
-#: Time between two predictions live, s.
-STEP = 0.001
-#: Times after the contact at which predictions are scored, ms.
-TIMES = (2, 3, 5, 8, 15)
 
 Signals = NDArray[np.float32]
 Values = NDArray[np.float64]
@@ -66,6 +56,15 @@ class Touches:
         Sampling rate, Hz.
     """
 
+    #: Length of the signal before the contact that is used, s. It contains the motor's noise.
+    BEFORE: ClassVar[float] = 0.040
+    #: Earliest and latest time after the contact for predictions, and time between two, s.
+    SHORTEST: ClassVar[float] = 0.002
+    LONGEST: ClassVar[float] = FINGERTIP_WINDOW
+    STEP: ClassVar[float] = 0.001
+    #: Times after the contact at which predictions are scored, ms.
+    SCORED_MS: ClassVar[tuple[int, ...]] = (2, 3, 5, 8, 15)
+
     signals: Signals
     valid: NDArray[np.intp]
     fingers: NDArray[np.intp]
@@ -85,15 +84,78 @@ class Touches:
         unknown = np.full(len(signals), np.nan)
         return cls(signals, valid, fingers, unknown, unknown.copy(), unknown.copy(), rate)
 
+    @classmethod
+    def cut(
+        cls, dataset: Dataset, contacts: Sequence[Contact | None]
+    ) -> tuple[Touches, NDArray[np.intp]]:
+        """Cut the contacts of pinches.
+
+        ``contacts`` holds the first contact of each pinch, None if unknown. Return the contacts
+        that have a usable signal, and the positions of their pinches in the dataset. Samples from
+        the known second contact on are not valid.
+        """
+        rate = dataset.layout.rate
+        longest = samples_in(cls.LONGEST, rate)
+        signals, fingers, positions, speeds = [], [], [], []
+        for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
+            signal = None if first is None else _signal(pinch, first)
+            if first is None or signal is None:
+                continue
+            signals.append(signal)
+            fingers.append(finger_number(first.finger))
+            positions.append(place)
+            speeds.append(speed_inputs(pinch.closing_speed))
+        width = samples_in(cls.BEFORE, rate) + longest
+        touches = cls.from_signals(
+            np.array(signals, np.float32).reshape(-1, width),
+            np.minimum(valid_samples(dataset, contacts), longest)[positions],
+            np.array(fingers, np.intp),
+            rate,
+        )
+        values, errors = np.array(speeds, np.float64).reshape(-1, 2).T
+        return replace(touches, speeds=values, speed_errors=errors), np.array(positions, np.intp)
+
+    @classmethod
+    def cut_signal(cls, volts: NDArray[Any], start: int, rate: float) -> Signals | None:
+        """Return the signal of one contact with its baseline removed, shape (samples,).
+
+        ``volts`` is one vibration channel as the device sends it, and ``start`` the position of the
+        contact in it. Missing samples after the contact become zeros. Return None if there are too
+        few samples before or after the contact, a value is not finite, or the signal is constant.
+        """
+        lead, longest = samples_in(cls.BEFORE, rate), samples_in(cls.LONGEST, rate)
+        segment = volts[max(start - lead, 0) : start + longest]
+        if start < lead or len(segment) < lead + samples_in(cls.SHORTEST, rate):
+            return None
+        if not np.isfinite(segment).all() or np.ptp(segment) == 0.0:
+            return None
+        quiet_end = lead - samples_in(BASELINE_GUARD, rate)
+        out = np.zeros(lead + longest, np.float32)
+        out[: len(segment)] = segment - float(
+            segment[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean()
+        )
+        return out
+
+    @classmethod
+    def lengths(cls, rate: float) -> tuple[int, int]:
+        """Return the smallest and largest number of samples that a prediction uses."""
+        return samples_in(cls.SHORTEST, rate), samples_in(cls.LONGEST, rate)
+
+    @classmethod
+    def moments(cls, rate: float) -> tuple[int, ...]:
+        """Return the numbers of samples after a contact at which the network predicts."""
+        first, last = round(cls.SHORTEST / cls.STEP), round(cls.LONGEST / cls.STEP)
+        return tuple(samples_in(n * cls.STEP, rate) for n in range(first, last + 1))
+
     @property
     def answerable(self) -> NDArray[np.bool_]:
         """Mask of the contacts with enough valid samples for a prediction, shape (n,)."""
-        return self.valid >= lengths(self.rate)[0]
+        return self.valid >= self.lengths(self.rate)[0]
 
     @property
     def lead(self) -> int:
         """Number of samples before each contact."""
-        return samples_in(BEFORE, self.rate)
+        return samples_in(self.BEFORE, self.rate)
 
     @property
     def waves(self) -> Signals:
@@ -110,100 +172,6 @@ class Touches:
         return replace(self, valid=np.minimum(self.valid, samples))
 
 
-def lengths(rate: float) -> tuple[int, int]:
-    """Return the smallest and largest number of samples that a prediction uses."""
-    return samples_in(SHORTEST, rate), samples_in(LONGEST, rate)
-
-
-def cut_touch(volts: NDArray[Any], start: int, rate: float) -> Signals | None:
-    """Cut the signal of one contact and subtract its baseline.
-
-    Parameters
-    ----------
-    volts
-        One vibration channel as the device sends it, V, shape (samples,).
-    start
-        Position of the contact. Missing samples after it become zeros.
-    rate
-        Sampling rate, Hz.
-
-    Returns
-    -------
-    ndarray or None
-        Signal, shape (samples,). None if there are too few samples before or after the contact, a
-        value is not finite, or the signal is constant.
-    """
-    lead, longest = samples_in(BEFORE, rate), samples_in(LONGEST, rate)
-    segment = volts[max(start - lead, 0) : start + longest]
-    if start < lead or len(segment) < lead + lengths(rate)[0]:
-        return None
-    if not np.isfinite(segment).all() or np.ptp(segment) == 0.0:
-        return None
-    out = np.zeros(lead + longest, np.float32)
-    out[: len(segment)] = segment - compute_baseline(segment, rate)
-    return out
-
-
-def compute_baseline(segment: NDArray[Any], rate: float) -> float:
-    """Return the baseline, V, of a signal that begins ``BEFORE`` before its contact."""
-    quiet_end = samples_in(BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
-    return float(segment[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean())
-
-
-def cut_touches(
-    dataset: Dataset,
-    contacts: Sequence[Contact | None],
-    seconds: Sequence[Contact | None] | None = None,
-) -> tuple[Touches, NDArray[np.intp]]:
-    """Cut the contacts of pinches.
-
-    Parameters
-    ----------
-    dataset
-        The pinches.
-    contacts
-        First contact of each pinch; None if unknown.
-    seconds
-        Second contacts; by default those known from the pinches. Samples from the second contact on
-        are not valid. A pinch has no valid samples if its first contact is not before the second.
-
-    Returns
-    -------
-    touches : Touches
-        Contacts of the pinches with a usable signal.
-    which : ndarray
-        Positions of these pinches in the dataset, shape (n,).
-    """
-    valid = np.minimum(
-        valid_samples(dataset, contacts, seconds), samples_in(LONGEST, dataset.layout.rate)
-    )
-    signals, fingers, positions, speeds = [], [], [], []
-    for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
-        signal = None if first is None else _signal(pinch, first)
-        if first is None or signal is None:
-            continue
-        signals.append(signal)
-        fingers.append(finger_number(first.finger))
-        positions.append(place)
-        speeds.append(speed_inputs(pinch.closing_speed))
-    rate = dataset.layout.rate
-    width = samples_in(BEFORE, rate) + samples_in(LONGEST, rate)
-    touches = Touches.from_signals(
-        np.array(signals, np.float32).reshape(-1, width),
-        valid[positions],
-        np.array(fingers, np.intp),
-        rate,
-    )
-    values, errors = np.array(speeds, np.float64).reshape(-1, 2).T
-    return replace(touches, speeds=values, speed_errors=errors), np.array(positions, np.intp)
-
-
-def moments(rate: float) -> tuple[int, ...]:
-    """Return the numbers of samples after a contact at which the network predicts."""
-    first, last = round(SHORTEST / STEP), round(LONGEST / STEP)
-    return tuple(samples_in(n * STEP, rate) for n in range(first, last + 1))
-
-
 def speed_inputs(measured: ClosingSpeed | None) -> tuple[float, float]:
     """Return a speed, m/s, and its relative error for :class:`Touches`; NaN without a speed."""
     if measured is None:
@@ -211,19 +179,13 @@ def speed_inputs(measured: ClosingSpeed | None) -> tuple[float, float]:
     return measured.speed, measured.error / measured.speed
 
 
-def valid_samples(
-    dataset: Dataset,
-    contacts: Sequence[Contact | None],
-    seconds: Sequence[Contact | None] | None = None,
-) -> NDArray[np.intp]:
+def valid_samples(dataset: Dataset, contacts: Sequence[Contact | None]) -> NDArray[np.intp]:
     """Return the number of samples after each first contact in which only that finger touches."""
-    second_contacts = [p.second for p in dataset.pinches] if seconds is None else list(seconds)
     out = np.zeros(len(dataset), np.intp)
-    triples = zip(dataset.pinches, contacts, second_contacts, strict=True)
-    for place, (pinch, first, second) in enumerate(triples):
+    for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
         if first is not None:
             end = pinch.first_sample + len(pinch.data)
-            end = end if second is None else min(end, second.sample)
+            end = end if pinch.second is None else min(end, pinch.second.sample)
             out[place] = max(end - first.sample, 0)
     return out
 
@@ -239,7 +201,7 @@ def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
         return None
     volts = pinch.layout.physical(pinch.data, columns)
     smooth = DeviceSmoothing(pinch.layout, columns).update(volts)
-    return cut_touch(smooth[:, 0], contact.sample - pinch.first_sample, pinch.layout.rate)
+    return Touches.cut_signal(smooth[:, 0], contact.sample - pinch.first_sample, pinch.layout.rate)
 
 
 #: Shape hint of a flat object.
@@ -250,9 +212,7 @@ LEAST, MOST = 5.0, 200.0
 
 
 def parse_radius(text: str) -> float:
-    """Return the radius, m, that a hint states: "flat" (infinite) or a number in mm.
-
-    An empty hint gives NaN.
+    """Return the radius, m, that a hint states: infinite for "flat", NaN for an empty hint.
 
     Raises
     ------
@@ -276,7 +236,7 @@ def parse_radius(text: str) -> float:
     return radius / 1000
 
 
-def in_words(radius: float | None) -> str:
+def radius_text(radius: float | None) -> str:
     """Return a radius as the text of a hint; "" for None or NaN."""
     if radius is None or math.isnan(radius):
         return ""

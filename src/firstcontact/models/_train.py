@@ -50,7 +50,7 @@ from firstcontact.models._network_estimator import (
     check_network,
     condition,
 )
-from firstcontact.models._predictors import NetworkPredictor, Predictor, WindowPredictor
+from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models._registry import ESTIMATORS, find_estimator
 from firstcontact.models._regressor import RegressorEstimator
 from firstcontact.models._spec import Task, Values
@@ -319,7 +319,7 @@ def adapt(
                     parameter="detector",
                 )
             fallback = make_detector(detector)
-        return Model(fallback, (NetworkPredictor(pretrained()),))
+        return Model(fallback, (RigPredictor(pretrained()),))
     chosen = estimator or RIG_ESTIMATOR.name
     return train(data, chosen, detector=detector, seed=seed, progress=progress)
 

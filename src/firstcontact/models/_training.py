@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.core import FINGERTIP_WINDOW, Contact, Dataset, Label, Runner
 from firstcontact.models._spec import Task
 from firstcontact.models._splits import Split
-from firstcontact.models._touches import Touches, cut_touches
+from firstcontact.models._touches import Touches
 from firstcontact.models._window_model import WindowModel
 from firstcontact.signal import contact_windows
 
@@ -198,7 +198,7 @@ class LabelledTouches:
     @classmethod
     def cut(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
         """Return the labelled contacts of a dataset, given each pinch's first contact."""
-        touches, rows = cut_touches(dataset, contacts)
+        touches, rows = Touches.cut(dataset, contacts)
         labelled = np.isfinite(dataset.shore_a[rows])
         rows = rows[labelled]
         return cls(

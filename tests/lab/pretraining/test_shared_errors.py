@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firstcontact.models import pretrained_folder, read_card
-from firstcontact.models._pooling import SHARED
+from firstcontact.models._predictions import SHARED
 from firstcontact_lab.pretraining._examples import ASKED, THINGS, rig_examples
 from firstcontact_lab.pretraining._same_object import PINCHES, coverage, shared_part
 

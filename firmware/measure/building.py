@@ -34,7 +34,7 @@ STRICT = (
 )  # fmt: skip
 #: Record of windows.c for each window.
 ANSWER = np.dtype(
-    [("value", "f8"), ("low", "f8"), ("high", "f8"), ("chosen", "i4"), ("status", "i4"),
+    [("value", "f8"), ("low", "f8"), ("high", "f8"), ("class_number", "i4"), ("status", "i4"),
      ("instructions", "u4"), ("spare", "u4")]
 )  # fmt: skip
 

@@ -12,9 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
-from collections.abc import Sequence
 from dataclasses import asdict
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +24,7 @@ from numpy.typing import NDArray
 from firstcontact.chain import build_image
 from firstcontact.contact import DETECTORS, make_detector
 from firstcontact.core import Dataset, Serial, replacing
-from firstcontact.export import (
-    NamedModel,
-    forms,
-    microseconds,
-)
+from firstcontact.export import NamedModel, forms, microseconds
 from firstcontact.models import (
     ESTIMATORS,
     InContextModel,
@@ -40,10 +34,8 @@ from firstcontact.models import (
     WindowModel,
     adapt_network,
     labelled_windows,
-    make_estimator,
     pretrained,
     train_final_model,
-    window_estimators,
 )
 from firstcontact.recording import load_dataset
 from firstcontact.twin import simulate
@@ -88,9 +80,7 @@ def scored(model: WindowModel, interval: Interval | None, data: Any, name: str) 
         return {name: float((values != data.y).mean())}
     scores: Numbers = {name: rmse(values - data.y)}
     if interval is not None:
-        spreads = model.spread(data.X)
-        units = np.ones(len(values)) if spreads is None else spreads
-        ends = np.array([interval.around(v, u) for v, u in zip(values, units, strict=True)])
+        ends = np.array([interval.around(value) for value in values])
         scores |= {f"{name}_width": float((ends[:, 1] - ends[:, 0]).mean())}
         inside = (ends[:, 0] <= data.y) & (data.y <= ends[:, 1])
         scores |= {f"{name}_coverage": float(inside.mean())}
@@ -102,7 +92,7 @@ def rmse(errors: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(errors**2)))
 
 
-def of_windows(sets: list[Dataset], out: Path, quick: bool, cmsis: Path | None) -> Numbers:
+def of_windows(sets: list[Dataset], out: Path, cmsis: Path | None) -> Numbers:
     """Measure the support vector machines, full and reduced, and their peers."""
     learn, held_out, objects = (windows(part) for part in parts(sets[0]))
     everything = np.concatenate([windows(dataset).X for dataset in sets])
@@ -116,7 +106,9 @@ def of_windows(sets: list[Dataset], out: Path, quick: bool, cmsis: Path | None) 
         ):
             size = form.model.notes["support_vectors"]
             cost = parity.of_model(form, everything, out / f"{name}_{size}")
-            row = asdict(cost) | identity(ESTIMATORS.default, form.model)
+            spec = form.model.spec
+            row = asdict(cost) | {"estimator": ESTIMATORS.default, "task": task.value}
+            row |= {"samples": spec.samples, "rate_hz": spec.rate}
             row |= scored(form.model, form.interval, held_out, "blocks")
             if task is Task.REGRESSION:
                 row |= scored(form.model, form.interval, objects, "objects")
@@ -127,38 +119,7 @@ def of_windows(sets: list[Dataset], out: Path, quick: bool, cmsis: Path | None) 
             count = peers.plain(model, everything, out / "plain", None)
             peer_rows[f"plain C, SVR of {n} vectors"] = {"instructions": count}
             peer_rows |= peers.of_cmsis(model, everything, out / "cmsis", cmsis)
-    rows |= of_estimators(learn, held_out, objects, everything, out, quick)
     return {"models": rows, "peers": peer_rows}
-
-
-def identity(name: str, model: WindowModel) -> Numbers:
-    """Return the estimator's name, task, window length and rate for a row."""
-    spec = model.spec
-    row = {"estimator": name, "task": spec.task.value}
-    return row | {"samples": spec.samples, "rate_hz": spec.rate}
-
-
-def of_estimators(
-    learn: Any, held_out: Any, objects: Any, everything: Any, out: Path, quick: bool
-) -> Numbers:
-    """Measure one model of each other estimator."""
-    rows: Numbers = {}
-    for name, kind in window_estimators().items():
-        if name == ESTIMATORS.default or not set(kind.modules) <= available(kind.modules):
-            continue
-        estimator = make_estimator(
-            name, Task.REGRESSION, learn.rate, **(kind.quick if quick else {})
-        )
-        model = estimator.fit(learn.X, learn.y, learn.sessions, SEED)
-        cost = parity.of_model(NamedModel("stiffness", model, None), everything, out / name)
-        row = asdict(cost) | identity(name, model) | scored(model, None, held_out, "blocks")
-        rows[name] = row | scored(model, None, objects, "objects")
-    return rows
-
-
-def available(modules: Sequence[str]) -> set[str]:
-    """Return the modules that are installed."""
-    return {name for name in modules if find_spec(name) is not None}
 
 
 def of_chain(sets: list[Dataset], out: Path) -> Numbers:
@@ -224,7 +185,7 @@ def main() -> None:
     sets = twin_sets(settings.out, settings.quick)
     built = settings.out / "built"
     shutil.rmtree(built, ignore_errors=True)
-    results = of_windows(sets, built, settings.quick, settings.cmsis)
+    results = of_windows(sets, built, settings.cmsis)
     results["models"] |= of_chain(sets, built)
     results["seeds"] = dict(SETS)
     with replacing(settings.out / "embedded.json") as temporary:

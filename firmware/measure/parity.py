@@ -22,8 +22,7 @@ from firstcontact.core import (
     Pinch,
     VibrationCalibration,
 )
-from firstcontact.export import NamedModel, Trained
-from firstcontact.export import _c_library as c_library
+from firstcontact.export import MODEL_EXPORTERS, NamedModel, Trained
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class Cost:
 def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
     """Return the cost of a window model."""
     folder.mkdir(parents=True)
-    c_library.write(Trained((named,)), folder)
+    MODEL_EXPORTERS["c"].write(Trained((named,)), folder)
     definitions = {
         "MODEL": f"fc_{named.name}",
         "HEADER": f'"fc_{named.name}.h"',
@@ -69,17 +68,14 @@ def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
     )
     got, on_m7 = building.answers(native), building.answers(m7)
     values = named.model.predict(X)
-    spreads = named.model.spread(X)
     if named.model.spec.classes:
         wrong, error = int((got["value"] != values).sum()), 0.0
     else:
-        units = np.ones(len(X)) if spreads is None else spreads
-        wanted = [values, values, values]
+        expected = [values]
         if named.interval is not None:
-            ends = [named.interval.around(v, u) for v, u in zip(values, units, strict=True)]
-            wanted = [values, *np.array(ends).T]
-        fields = ("value", "low", "high")[: len(wanted) if named.interval else 1]
-        error = max(float(np.abs(got[f] - w).max()) for f, w in zip(fields, wanted, strict=False))
+            expected += list(np.transpose([named.interval.around(v) for v in values]))
+        fields = ("value", "low", "high")
+        error = max(float(np.abs(got[f] - e).max()) for f, e in zip(fields, expected, strict=False))
         wrong = int((got["status"] != 0).sum())
     dearest = int(on_m7["instructions"].max())
     return Cost(dearest, flash, ram, error, wrong, len(X), building.same(got, on_m7))

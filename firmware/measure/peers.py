@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from pathlib import Path
 
 import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.export import c_array, fixed_sources, literal
+from firstcontact.export import c_array, literal
 from firstcontact.models import LEVEL_WEIGHT, SvmModel, shape_and_level
 
 
@@ -31,14 +32,12 @@ def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | N
     (folder / "plain_svm_model.h").write_text(text, encoding="utf-8")
     for name in ("plain_svm.c", "plain_svm.h"):
         (folder / name).write_text((building.HERE / name).read_text("utf-8"), encoding="utf-8")
-    shared = fixed_sources({"fc_model"})["fc_model.h"]
-    (folder / "fc_model.h").write_text(shared, encoding="utf-8")
     definitions = {"MODEL": "plain_svm", "HEADER": '"plain_svm.h"', "NUMBERS": str(X[0].size)}
-    more: list[str] = []
+    more = [f"-I{files('firstcontact.export') / 'c'}"]
     if cmsis is not None:
         definitions |= {"CMSIS": "1", "__GNUC_PYTHON__": "1"}
         source = cmsis / "Source" / "SVMFunctions"
-        more = [str(source / f"arm_svm_rbf_{part}_f32.c") for part in ("init", "predict")]
+        more += [str(source / f"arm_svm_rbf_{part}_f32.c") for part in ("init", "predict")]
         more += ["-isystem", str(cmsis / "Include"), "-isystem", str(cmsis / "PrivateInclude")]
         more += ["-Wno-error", "-w"]
     image = building.Program("windows.c", folder, definitions, more).m7(folder / "plain.elf")

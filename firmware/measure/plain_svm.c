@@ -8,7 +8,7 @@
 
 static float inputs[PLAIN_INPUTS];
 
-fc_status plain_svm(const float *window, fc_answer *answer)
+fc_status plain_svm(const float *window, fc_prediction *prediction)
 {
     float power = 0.0f, sum = PLAIN_BIAS;
     for (int k = 0; k < PLAIN_INPUTS - 1; k++)
@@ -24,7 +24,7 @@ fc_status plain_svm(const float *window, fc_answer *answer)
     arm_svm_rbf_init_f32(&machine, PLAIN_VECTORS, PLAIN_INPUTS, PLAIN_BIAS, plain_weights,
                          plain_vectors, classes, PLAIN_GAMMA);
     arm_svm_rbf_predict_f32(&machine, inputs, &chosen);
-    answer->chosen = chosen;
+    prediction->class_number = chosen;
     (void)sum;
 #else
     for (int i = 0; i < PLAIN_VECTORS; i++) {
@@ -35,7 +35,7 @@ fc_status plain_svm(const float *window, fc_answer *answer)
         }
         sum += plain_weights[i] * expf(-PLAIN_GAMMA * square);
     }
-    answer->value = sum;
+    prediction->value = sum;
 #endif
-    return FC_ANSWER;
+    return FC_PREDICTED;
 }

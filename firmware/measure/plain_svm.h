@@ -3,9 +3,9 @@
 #ifndef PLAIN_SVM_H
 #define PLAIN_SVM_H
 
-#include "fc_model.h"
+#include "fc_svm.h"
 #include "plain_svm_model.h"
 
-fc_status plain_svm(const float *window, fc_answer *answer);
+fc_status plain_svm(const float *window, fc_prediction *prediction);
 
 #endif

@@ -1,6 +1,7 @@
-/* Predict with one window model. Input: records of floats. Output: records of predictions.
+/* Program that predicts with one window model. It reads windows of floats and writes records.
 
-   Build it with MODEL, the function's name, HEADER, its file, and NUMBERS, the length of a window. */
+   Define MODEL as the name of the function, HEADER as its file, and NUMBERS as the number of floats
+   in a window. */
 #include "machine.h"
 
 #include <string.h>
@@ -19,16 +20,16 @@ int main(int argc, char **argv)
     if (!machine_begin(argc, argv))
         return 2;
     while (machine_read(window, sizeof window) == sizeof window) {
-        fc_answer answer = {0.0, 0.0, 0.0, -1};
+        fc_prediction p = {0.0, 0.0, 0.0, -1};
         record r;
         memset(&r, 0, sizeof r);
         const uint32_t before = machine_clock();
-        r.status = MODEL(window, &answer);
+        r.status = MODEL(window, &p);
         r.instructions = machine_since(before);
-        r.value = answer.value;
-        r.low = answer.low;
-        r.high = answer.high;
-        r.chosen = answer.chosen;
+        r.value = p.value;
+        r.low = p.low;
+        r.high = p.high;
+        r.chosen = p.class_number;
         machine_write(&r, sizeof r);
     }
     machine_end();

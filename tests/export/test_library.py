@@ -13,8 +13,7 @@ from test_model_parity import learned
 
 from firstcontact.chain import Image
 from firstcontact.core import InputError
-from firstcontact.export import Trained
-from firstcontact.export import _c_library as c_library
+from firstcontact.export import MODEL_EXPORTERS, Trained
 from firstcontact.models import ESTIMATORS, Task, shipped_model
 from random_chains import python_events, random_stream
 
@@ -27,7 +26,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     model = learned(ESTIMATORS.default, Task.REGRESSION)
     shipped = shipped_model()
     assert shipped.network is not None
-    c_library.write(Trained((model,), shipped.own_detector, shipped.network.model), folder)
+    MODEL_EXPORTERS["c"].write(
+        Trained((model,), shipped.own_detector, shipped.network.model), folder
+    )
     return folder
 
 
@@ -96,4 +97,4 @@ def test_a_detector_that_python_judges_has_no_form_in_c(tmp_path: Path) -> None:
 
     detector = make_detector("svm").fit(closings(12))
     with pytest.raises(InputError, match="svm"):
-        c_library.write(Trained(detector=detector), tmp_path)
+        MODEL_EXPORTERS["c"].write(Trained(detector=detector), tmp_path)

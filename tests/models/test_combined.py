@@ -10,7 +10,7 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
-from firstcontact.export._trained import exported_parts
+from firstcontact.export._parts import exported_parts
 from firstcontact.models import (
     ESTIMATORS,
     Adapted,

@@ -15,9 +15,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INPUT, PURPLE, Program, RbfKernel, steps
+from firstcontact.core import PURPLE, RbfKernel
 from firstcontact.models import (
-    LEVEL_WEIGHT,
     TARGET,
     ArrayCheck,
     ArraysModel,
@@ -113,22 +112,6 @@ class GaussianProcessModel(ArraysModel):
         variance = self._signal + self._noise - np.einsum("ij,ij->i", projected, projected)
         spread: Values = np.sqrt(np.maximum(variance, self._noise)) * self.target[1]
         return spread
-
-    def program(self) -> Program:
-        """Return the steps that predict: shape and level, covariances, mean, standard deviation."""
-        a = self._arrays
-        n = self.spec.samples * self.spec.channels
-        slope = LEVEL_WEIGHT / float(a["level"][1])
-        gamma = 0.5 / self._length**2
-        least, most = self._noise, self._signal + self._noise
-        lower = self._signal * a["inverse"].astype(np.float64)
-        chain = (
-            steps.shape_and_level(INPUT, "shape", n, float(a["level"][0]), slope),
-            steps.rbf("shape", "near", a["inputs"], gamma),
-            steps.dense("near", "mean", self._signal * a["weights"][None], np.zeros(1)),
-            steps.deviation("near", "spread", lower, most, least, self.target[1]),
-        )
-        return Program(n, chain, "mean", "spread")
 
 
 @dataclass(frozen=True)

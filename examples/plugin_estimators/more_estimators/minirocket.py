@@ -15,8 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INPUT, ORANGE, InputError, Program, steps
-from firstcontact.core.shape_steps import shares_above
+from firstcontact.core import ORANGE, InputError
 from firstcontact.models import (
     TARGET,
     ArrayCheck,
@@ -135,17 +134,6 @@ class MiniRocketModel(ArraysModel):
         none = np.zeros((0, len(self._weights)), dtype=np.float32)
         out: NDArray[np.float32] = np.concatenate([none, *parts]) + self._offsets
         return out
-
-    def program(self) -> Program:
-        """Return the steps that predict: shares above the biases with the log RMS, linear model."""
-        arrays, spec = self._arrays, self.spec
-        n = spec.samples * spec.channels
-        dilated = [int(step) for step in arrays["dilations"]]
-        chain = (
-            shares_above(INPUT, "shares", spec.samples, spec.channels, dilated, arrays["biases"]),
-            steps.dense("shares", "outputs", self._weights, self._offsets),
-        )
-        return Program(n, chain, "outputs")
 
 
 def features(

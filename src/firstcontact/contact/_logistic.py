@@ -22,19 +22,14 @@ from firstcontact.contact._logistic_training import (
 from firstcontact.contact._loudness import (
     EACH,
     FLOOR,
-    ORDER,
-    RIDGE,
-    logarithm_weights,
     parts,
 )
 from firstcontact.contact._trained import TrainedDetector, spread_out, stored_array
 from firstcontact.contact._training import session_groups
 from firstcontact.core import (
     GREEN,
-    Constants,
     Dataset,
     InputError,
-    Judgement,
 )
 
 #: Least deviation of a new sample, in sigmas, for which a window is evaluated.
@@ -105,33 +100,6 @@ class LogisticDetector(TrainedDetector):
             floor=FLOOR,
             line=self._line,
         )
-
-    def judgement(self, rate: float) -> Judgement:
-        """Return the detector as a C kernel for export, which sums squares sample by sample."""
-        self._require_training("there is nothing to export")
-        assert self._line is not None
-        sizes = self.sizes(rate)
-        *lengths, recent = parts(rate)
-        look = sizes.window - (LOOKS - 1) * sizes.step
-        quiet, ring = look - recent, 1 << sizes.window.bit_length()
-        line = logarithm_weights(self._line[:-1])
-        constants: Constants = {
-            "awake": AWAKE,
-            "floor": FLOOR,
-            "ridge": RIDGE,
-            "bias": float(self._line[-1]),
-            "doubt": ROUGH * float(np.abs(line).sum()),
-            "recent": recent,
-            "lengths": np.array(lengths, np.int32),
-            "line": line.ravel(),
-        }
-        # Three peaks of the quiet part's steps, extremes of steps, and cumulative sums; then the
-        # weights of the prediction and their input.
-        steps = look // sizes.step - -(-recent // sizes.step)
-        sums = 3 * (steps + 3) + 6 * (ring // min(sizes.step, 2)) + 4 * ring
-        doubles = sums + 2 * ORDER + 1 + len(lengths) + 5 + 4 * LOOKS
-        lengths_of = {"FC_LOOK": look, "FC_LOOKS": LOOKS, "FC_QUIET": quiet}
-        return Judgement("loudness", constants, lengths_of, doubles)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
         """Return the rate, the weights, and the intercept less the threshold."""

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from firstcontact.signal import samples_in
 
 #: Lengths of the newest parts, s: from two samples to three milliseconds.
 PARTS = (0.0004, 0.0008, 0.0014, 0.0022, 0.003)
 #: Length of the recent part at the end of a window, s. The rest is the quiet part.
 RECENT = 0.006
-#: Order of the linear prediction, and the share of white noise that regularises it.
+#: Order of the linear prediction.
 ORDER = 12
-RIDGE = 1e-3
 #: Added to a level, in sigmas, before its logarithm. Smaller levels do not matter.
 FLOOR = 0.1
 #: Number of features of the signal, and of its prediction error.
@@ -26,11 +22,3 @@ def parts(rate: float) -> list[int]:
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
     return lengths
-
-
-def logarithm_weights(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Convert weights of loudness features to weights of logarithms of levels."""
-    out = []
-    for quiet, *newest, between, peak in weights.reshape(2, EACH):
-        out.append([*newest, quiet - sum(newest) - between, between, peak, -peak])
-    return np.array(out)

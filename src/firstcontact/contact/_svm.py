@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact._closing_start import cut_closings
-from firstcontact.contact._features import FLOOR, edges, feature_count, window_features
+from firstcontact.contact._features import feature_count, window_features
 from firstcontact.contact._rbf import RbfMachine
 from firstcontact.contact._trained import TrainedDetector, spread_out, stored_array
 from firstcontact.contact._training import PHASES, TrainingWindows, session_groups, training_windows
-from firstcontact.core import BLUE, Constants, Dataset, InputError, Judgement
-from firstcontact.core.steps import rbf
+from firstcontact.core import BLUE, Dataset, InputError
 
 #: Limits on the training data, so that training takes less than a minute: pinches, windows per
 #: class at first, hard windows added per class and round, and rounds.
@@ -97,28 +96,6 @@ class SvmDetector(TrainedDetector):
             windows.reshape(n * fingers, samples), self.sizes(self._rate).step
         )
         return self._machine.decide(features).reshape(n, fingers)
-
-    def judgement(self, rate: float) -> Judgement:
-        """Return the detector as a C kernel for export: features and SVM, in single precision."""
-        self._require_training("there is nothing to export")
-        machine = self._machine
-        assert machine is not None
-        sizes = self.sizes(rate)
-        spans, coarse = edges(sizes.window, sizes.step)
-        kernel = rbf("features", "near", machine.support, machine.gamma)
-        constants: Constants = {
-            "floor": FLOOR,
-            "gamma": machine.gamma,
-            "bias": machine.intercept - self._threshold,
-            "vectors": len(machine.support),
-            "span": spans.astype(np.int32),
-            "coarse": coarse.astype(np.int32),
-            "mean": machine.mean,
-            "slope": 1.0 / machine.scale,
-            **{name: kernel.constants[name] for name in ("steep", "norms")},
-            "weight": machine.weights.astype(np.float32),
-        }
-        return Judgement("kernel", constants, {}, 0)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
         """Return all learned numbers as named arrays.

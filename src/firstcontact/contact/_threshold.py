@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain import DetectorConstants, DetectorKind
 from firstcontact.contact._window_detector import WindowDetector
-from firstcontact.core import ORANGE, InputError, Judgement, Layout
+from firstcontact.core import ORANGE, InputError, Layout
 
 #: Threshold in sigmas for contacts from rest. Without a motor's noise, the sigma is small.
 ABOVE_REST = 10.0
@@ -68,7 +68,3 @@ class ThresholdDetector(WindowDetector):
     def constants(self, rate: float) -> DetectorConstants:
         """Return the constants of this detector for the chain at a rate in Hz."""
         return self._constants(rate, DetectorKind.THRESHOLD, threshold=self.sigmas)
-
-    def judgement(self, rate: float) -> Judgement:
-        """Return the detector as a C kernel for export, with the threshold as its constant."""
-        return Judgement("crossing", {"sigmas": self.sigmas}, {}, 1)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain import DetectorConstants, DetectorKind
 from firstcontact.contact._onset import LEAST_LOUD
-from firstcontact.core import SKY, Dataset, InputError, Judgement, Layout
+from firstcontact.core import SKY, Dataset, InputError, Layout
 from firstcontact.signal import samples_in
 
 
@@ -109,19 +109,6 @@ class WindowDetector:
             Samples of the steady state, in its sigmas, shape (samples, fingers). The samples of a
             finger that keeps its earlier steady state are in sigmas of that one.
         """
-
-    def judgement(self, rate: float) -> Judgement:
-        """Return this detector as a C kernel that works sample by sample, for export.
-
-        Raises
-        ------
-        InputError
-            The detector has no sample-by-sample form.
-        """
-        raise InputError(
-            f"the detector {self.name!r} cannot judge one sample after the other, as an exported "
-            "detector must: train with another --detector-type"
-        )
 
     @classmethod
     def sizes(cls, rate: float) -> WindowSizes:

@@ -98,11 +98,6 @@ from ._pinch import Label as Label
 from ._pinch import Pinch as Pinch
 from ._pinch import Role as Role
 from ._pinch import first_closed_sample as first_closed_sample
-from ._program import INPUT as INPUT
-from ._program import Constants as Constants
-from ._program import Judgement as Judgement
-from ._program import Program as Program
-from ._program import Step as Step
 from ._progress import Progress as Progress
 from ._progress import progress_steps as progress_steps
 from ._rate import is_same_rate as is_same_rate

@@ -1,8 +1,4 @@
-"""Export of trained models: a C99 library, ONNX graphs, or an image for the hand's firmware.
-
-A model is a list of *steps*, which turn a window into a prediction. A *kernel* is the C function
-that computes one kind of step. Detector and network are the chain (:mod:`firstcontact.chain`).
-"""
+"""Export of trained models: a C99 library, an ONNX graph, or an image for the hand's firmware."""
 
 import lazy_loader
 

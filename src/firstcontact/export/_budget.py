@@ -1,4 +1,4 @@
-"""Reduction of models to a time budget on the microcontroller."""
+"""Reduction of support vector machines to a time budget on the microcontroller."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import first_contact
 from firstcontact.core import Contact, Dataset, InputError
-from firstcontact.export._trained import NamedModel, Trained
-from firstcontact.models import Windows
+from firstcontact.export._parts import NamedModel, Trained
+from firstcontact.models import SvmModel, Windows
 from firstcontact.signal import contact_windows
 
 #: Clock of a Teensy 4, Hz, and assumed cycles per instruction.
@@ -22,6 +22,35 @@ FEWEST_WINDOWS = 10
 def microseconds(count: float) -> float:
     """Return the time (us) that the assumed microcontroller takes for a number of instructions."""
     return 1e6 * CYCLES * count / CLOCK
+
+
+def require_svm(named: NamedModel) -> SvmModel:
+    """Return the model. Raise InputError if it is not a support vector machine."""
+    if not isinstance(named.model, SvmModel):
+        raise InputError(
+            f"{named.name}: a model of kind {named.model.kind!r} has no form in C: train with "
+            "--estimator svm"
+        )
+    return named.model
+
+
+def instructions(model: SvmModel) -> int:
+    """Return an upper bound on the instructions of a prediction on a Cortex-M7.
+
+    The bound is fitted to instruction counts of an emulator over many sizes.
+    """
+    sizes = model.constants()
+    vectors, decisions, classes = (int(sizes[k]) for k in ("vectors", "decisions", "class_count"))
+    samples = model.spec.samples * model.spec.channels
+    count = _rows(vectors, samples + 1) + 40 * vectors + 5 * samples + 45  # the kernel
+    count += _rows(decisions, vectors) + 14 * decisions + 25 * decisions * bool(classes)
+    return int(1.02 * (count + 26 * samples + 10 * classes + 450))
+
+
+def _rows(n: int, inputs: int) -> int:
+    """Return the number of instructions for a matrix (n, inputs) times a vector (inputs,)."""
+    rows, each, overhead = (8, 20, 54) if n >= 8 else (1, 5, 30)
+    return -(-n // rows) * (each * inputs + overhead) + 35
 
 
 def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | None) -> Trained:
@@ -48,7 +77,7 @@ def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | N
 
 
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
-    """Return smaller forms of a window model, and the model itself, in order of size.
+    """Return smaller forms of a support vector machine, and the model itself, in order of size.
 
     Smaller models are fitted to four fifths of the sessions. In the held-out sessions, their
     predictions are compared with those of the original model. The difference widens the interval of
@@ -61,14 +90,15 @@ def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[Nam
     X, sessions
         Training windows, and the session of each.
     """
+    model = require_svm(named)
     is_held_out = np.isin(sessions, np.unique(sessions)[::5])
     if is_held_out.all():
         is_held_out = np.arange(len(X)) % 5 == 0
     candidates = []
-    for form in named.model.smaller(X[~is_held_out]):
+    for form in model.smaller(X[~is_held_out]):
         interval = named.interval
-        if interval is not None and not interval.scaled:
-            away = np.abs(form.predict(X[is_held_out]) - named.model.predict(X[is_held_out]))
+        if interval is not None:
+            away = np.abs(form.predict(X[is_held_out]) - model.predict(X[is_held_out]))
             further = float(np.quantile(away, interval.level))
             wider = tuple(half + further for half in interval.half_widths)
             interval = replace(interval, half_widths=wider)
@@ -90,24 +120,22 @@ def _fitting(
 ) -> NamedModel:
     if budget_us is None:
         return named
-    model = named.model
     candidates = [named]
     if dataset is not None:
-        model.spec.require_rate(dataset.layout.rate)
-        X, has_window = contact_windows(dataset, contacts, model.spec.duration)
+        named.model.spec.require_rate(dataset.layout.rate)
+        X, has_window = contact_windows(dataset, contacts, named.model.spec.duration)
         if len(X) < FEWEST_WINDOWS:
             raise InputError(
                 f"--data holds only {len(X)} contacts: give the recordings that the model was "
                 "trained on"
             )
         candidates = forms(named, X, dataset.sessions[has_window])
-    took = [microseconds(form.model.program().instructions) for form in candidates]
-    quick = [form for form, time in zip(candidates, took, strict=True) if time <= budget_us]
+    times = [microseconds(instructions(require_svm(form))) for form in candidates]
+    quick = [form for form, time in zip(candidates, times, strict=True) if time <= budget_us]
     if not quick:
-        least = took[0]
         raise InputError(
-            f"the smallest form of {named.name} takes about {least:.0f} us, more than --budget-us "
-            f"{budget_us:g}: raise it"
+            f"the smallest form of {named.name} takes about {times[0]:.0f} us, more than "
+            f"--budget-us {budget_us:g}: raise it"
             + ("" if dataset is not None else ", or give its training recordings with --data")
         )
     return quick[-1]

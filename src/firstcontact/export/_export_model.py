@@ -11,8 +11,7 @@ from firstcontact.core import (
     require_extra,
 )
 from firstcontact.export._budget import small_enough
-from firstcontact.export._exporters import MODEL_EXPORTERS
-from firstcontact.export._trained import exported_parts
+from firstcontact.export._parts import MODEL_EXPORTERS, exported_parts
 from firstcontact.models import Model, load_model, training_pinches
 from firstcontact.signal import resample_dataset
 
@@ -25,7 +24,7 @@ def export_model(
     data: Dataset | None = None,
     budget_us: float | None = None,
 ) -> list[str]:
-    """Write a model as C99 or as ONNX.
+    """Write a support vector machine or the default model as C99, or a CNN as ONNX.
 
     Parameters
     ----------

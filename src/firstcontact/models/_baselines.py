@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import GREEN, GREY, INPUT, InputError, Program, steps
+from firstcontact.core import GREEN, GREY, InputError
 from firstcontact.models._estimator import Estimator, training_spec
 from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._window_model import ArrayCheck, ArraysModel, WindowModel
@@ -42,13 +42,6 @@ class ConstantModel(ArraysModel):
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Return the class number, which is the constant value."""
         return np.searchsorted(self.spec.classes, outputs[:, 0])
-
-    def program(self) -> Program:
-        """Return the arithmetic as steps: constants (the value, or 1 for its class and else 0)."""
-        n, spec = self.spec.samples * self.spec.channels, self.spec
-        classes = np.array(spec.classes)
-        values = (classes == self.value) * 1.0 if spec.classes else np.array([self.value])
-        return Program(n, (steps.given(INPUT, "value", values),), "value")
 
 
 @dataclass(frozen=True)
@@ -107,16 +100,6 @@ class PeakModel(ArraysModel):
             return fitted
         near: Values = -np.abs(peak - self.weights)
         return near
-
-    def program(self) -> Program:
-        """Return the arithmetic as steps: the logarithm of the peak, then the parabola."""
-        n = self.spec.samples * self.spec.channels
-        peak = steps.log_peak(INPUT, "peak", n)
-        if self.spec.task is Task.CLASSIFICATION:
-            return Program(n, (peak, steps.nearness("peak", "near", self.weights)), "near")
-        low, high = (float(end) for end in self.weights[3:])
-        fitted = steps.parabola("peak", "fitted", self.weights[:3], low, high)
-        return Program(n, (peak, fitted), "fitted")
 
 
 @dataclass(frozen=True)

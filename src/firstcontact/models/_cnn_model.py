@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INPUT, InputError, Program
-from firstcontact.core.layer_steps import compress as compress_step
+from firstcontact.core import InputError
 from firstcontact.models._network import Network
 from firstcontact.models._spec import Spec, Windows
 from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel
@@ -74,16 +73,6 @@ class CnnModel(ArraysModel):
         x = compress(window, self._scale).T.reshape(1, self.spec.channels, 1, self.spec.samples)
         out: NDArray[np.float32] = self._network.run(np.ascontiguousarray(x))[0]
         return out
-
-    def program(self) -> Program:
-        """Return the arithmetic as steps: compression of the window, then the network's layers."""
-        from firstcontact.models._network_steps import NetworkSteps
-
-        n = self.spec.samples * self.spec.channels
-        amplitude, mean, deviation = (float(number) for number in self._scale)
-        first = compress_step(INPUT, "compressed", n, 1.0 / amplitude, mean, 1.0 / deviation)
-        network = NetworkSteps(self._raw, self.spec.samples, self.spec.channels, first.gives)
-        return Program(n, (first, *network.steps), network.output)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A session of ONNX Runtime cannot be pickled, but the arrays that it is built from can.

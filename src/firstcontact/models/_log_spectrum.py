@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import SKY, InputError, Program
+from firstcontact.core import SKY, InputError
 from firstcontact.models._estimator import (
     Estimator,
     library_targets,
@@ -23,7 +23,6 @@ from firstcontact.models._estimator import (
 )
 from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._spectral_features import KINDS, features
-from firstcontact.models._spectral_steps import spectral_program
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel, WindowModel
 
@@ -81,13 +80,6 @@ class LogSpectrumModel(ArraysModel):
         inputs = (features(self._features, X, self.spec.rate) - mean) / deviation
         out: Values = inputs @ self._arrays["weights"] + self._arrays["bias"]
         return out
-
-    def program(self) -> Program:
-        """Return the arithmetic as steps: features of each channel, then a linear layer."""
-        a, spec = self._arrays, self.spec
-        weights = a["weights"] / a["scale"][1][:, None]
-        offset = a["bias"] - a["scale"][0] @ weights
-        return spectral_program(self._features, spec, weights.T, offset)
 
 
 @dataclass(frozen=True)

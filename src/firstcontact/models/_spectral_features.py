@@ -77,12 +77,6 @@ def _fade(n: int) -> Values:
     return fade
 
 
-def faded_lines(samples: int, length: int) -> NDArray[np.complex128]:
-    """Return the matrix that fades out the end of a window and maps it to its spectrum."""
-    each: NDArray[np.complex128] = np.fft.rfft(np.diag(_fade(samples)), length, axis=1).T
-    return each
-
-
 def _level_free(power: Values) -> Values:
     share = power / np.maximum(power.sum(axis=1, keepdims=True), _TINY)
     logs = np.log(share + FLOOR / power.shape[1])

@@ -10,13 +10,20 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INPUT, Program, RbfKernel, steps
+from firstcontact.core import RbfKernel
 from firstcontact.models._spec import Spec, Task, Windows
 from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel
 
 #: Weight of the level relative to a sample of the shape, all with unit variance. With 74 samples
 #: the level then carries about a tenth of all variance.
 LEVEL_WEIGHT = 3.0
+#: Smallest and largest sum of squares of a window (V²). Outside them float32 holds too few digits
+#: of the power, and the level is NaN.
+LEAST_POWER, MOST_POWER = 1e-30, 1e38
+#: Decision above which the first class of a pair wins. Kernel values below exp(-87) are 0 in C but
+#: not in NumPy. Their weighted sum stays below this value, so both choose the same class even
+#: if a pair's bias is 0.
+LEAST_DECISION = 1e-30
 #: Numbers of support vectors of the models that :meth:`SvmModel.smaller` yields.
 SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
@@ -53,7 +60,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
     """
     flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
     power = np.einsum("ij,ij->i", flat, flat)
-    power[~((power > steps.LEAST_POWER) & (power < steps.MOST_POWER))] = np.nan
+    power[~((power > LEAST_POWER) & (power < MOST_POWER))] = np.nan
     rms = np.sqrt(power / flat.shape[1])
     loud = (np.log(rms) - level[0]) * (LEVEL_WEIGHT / level[1])
     return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
@@ -134,7 +141,7 @@ class SvmModel(ArraysModel):
         flat = window.ravel()
         power = float(flat.dot(flat))
         # If float32 cannot hold the power, there is no level and no decision.
-        if not steps.LEAST_POWER < power < steps.MOST_POWER:
+        if not LEAST_POWER < power < MOST_POWER:
             return np.full(self._bias.shape, nan, dtype=np.float32)
         rms = sqrt(power / len(flat))
         loud = (log(rms) - self._level) * self._slope
@@ -145,22 +152,36 @@ class SvmModel(ArraysModel):
         decisions: NDArray[np.float32] = self._weights.dot(kernel) + self._bias
         return decisions
 
-    def program(self) -> Program:
-        """Return the arithmetic as steps: shape and level, kernel, weights, votes of pairs."""
-        a, spec = self._arrays, self.spec
-        n = spec.samples * spec.channels
-        chain = (
-            steps.shape_and_level(INPUT, "shape", n, self._level, self._slope),
-            steps.rbf("shape", "near", a["vectors"], float(self.parameters[1])),
-            steps.dense("near", "decisions", a["weights"], a["bias"]),
-        )
-        if spec.task is Task.REGRESSION:
-            return Program(n, chain, "decisions")
-        k = len(spec.classes)
-        return Program(n, (*chain, steps.votes("decisions", "votes", k)), "votes")
+    def constants(self) -> dict[str, float | NDArray[Any]]:
+        """Return the fields of ``fc_svm`` in C that hold this model's arithmetic."""
+        a, k = self._arrays, len(self.spec.classes)
+        vectors, gamma = a["vectors"].astype(np.float64), float(self.parameters[1])
+        arrays = {
+            "scaled": 2 * gamma * vectors,
+            "norms": -gamma * (vectors * vectors).sum(axis=1),
+            "weights": a["weights"],
+            "bias": a["bias"],
+        }
+        return {
+            "samples": self.spec.samples,
+            "channels": self.spec.channels,
+            "vectors": len(vectors),
+            "decisions": len(a["bias"]),
+            "class_count": k,
+            "level": self._level,
+            "slope": self._slope,
+            "least_power": LEAST_POWER,
+            "most_power": MOST_POWER,
+            "gamma": gamma,
+            **{name: array.astype(np.float32).ravel() for name, array in arrays.items()},
+            "least_decision": LEAST_DECISION,
+            "mean": self.target[0],
+            "scale": self.target[1],
+            **({"classes": np.array(self.spec.classes)} if k else {}),
+        }
 
     def smaller(self, X: Windows) -> Iterator[SvmModel]:
-        """Yield models with fewer support vectors, the smallest first; see the base class."""
+        """Yield models with fewer support vectors, fitted to windows, the smallest first."""
         a = self._arrays
         inputs = shape_and_level(X, a["level"])
         gamma = float(self.parameters[1])
@@ -179,7 +200,7 @@ class SvmModel(ArraysModel):
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Return the class that wins most pairs."""
-        winners = np.where(outputs > steps.LEAST_DECISION, self._first, self._second)
+        winners = np.where(outputs > LEAST_DECISION, self._first, self._second)
         votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
         return np.asarray(votes.argmax(axis=1))
 

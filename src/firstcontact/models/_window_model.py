@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
 from types import EllipsisType
@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Program
+from firstcontact.core import InputError
 from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
 
 #: Limit on predictions. No target is as large, and squares of errors stay finite.
@@ -66,29 +66,6 @@ class WindowModel(ABC):
         these values.
         """
         return None
-
-    def program(self) -> Program:
-        """Return the arithmetic of :meth:`output`, :meth:`spread` and :meth:`choose` as steps.
-
-        Raises
-        ------
-        InputError
-            The model does not describe its arithmetic in steps. The message gives the reason.
-        """
-        raise InputError(
-            f"a model of kind {self.kind!r} cannot be exported, because its class does not list "
-            "the steps of its arithmetic: train another estimator"
-        )
-
-    def smaller(self, X: Windows) -> Iterator[WindowModel]:
-        """Return cheaper models with similar predictions, the smallest first; none by default.
-
-        Parameters
-        ----------
-        X
-            Training windows, to whose predictions smaller models are fitted.
-        """
-        return iter(())
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Return the number of the predicted class for finite outputs (n, outputs), shape (n,)."""

@@ -12,7 +12,7 @@ from firstcontact.export import MODEL_EXPORTERS
 
 @dataclass(frozen=True)
 class ExportModel:
-    """Write a trained model as C or as ONNX."""
+    """Write an SVM or the default model as C, or a CNN as ONNX."""
 
     model: Annotated[Path, Option(positional=True)]
     """Folder that `train` or `adapt` wrote."""

@@ -1,4 +1,4 @@
-/* Where constants stay: Teensy's linker copies them into fast memory unless told otherwise. */
+/* Attribute of constants that stay in flash. Teensy's linker copies all others to fast memory. */
 #ifndef FC_FLASH_H
 #define FC_FLASH_H
 

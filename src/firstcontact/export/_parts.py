@@ -1,11 +1,17 @@
-"""Parts of a model that are exported: window models, a detector and the network."""
+"""Parts of a model that are exported, and the registry of export formats."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from firstcontact.contact import Detector
-from firstcontact.models import InContextModel, Interval, Model, WindowModel
+from firstcontact.core import Registry
+
+if TYPE_CHECKING:
+    from firstcontact.contact import Detector
+    from firstcontact.models import InContextModel, Interval, Model, WindowModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +50,9 @@ class Trained:
     @property
     def rate(self) -> float | None:
         """Sampling rate of the models, Hz; None without models."""
-        learned = [m.model.spec.rate for m in self.models]
-        return next(iter(learned), None if self.anytime is None else self.anytime.rate)
+        if self.models:
+            return self.models[0].model.spec.rate
+        return None if self.anytime is None else self.anytime.rate
 
     @property
     def has_chain(self) -> bool:
@@ -71,11 +78,40 @@ def exported_parts(model: Model) -> Trained:
         )
         for window in model.windows
     )
-    network = None if model.network is None else model.network.model
-    return Trained(models, model.detector, network)
+    return Trained(models, model.detector, None if model.network is None else model.network.model)
 
 
 def _length(duration: float) -> str:
     """Return the suffix of a model's name for a window's length, s: 0.0075 becomes "_07_5ms"."""
     digits, dot, decimals = f"{1e3 * duration:.6g}".partition(".")
     return f"_{digits:0>2}{dot and '_'}{decimals}ms"
+
+
+@dataclass(frozen=True, slots=True)
+class ModelExporter:
+    """Exporter of trained models to one format.
+
+    Parameters
+    ----------
+    name
+        Name in the registry.
+    write
+        Function that writes the parts of a model into an empty folder and returns notes. It raises
+        InputError with the part that cannot be written, and the reason.
+    extra, modules
+        Required extra of this package, and its modules.
+    """
+
+    name: str
+    write: Callable[[Trained, Path], Sequence[str]]
+    extra: str = ""
+    modules: tuple[str, ...] = ()
+
+
+MODEL_EXPORTERS: Registry[ModelExporter] = Registry(
+    "form",
+    "firstcontact.model_exporters",
+    {"c": "firstcontact.export._c_library:C", "onnx": "firstcontact.export._onnx:ONNX"},
+    base="firstcontact.export._parts:ModelExporter",
+    instances=True,
+)

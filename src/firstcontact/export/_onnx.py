@@ -1,0 +1,97 @@
+"""``--to onnx``: the CNN as PyTorch exported it, with its scaling, checked in ONNX Runtime."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firstcontact.core import InputError, import_onnxruntime
+from firstcontact.export._parts import ModelExporter, NamedModel, Trained
+from firstcontact.models import WindowModel
+
+#: Largest accepted difference from Python's outputs, relative to the largest output.
+TOLERANCE = 1e-3
+
+
+def to_onnx(model: WindowModel) -> bytes:
+    """Return the graph of a CNN, from windows (n, samples, channels) in V to predictions."""
+    from onnx import ModelProto, checker, helper, numpy_helper
+
+    arrays, spec = model.to_arrays(), model.spec
+    graph = ModelProto.FromString(arrays["onnx"].tobytes())
+    nodes, outputs = list(graph.graph.node), graph.graph.output[0]
+
+    def node(operator: str, takes: list[Any], gives: str, **attributes: Any) -> Any:
+        names = [take if isinstance(take, str) else f"{gives}.constant" for take in takes]
+        for take in takes:
+            if not isinstance(take, str):
+                tensor = numpy_helper.from_array(np.asarray(take), f"{gives}.constant")
+                graph.graph.initializer.append(tensor)
+        return helper.make_node(operator, names, [gives], **attributes)
+
+    amplitude, mean, deviation = arrays["scale"]
+    before = [
+        node("Transpose", ["volts"], "by_channel", perm=[0, 2, 1]),
+        node("Unsqueeze", ["by_channel", np.array([2])], "rows"),
+        node("Mul", ["rows", np.float32(1 / amplitude)], "relative"),
+        node("Asinh", ["relative"], "compressed"),
+        node("Sub", ["compressed", np.float32(mean)], "centred"),
+        node("Mul", ["centred", np.float32(1 / deviation)], graph.graph.input[0].name),
+    ]
+    middle, scale = np.float32(model.target[0]), np.float32(model.target[1])
+    after = [
+        node("Mul", [outputs.name, scale], "scaled"),
+        node("Add", ["scaled", middle], "prediction"),
+    ]
+    del graph.graph.node[:], graph.graph.input[:], graph.graph.output[:]
+    graph.graph.node.extend([*before, *nodes, *after])
+    shape = ["n", spec.samples, spec.channels]
+    graph.graph.input.append(helper.make_tensor_value_info("volts", 1, shape))
+    shape = ["n", len(spec.classes) or 1]
+    graph.graph.output.append(helper.make_tensor_value_info("prediction", 1, shape))
+    checker.check_model(graph)
+    serialised: bytes = graph.SerializeToString(deterministic=True)
+    return serialised
+
+
+def _difference(named: NamedModel, raw: bytes) -> float:
+    """Return the largest difference between ONNX Runtime and Python, relative to the outputs."""
+    model, spec = named.model, named.model.spec
+    windows = np.random.default_rng(0).standard_normal((64, spec.samples, spec.channels))
+    X = (0.1 * windows).astype(np.float32)
+    session = import_onnxruntime().InferenceSession(raw, providers=["CPUExecutionProvider"])
+    (got,) = session.run(None, {"volts": X})
+    expected = model.outputs(X) * model.target[1] + model.target[0]
+    difference = float(np.abs(got - expected).max()) / max(1.0, float(np.abs(expected).max()))
+    if not difference <= TOLERANCE:
+        raise InputError(
+            f"{named.name}: the outputs of ONNX Runtime differ from those of the model "
+            f"({difference:g}): train the CNN again"
+        )
+    return difference
+
+
+def write(trained: Trained, out: Path) -> list[str]:
+    """Write one graph per CNN into the folder. Return notes for the user."""
+    lines = []
+    for named in trained.models:
+        if named.model.kind != "cnn":
+            raise InputError(
+                f"{named.name}: only a CNN can be written as ONNX, and this is a model of kind "
+                f"{named.model.kind!r}: use --to c"
+            )
+        raw = to_onnx(named.model)
+        difference = _difference(named, raw)
+        (out / f"{named.name}.onnx").write_bytes(raw)
+        lines.append(f"{named.name}.onnx: {len(raw)} bytes, largest difference {difference:.1g}")
+    if not lines:
+        raise InputError(
+            "only a CNN can be written as ONNX, and this model has none (its parts: "
+            f"{', '.join(trained.parts)}): use --to c"
+        )
+    return lines + ["note: the detector and the network are left out"] * trained.has_chain
+
+
+ONNX = ModelExporter("onnx", write, "cnn", ("onnx", "onnxruntime"))

@@ -135,15 +135,14 @@ def live(
 
     require_source(source)
     if real_time is None:
-        real_time = getattr(source, "speed", 1.0) == 1.0
+        real_time = source.speed == 1.0
     for name, noun, bound in (
         ("seconds", "the duration", seconds),
         ("pinches", "the number of pinches", pinches),
     ):
         if bound is not None and not bound > 0:
             raise InputError(f"{noun} is {bound:g}: give a number above 0", parameter=name)
-    recorded = hasattr(source, "calibration")
-    is_live = real_time and not recorded
+    is_live = real_time and not source.recorded
     if hand is not None and (kind := find_hand(hand)).begins is Begins.US:
         raise InputError(
             f"{kind.name} closes only on request, and this function cannot send requests: run "
@@ -165,7 +164,7 @@ def live(
     def noise_floors() -> Calibration | None:
         if floors is not None:
             return floors
-        return source.calibration if recorded else measure_noise(source)  # type: ignore[attr-defined]
+        return source.calibration if source.recorded else measure_noise(source)
 
     with live_session(
         source,

@@ -74,5 +74,5 @@ def test_a_verb_says_what_it_does_where_that_is_wanted(
     for arguments in (["--verbose", "live", "--device", missing], ["live", "--device", missing]):
         assert main(arguments) == 2
     first, second, third = capsys.readouterr().err.splitlines()
-    assert f"firstcontact.device._opening: opening {missing}" in first
+    assert f"firstcontact.device: opening {missing}" in first
     assert second == third

@@ -10,7 +10,7 @@ from serial.tools.list_ports_common import ListPortInfo
 
 from firstcontact.cli.main import main
 from firstcontact.device import _ports as ports
-from firstcontact.device._twin_device import TwinDevice
+from firstcontact.device._twin_source import TwinDevice
 
 
 def plug(monkeypatch: pytest.MonkeyPatch, *infos: ListPortInfo) -> None:

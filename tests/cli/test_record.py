@@ -18,7 +18,7 @@ import pytest
 import forked
 from firstcontact.cli.main import main
 from firstcontact.core import Calibration, Finger, VibrationCalibration, write_calibration
-from firstcontact.device._twin_device import TwinDevice
+from firstcontact.device._twin_source import TwinDevice
 from firstcontact.recording import cut, load_dataset, read_recording
 from processes import children, gone, stop, until
 

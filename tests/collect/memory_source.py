@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, Calibration, Finger, VibrationCalibration, fingertip_layout
-from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.device import Arrival, Descriptor, Health, Source
 from firstcontact.recording import Marker
 
 LAYOUT = fingertip_layout()
@@ -21,14 +21,14 @@ CALIBRATION = Calibration(tuple(VibrationCalibration(f, FLOOR) for f in Finger))
 UNLOADED = 2000
 
 
-class MemorySource:
+class MemorySource(Source):
     """Source of prepared samples. Tests can add more while it is read."""
 
     name = "memory"
+    descriptor = Descriptor(LAYOUT, "test", "made up", "", "synthetic")
+    health = Health(True)
 
     def __init__(self, arrivals: Sequence[Arrival] = (), at_a_time: int = 20) -> None:
-        self.descriptor = Descriptor(LAYOUT, "test", "made up", "", "synthetic")
-        self.health = Health(True)
         self.marks: list[str] = []
         self.orders: list[str] = []
         self.left = list(arrivals)
@@ -55,9 +55,6 @@ class MemorySource:
 
     def __enter__(self) -> Self:
         return self
-
-    def __exit__(self, *reason: object) -> None:
-        self.close()
 
 
 @dataclass(frozen=True)

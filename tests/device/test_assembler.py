@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numbered import CHANNELS, DESCRIPTOR, check, frames, numbered
 
-from compiled_kernels import built_kernels, using
 from firstcontact.core import Finger, InputError
 from firstcontact.device import (
     Assembler,
@@ -24,8 +23,8 @@ from firstcontact.device import (
 )
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._assembler import Assembled, Counts
-from firstcontact.device._decoder import NextSamples
 from firstcontact.device._device_predictions import contact_payload, estimate_payload
+from firstcontact.device._protocol import NextSamples
 
 LAST = 2**32 - 1
 
@@ -44,8 +43,12 @@ class Line:
         self.out = Assembled()
         self.feed(*(wire or (descriptor(),)))
 
-    def feed(self, *wire: bytes) -> Assembled:
-        new = self.assembler.feed(b"".join(wire))
+    def feed(self, *wire: bytes, is_compiled: bool = True) -> Assembled:
+        data = b"".join(wire)
+        if is_compiled:
+            new = self.assembler.feed(data)
+        else:
+            new = self.assembler.take(self.assembler.decoder.feed(data))
         self.out.blocks += new.blocks
         self.out.markers += new.markers
         return new
@@ -384,10 +387,9 @@ def test_compiled_and_python_code_decode_alike(
     ends = sorted({cut % len(wire) for cut in cuts} | {len(wire)})
     pieces = [wire[a:b] for a, b in zip([0, *ends], ends, strict=False)]
     seen = []
-    for module in (built_kernels(), None):
-        with using(module):
-            line = Line(descriptor(counter=counter))
-            content = [line.feed(piece) for piece in pieces]
+    for is_compiled in (True, False):
+        line = Line(descriptor(counter=counter))
+        content = [line.feed(piece, is_compiled=is_compiled) for piece in pieces]
         blocks = [(b.epoch, b.first_sample, b.data.tobytes()) for c in content for b in c.blocks]
         markers = [m for c in content for m in c.markers]
         seen.append((blocks, markers, [c.stopped for c in content], line.counts))
@@ -396,12 +398,11 @@ def test_compiled_and_python_code_decode_alike(
 
 
 def test_compiled_code_takes_all_samples_that_follow_one_another() -> None:
-    with using(built_kernels()):
-        line = Line()
-        line.feed(*frames(0, 10, 1))
-        wire = b"".join(frames(10, 5_000, 3))
-        expected = NextSamples(CHANNELS, 3, 10, 0)
-        count, samples = line.assembler.decoder.feed_samples(wire + wire[:7], expected)
+    line = Line()
+    line.feed(*frames(0, 10, 1))
+    wire = b"".join(frames(10, 5_000, 3))
+    expected = NextSamples(CHANNELS, 3, 10, 0)
+    count, samples = line.assembler.decoder.feed_samples(wire + wire[:7], expected)
     assert (count, len(samples)) == (1_000, 5_000 * CHANNELS * 2)
     np.testing.assert_array_equal(
         np.frombuffer(samples, "<i2").reshape(-1, CHANNELS), numbered(10, 5_000)

@@ -17,6 +17,7 @@ from firstcontact.core import InputError
 from firstcontact.device import Arrival, SourceOptions, _csv_source, source_kind
 from firstcontact.device._csv_source import CsvSource, from_name
 from firstcontact.device._number_lines import identify_columns
+from firstcontact.device._ports import SerialTransport
 from processes import PATIENCE
 
 MEASURED = 0.6
@@ -272,14 +273,14 @@ def test_slow_board_is_refused(tmp_path: Path) -> None:
 def test_other_rate_is_measured_and_resampled(
     stop: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read, calls = CsvSource._read, count()
+    read, calls = SerialTransport.read, count()
 
-    def stop_once(source: CsvSource) -> bytes:
+    def stop_once(port: SerialTransport, patience: float) -> bytes:
         if next(calls) == 150:
             time.sleep(stop)
-        return read(source)
+        return read(port, patience)
 
-    monkeypatch.setattr(CsvSource, "_read", stop_once)
+    monkeypatch.setattr(SerialTransport, "read", stop_once)
     with PrintingBoard(tmp_path / "port", numbered_line, rate=2000.0) as board:
         source = CsvSource(board.port, ("2",))
         with source:
@@ -416,3 +417,23 @@ def test_index_without_a_thumb_is_a_counter() -> None:
     stuck = [(5.0, signal) for _, signal in lines]
     with pytest.raises(InputError, match=r"'index'.*#index"):
         identify_columns(stuck, ("index", "piezo"), (), "port")
+
+
+@pytest.mark.parametrize("period", [0.15, 0.3])
+def test_bursts_are_no_pauses(period: float) -> None:
+    arrivals = _csv_source._SteadyArrivals(0.5)
+    age = 0.0
+    while not arrivals.steady:
+        age += period
+        arrivals.add(age - 0.002, round(2000 * age) - 4)
+        arrivals.add(age, round(2000 * age))
+    assert age < 2.5
+    assert arrivals.rate() == pytest.approx(2000.0, rel=0.02)
+
+
+def test_arrivals_after_a_pause_are_ignored() -> None:
+    arrivals = _csv_source._SteadyArrivals(0.5)
+    for k in range(1, 300):
+        age = 0.01 * k + (0.4 if k > 80 else 0.0)
+        arrivals.add(age, 20 * k - (500 if k > 80 else 0))  # the pause lost 500 lines
+    assert arrivals.rate() == pytest.approx(2000.0, rel=1e-6)

@@ -26,7 +26,7 @@ from firstcontact.device import (
     drain,
     source_kind,
 )
-from firstcontact.device._twin_device import TwinDevice
+from firstcontact.device._twin_source import TwinDevice
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
 from sound import local_sound

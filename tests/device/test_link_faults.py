@@ -13,8 +13,8 @@ from scripted_device import DEAD, ScriptedDevice, collect
 from serial_faults import read_until
 
 from firstcontact.core import InputError
-from firstcontact.device import FrameType, SerialSource, _serial_source, _transport
-from firstcontact.device._transport import LinkError, SerialTransport
+from firstcontact.device import FrameType, SerialSource, _ports, _serial_source
+from firstcontact.device._ports import LinkError, SerialTransport
 
 
 def test_failure_between_reads_is_raised_before_the_end(device: ScriptedDevice) -> None:
@@ -98,7 +98,7 @@ def test_closed_port_raises(device: ScriptedDevice) -> None:
 def test_stop_of_this_process_during_a_write_does_not_lose_the_port(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_transport, "WRITE", 0.02)
+    monkeypatch.setattr(_ports, "WRITE", 0.02)
     transport = SerialTransport(device.port)
     write = os.write
 
@@ -115,7 +115,7 @@ def test_stop_of_this_process_during_a_write_does_not_lose_the_port(
 def test_device_that_never_reads_is_a_lost_port(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_transport, "WRITE", 0.02)
+    monkeypatch.setattr(_ports, "WRITE", 0.02)
     transport = SerialTransport(device.port)
 
     def send_without_end() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firstcontact.device import Health, LinkNews
-from firstcontact.device._link_news import MERGE_TIME
+from firstcontact.device._source import MERGE_TIME
 
 
 def test_repeated_losses_are_merged_into_a_line_per_second() -> None:

@@ -249,7 +249,7 @@ def test_jittering_stamps_do_not_run_backwards() -> None:
 
 def test_library_logs_only_on_request(tmp_path: Path) -> None:
     program = (
-        "from firstcontact.device._lsl_library import lsl_library\n"
+        "from firstcontact.device._lsl_source import lsl_library\n"
         "lsl_library().resolve_byprop('name', 'nobody', 1, 0.05)\n"
     )
     for settings, expected in ((None, ""), ("[log]\nlevel = 1\n", "INFO")):

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from numbered import DESCRIPTOR, check, numbered
 
 from firstcontact.core import Block, Calibration, Finger, InputError, Label, VibrationCalibration
-from firstcontact.device import Arrival, ReplaySource, open_source
-from firstcontact.device._link_news import link_news
+from firstcontact.device import Arrival, LinkNews, ReplaySource, open_source
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
 CALIBRATION = Calibration((VibrationCalibration(Finger.INDEX, 0.005),))
@@ -83,10 +82,7 @@ def test_replay_keeps_all_positions(recording: Path, block: int) -> None:
     assert (health.samples, health.lost_samples, health.epoch) == (2307, 200, 1)
     assert not health.connected
     health_before = replace(health, connected=True, ended=False)
-    assert link_news(health_before, health) == ["link: end of the recording"]
-    assert link_news(health_before, replace(health, ended=False)) == [
-        "link: the device is gone; waiting for it"
-    ]
+    assert LinkNews(health_before).lines(health) == ["link: end of the recording"]
 
 
 def test_descriptor_is_that_of_the_recording(recording: Path) -> None:

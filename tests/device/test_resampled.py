@@ -130,12 +130,15 @@ def test_read_returns_at_least_one_sample(tmp_path: Path) -> None:
         assert all(len(source.read(1.0)[0].block.data) for _ in range(40))
 
 
-def test_calibration_exists_only_for_recordings(tmp_path: Path) -> None:
+def test_resampled_source_has_the_capabilities_of_its_source(tmp_path: Path) -> None:
     path = write_recording(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
     with ReplaySource(path) as inner:
-        assert hasattr(ResampledSource(inner, NEW), "calibration")
+        assert ResampledSource(inner, NEW).recorded
     with TwinSource(speed=2.0) as device:
-        assert not hasattr(ResampledSource(device, 8000.0), "calibration")
+        source = ResampledSource(device, 8000.0)
+        assert not source.recorded
+        assert source.calibration is None
+        assert (source.speed, source.twin_hand) == (2.0, device.twin_hand)
 
 
 @pytest.mark.parametrize("rate", [8000.0, 2500.0])
@@ -155,11 +158,6 @@ def test_closing_speeds_are_those_of_the_source(rate: float, tmp_path: Path) -> 
             assert source.closing_speed(new, 1) is None
         answers = {source.closing_speed(round(n * NEW / rate), 0) for n in range(1500)}
     assert answers == {*speeds, None}
-
-
-def test_a_device_has_no_recorded_closing_speeds() -> None:
-    with TwinSource(speed=2.0) as device:
-        assert not hasattr(ResampledSource(device, 8000.0), "closing_speed")
 
 
 def test_marks_and_orders_reach_the_source(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from serial_faults import every_other, read_until, samples
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, FrameType, SerialSource
 from firstcontact.device import _serial_source as serial_source
-from firstcontact.device._transport import SerialTransport
+from firstcontact.device._ports import SerialTransport
 from firstcontact.recording import Marker
 from processes import PATIENCE, until
 

@@ -19,8 +19,8 @@ from twin_host import DEAD, expected, host
 from firstcontact.core import InputError
 from firstcontact.device import Descriptor, FrameType, encode
 from firstcontact.device import _protocol as protocol
-from firstcontact.device._twin_device import TwinDevice
 from firstcontact.device._twin_process import RING
+from firstcontact.device._twin_source import TwinDevice
 from firstcontact.twin import DeviceFilter, TwinStream
 from processes import PATIENCE, children, command_line, gone, stop, stopped, until
 
@@ -152,7 +152,7 @@ def test_ctrl_c_does_not_reach_the_twin(twin: TwinDevice) -> None:
 
 PARENT = """
 import sys
-from firstcontact.device._twin_device import TwinDevice
+from firstcontact.device._twin_source import TwinDevice
 device = TwinDevice()
 print(device.pid, device.port, flush=True)
 sys.stdin.read()

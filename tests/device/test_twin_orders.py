@@ -11,8 +11,7 @@ from twin_host import Host, host
 from firstcontact.core import Command
 from firstcontact.device import FrameType, held_object, order_text
 from firstcontact.device import _protocol as protocol
-from firstcontact.device._twin_device import TwinDevice
-from firstcontact.device._twin_source import TwinSource
+from firstcontact.device._twin_source import TwinDevice, TwinSource
 from firstcontact.device._twin_words import ACCEPTED, peak_text
 from firstcontact.twin import TwinStream
 

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from firstcontact.core import Channel, ChannelKind, Layout
 from firstcontact.device import Descriptor
 from firstcontact.device._audio_source import AudioSource, _InputBlock
+from firstcontact.device._threaded import LARGEST_SAMPLE
 from firstcontact.device._csv_source import CsvSource
 from firstcontact.device._lsl_source import LslSource
 from firstcontact.device._number_lines import LineReader, identify_columns
-from firstcontact.device._stream_checks import LARGEST_SAMPLE
 from firstcontact.device._threaded import ThreadedSource
 
 ODD = (np.nan, np.inf, -np.inf, 1e39, -1e300, 1e300, 2.0**31, 1e9, -1e9, 0.0)
@@ -69,14 +69,10 @@ class _Port:
     def __init__(self, source: CsvSource, data: bytes) -> None:
         self._source, self._data = source, data
 
-    @property
-    def in_waiting(self) -> int:
-        return 200
-
-    def read(self, count: int) -> bytes:
+    def read(self, patience: float) -> bytes:
         if not self._data:
             self._source._closing.set()
-        data, self._data = self._data[:count], self._data[count:]
+        data, self._data = self._data[:200], self._data[200:]
         return data
 
     def close(self) -> None:
@@ -104,7 +100,7 @@ def board(rng: Random, _: Path) -> None:
         for k in range(len(source._columns.signals))
     )
     source._descriptor = Descriptor(Layout(disc, 4936.0), dtype="float32")
-    source._serial = _Port(source, data)
+    source._port = _Port(source, data)  # type: ignore[assignment]
     _worked(source)
 
 

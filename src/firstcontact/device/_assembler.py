@@ -7,24 +7,24 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from firstcontact.core import Block, InputError
-from firstcontact.device._decoder import Decoder, NextSamples
+from firstcontact.device._descriptor import Descriptor, read_greeting, refusal
 from firstcontact.device._device_predictions import (
     DevicePrediction,
     check_place,
     read_contact,
     read_estimate,
 )
-from firstcontact.device._handshake import read_greeting, refusal
 from firstcontact.device._protocol import (
+    Decoder,
     Frame,
     FrameError,
     FrameType,
+    NextSamples,
     read_late,
     read_marker,
     read_stopped,
     samples_head,
 )
-from firstcontact.device._source import Descriptor
 from firstcontact.recording import Marker
 
 _WRAP = 1 << 32
@@ -173,11 +173,11 @@ class Assembler:
 
     def _greeting(self, frame: Frame) -> bool:
         """Process a descriptor frame. Return False if the frame is late or repeated."""
-        greeting = read_greeting(frame.payload)
+        boot, descriptor = read_greeting(frame.payload)
         if self.descriptor is None:
-            self.descriptor = greeting.descriptor
-            self._width = greeting.descriptor.layout.width
-        elif greeting.descriptor.layout != self.descriptor.layout:
+            self.descriptor = descriptor
+            self._width = descriptor.layout.width
+        elif descriptor.layout != self.descriptor.layout:
             raise InputError(
                 "another device is now on this port, with other channels or another sampling "
                 "rate: start the command again to use this device"
@@ -185,14 +185,14 @@ class Assembler:
         counter_went_back = self._counter is not None and self._ahead(frame.counter) < 0
         restarted = (
             self.epoch < 0
-            or greeting.boot != self._boot
+            or boot != self._boot
             or (counter_went_back and self._descriptor_requested)
         )
         self._descriptor_requested = False
         if restarted:
             self._counter = self._next = self._overflow = self._late = None
             self._fits = False
-            self._boot = greeting.boot
+            self._boot = boot
         if not self._accept_counter(frame.counter):
             return False
         if restarted or not self._listening:

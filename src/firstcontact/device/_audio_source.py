@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE, InputError, VibrationSensor, require_modules
+from firstcontact.device._clock import RateCheck
+from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._opening import SourceOptions
-from firstcontact.device._source import Descriptor
-from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._threaded import ThreadedSource
 from firstcontact.recording import FileSettings, make_layout
 

@@ -28,6 +28,17 @@ SLEW = 0.05
 #: they almost stand still but still rise.
 FAR = 0.25
 STILL_RISING = 0.999
+#: Largest difference between the stated and the measured rate, as a share.
+TOLERANCE = 0.02
+#: Relative difference between the rates from which on ``FEW`` windows prove it.
+OBVIOUS = 0.3
+#: Shortest window in which samples are counted, s.
+WINDOW = 0.25
+#: Number of windows that prove an obvious difference, number that proves a smaller one, and largest
+#: number of windows in memory.
+FEW, ENOUGH, KEPT = 4, 8, 40
+#: Number of standard errors of the measured rate by which the tolerance is widened.
+SIGMAS = 4.0
 
 
 class _ArrivalTime(NamedTuple):
@@ -77,6 +88,41 @@ class ClockFit:
             self.rate = max(float(np.polyfit(times, samples, 1)[0]), 0.0)
 
 
+class RateCheck:
+    """Measured rate of a stream, compared with its stated rate."""
+
+    def __init__(self, stated: float) -> None:
+        self._stated = stated
+        self._begin: tuple[float, float] | None = None
+        self._rates: deque[float] = deque(maxlen=KEPT)
+
+    @property
+    def rate(self) -> float:
+        """Measured rate, Hz; 0 before the first quarter of a second has passed."""
+        return float(np.median(self._rates)) if self._rates else 0.0
+
+    def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:
+        """Add samples up to a time. Return True if the measured rate differs from the stated."""
+        if behind or self._begin is None or seconds < self._begin[1]:
+            self._begin = end, seconds
+            return False
+        if seconds - self._begin[1] < WINDOW:
+            return False
+        self._rates.append((end - self._begin[0]) / (seconds - self._begin[1]))
+        self._begin = end, seconds
+        return self._differs()
+
+    def _differs(self) -> bool:
+        rates = np.array(self._rates)
+        if len(rates) < FEW:
+            return False
+        median = float(np.median(rates))
+        scatter = 1.4826 * float(np.median(np.abs(rates - median)))
+        error = 1.2533 * scatter / len(rates) ** 0.5
+        tolerance = TOLERANCE if len(rates) >= ENOUGH else OBVIOUS
+        return bool(abs(median - self._stated) > tolerance * self._stated + SIGMAS * error)
+
+
 class TransportDelay:
     """Delay of samples on their way to the host, relative to the least delayed blocks.
 
@@ -93,7 +139,7 @@ class TransportDelay:
         self._rate = rate
         self._epoch: int | None = None
         self._fastest = _FastestArrivals(rate, MEMORY)
-        self._least = 0.0
+        self.least = 0.0  #: Time of sample 0 with the shortest delay, s of the host's clock.
 
     def add(self, block: Block, host: float) -> None:
         """Add the next block, with its arrival time by the host's clock, s."""
@@ -101,25 +147,23 @@ class TransportDelay:
             self._epoch = block.epoch
             self._fastest = _FastestArrivals(self._rate, MEMORY)
         self._fastest.add(block.end - 1, host)
-        self._least = self._fastest.delay(host - MEMORY)
+        self.least = self._fastest.delay(host - MEMORY)
 
     def host_time(self, sample: int) -> float:
         """Return the host's time at which ``sample`` arrives with the shortest delay, s."""
-        return sample / self._rate + self._least
+        return sample / self._rate + self.least
 
     def delay(self, sample: int, host: float) -> float:
         """Return the delay of a sample that was available at the host's time ``host``, s."""
-        return max(host - sample / self._rate - self._least, 0.0)
+        return max(host - sample / self._rate - self.least, 0.0)
 
 
 class DeviceClock:
     """Times of samples, from their numbers and the arrival times of blocks.
 
-    A block cannot arrive before its last sample was taken. So the least delayed blocks of the last
-    ten seconds define the time of sample 0. All other blocks get times from their sample numbers.
-
-    A clock error of 100 parts per million is tracked to within a millisecond. The shortest
-    transport time is unknown and stays in the times.
+    The least delayed blocks of the last ten seconds define the time of sample 0, as in
+    :class:`TransportDelay`. All other blocks get times from their sample numbers. A clock error of
+    100 parts per million is tracked to within a millisecond.
 
     Parameters
     ----------
@@ -130,7 +174,7 @@ class DeviceClock:
     def __init__(self, rate: float) -> None:
         self._rate = rate
         self._epoch: int | None = None
-        self._fastest = _FastestArrivals(rate, MEMORY)
+        self._transport = TransportDelay(rate)
         self._applied = 0.0
         self._end = 0
         self._last = -np.inf
@@ -150,7 +194,8 @@ class DeviceClock:
         ndarray
             Times, s, shape (samples,). They rise, also from one call to the next.
         """
-        target = self._target(block, host)
+        self._transport.add(block, host)
+        target = self._transport.least
         offset = self._applied
         if block.epoch != self._epoch:
             self._epoch = block.epoch
@@ -177,9 +222,3 @@ class DeviceClock:
         If ``epoch`` is not the newest epoch, return the time of the newest sample.
         """
         return sample / self._rate + self._applied if epoch == self._epoch else self._last
-
-    def _target(self, block: Block, host: float) -> float:
-        if block.epoch != self._epoch:
-            self._fastest = _FastestArrivals(self._rate, MEMORY)
-        self._fastest.add(block.end - 1, host)
-        return self._fastest.delay(host - MEMORY)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 import time
+from bisect import bisect_left
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from firstcontact.core import FINGERTIP_RATE, Channel, ChannelKind, Finger, InputError, Layout
+from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._number_lines import (
     LEAP,
     LINES_NEEDED,
@@ -18,9 +20,10 @@ from firstcontact.device._number_lines import (
     identify_columns,
 )
 from firstcontact.device._opening import SourceOptions
-from firstcontact.device._source import Descriptor
+from firstcontact.device._ports import LinkError, SerialTransport
 from firstcontact.device._threaded import LONGEST_LOOK, ThreadedSource
-from firstcontact.device._transport import FAULTS, LinkError, opening_error
+
+_log = logging.getLogger("firstcontact.device")
 
 #: Default baud rate, for boards with a UART. A board with native USB accepts any.
 BAUD = 115_200
@@ -38,6 +41,8 @@ WRAPS = (8, 16, 32)
 RETRY = 0.2
 #: A read of this many bytes or more shows a backlog; the system's buffer holds 4096.
 BACKLOG = 2048
+#: Longest wait of a read, s.
+WAIT = 0.02
 
 
 @dataclass(slots=True)
@@ -76,6 +81,44 @@ class _Counter:
         return self.number
 
 
+class _SteadyArrivals:
+    """Arrivals of lines, without those that waited in buffers: the first, and those after a pause.
+
+    Lines can wait in buffers for ``lead`` seconds. A pause is a gap that is long and rare: it shows
+    that this machine was busy. A board that prints in bursts repeats its gaps.
+    """
+
+    def __init__(self, lead: float) -> None:
+        self._lead = self._begin = lead
+        self._arrivals: list[tuple[float, int]] = []  # age, and number of lines until then
+        self._gaps: list[float] = []
+        self._last = 0.0
+
+    def add(self, age: float, lines: int) -> None:
+        """Add the number of lines that arrived until ``age``, s."""
+        gap, self._last = age - self._last, age
+        if gap > LONGEST_LOOK:
+            if sum(other > 0.5 * gap for other in self._gaps) < 2:
+                self._begin = age + self._lead
+            self._gaps.append(gap)
+        if age > self._lead:
+            self._arrivals.append((age, lines))
+
+    @property
+    def steady(self) -> list[tuple[float, int]]:
+        """Arrivals since the last pause; empty if they span too short a time."""
+        steady = self._arrivals[bisect_left(self._arrivals, (self._begin, 0)) :]
+        return steady if steady and steady[-1][0] - steady[0][0] >= 2.0 * self._lead else []
+
+    def rate(self) -> float:
+        """Return the lines per second; 0 if too few arrived."""
+        arrivals = self.steady or self._arrivals
+        if len(arrivals) < 3:
+            return 0.0
+        times, counts = np.array(arrivals).T
+        return float(np.polyfit(times, counts, 1)[0])
+
+
 class CsvSource(ThreadedSource):
     """Board on a serial port that prints its samples as lines of numbers."""
 
@@ -90,14 +133,14 @@ class CsvSource(ThreadedSource):
         super().__init__(f"csv:{port}")
         self.port = port
         self._named, self._baud, self._rate, self._measured = columns, baud, rate, measured
-        self._serial: Any = None
+        self._port: SerialTransport | None = None
         self._lines = LineReader()
         self._columns: Columns | None = None
 
     def _open(self) -> Descriptor:
-        self._serial = self._opened()
+        self._port = SerialTransport(self.port, self._baud)
         try:
-            self._columns, rate = self._look()
+            self._columns, rate = self._identify(self._port)
         except LinkError as error:
             self._shut()
             raise InputError(
@@ -128,34 +171,15 @@ class CsvSource(ThreadedSource):
             delay=delay,
         )
 
-    def _opened(self) -> Any:
-        import serial
-
-        try:
-            return serial.Serial(self.port, self._baud, timeout=0.02, exclusive=True)
-        except FAULTS as error:
-            raise InputError(opening_error(self.port, error)) from error
-
-    def _read(self) -> bytes:
-        try:
-            data: bytes = self._serial.read(1)
-            return data + self._serial.read(self._serial.in_waiting) if data else data
-        except (OSError, TypeError, ValueError) as error:
-            raise LinkError(f"{self.port}: {error}") from error
-
-    def _look(self) -> tuple[Columns, float]:
+    def _identify(self, port: SerialTransport) -> tuple[Columns, float]:
         """Return the meaning of the columns and the sampling rate, Hz, from the first lines."""
-        opened = began = time.monotonic()
+        opened = began = now = time.monotonic()
         lines: list[tuple[float, ...]] = []
-        # The first lines may have waited in buffers. The rate is the slope of a line through the
-        # arrivals after them, of which a busy machine may read few.
-        arrivals: list[tuple[float, int]] = []
-        steady: list[tuple[float, int]] = []  # arrivals since the last pause and its backlog
-        lead = pause = 0.25 * self._measured
+        arrivals = _SteadyArrivals(0.25 * self._measured)
         while (
-            (now := time.monotonic()) - began < self._measured
+            now - began < self._measured
             or len(lines) < LINES_NEEDED
-            or (_duration(steady) < 0.5 * self._measured and now - opened < PATIENCE)
+            or (not arrivals.steady and now - opened < PATIENCE)
         ):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
@@ -163,21 +187,14 @@ class CsvSource(ThreadedSource):
                     "lines were not numbers): check that the board prints numbers, and its baud "
                     "rate (csv:PORT@BAUD)"
                 )
-            new = [line for line in self._lines.feed(self._read()) if line]
-            if new and not lines:
-                began = time.monotonic()  # buffered lines arrive together
-            lines += new
-            if new and (age := time.monotonic() - began) > lead:
-                if age - (arrivals[-1][0] if arrivals else lead) > LONGEST_LOOK:
-                    steady, pause = [], age + lead
-                arrivals.append((age, len(lines)))
-                if age >= pause:
-                    steady.append(arrivals[-1])
-        if _duration(steady) >= 0.5 * self._measured:
-            arrivals = steady
+            new = [line for line in self._lines.feed(port.read(WAIT)) if line]
+            now = time.monotonic()
+            if new:
+                began = began if lines else now  # buffered lines arrive together
+                lines += new
+                arrivals.add(now - began, len(lines))
         columns = identify_columns(lines, self._lines.header, self._named, self.port)
-        times, counts = np.array(arrivals).reshape(-1, 2).T
-        rate = float(np.polyfit(times, counts, 1)[0]) if len(arrivals) > 2 else 0.0
+        rate = arrivals.rate()
         if columns.counter is not None:
             complete_lines = [n for n in lines if len(n) == columns.width]
             steps = np.diff([n[columns.counter] for n in complete_lines])
@@ -190,6 +207,7 @@ class CsvSource(ThreadedSource):
                 f"{self.port} gives {rate:.0f} lines a second, and a contact needs {LEAST_RATE:g} "
                 "or more: raise the baud rate, print fewer columns, or sample faster"
             )
+        _log.info("%s: %.1f Hz measured", self.name, rate)
         return columns, rate
 
     def _work(self) -> None:
@@ -198,7 +216,7 @@ class CsvSource(ThreadedSource):
         self._lines.bad = 0
         while not self._closing.is_set():
             try:
-                data = self._read()
+                data = b"" if self._port is None else self._port.read(WAIT)
                 self._behind = len(data) >= BACKLOG
                 lines = self._lines.feed(data)
             except LinkError:
@@ -248,18 +266,13 @@ class CsvSource(ThreadedSource):
         self._lines = LineReader(self._lines.bad, self._lines.header)
         while not self._closing.wait(RETRY):
             with suppress(InputError):
-                self._serial = self._opened()
+                self._port = SerialTransport(self.port, self._baud)
                 break
         return []
 
     def _shut(self) -> None:
-        if self._serial is not None:
-            with suppress(OSError):
-                self._serial.close()
-
-
-def _duration(arrivals: list[tuple[float, int]]) -> float:
-    return arrivals[-1][0] - arrivals[0][0] if arrivals else 0.0
+        if self._port is not None:
+            self._port.close()
 
 
 def from_name(name: str, options: SourceOptions) -> CsvSource:

@@ -1,65 +1,18 @@
-"""Contacts and estimates of a device that runs a model itself, and the frames that carry them.
-
-A model image is a model as bytes for the device's memory; see :mod:`firstcontact.chain`.
-"""
+"""Contacts and estimates of a device that runs a model itself, and the frames that carry them."""
 
 from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from typing import Annotated
 
-from msgspec import Meta
-
-from firstcontact.core import Finger, Name
-from firstcontact.device._protocol import FrameError
+from firstcontact.core import Finger
+from firstcontact.device._protocol import FrameError, FrameType, unpack
 
 _CONTACT = struct.Struct("<IIBB")
 _ESTIMATE = struct.Struct("<IIHBBfffI")
 #: Flags of an estimate, and the position of the reason why there is none.
 REFUSED, OUT_OF_RANGE = 1, 2
 _REASON_SHIFT = 4
-
-
-@dataclass(frozen=True, slots=True)
-class DevicePredictor:
-    """Model that runs on a device, as stated in the device's descriptor.
-
-    Parameters
-    ----------
-    model
-        Digest of the model, 16 hexadecimal digits.
-    detector, anytime
-        Names of its detector, and of its model that predicts at any time after a contact.
-    floors
-        Noise level of each finger above which the motor counts as audible, V; 0 if not set.
-    """
-
-    model: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
-    detector: Name = ""
-    anytime: Name = ""
-    floors: Annotated[tuple[Annotated[float, Meta(ge=0.0, le=1e9)], ...], Meta(max_length=2)] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class ModelSlot:
-    """Storage for models on a device, as stated in the device's descriptor."""
-
-    format: Annotated[int, Meta(ge=0, lt=2**32)]
-    room: Annotated[int, Meta(ge=0, lt=2**32)]
-    fault: Name = ""
-
-
-def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
-    """Return the message for a device that does not use the newest model stored on it.
-
-    ``has_predictor`` is True if the device runs an older model instead.
-    """
-    fallback = "runs the one before it" if has_predictor else "runs none"
-    return (
-        f"the device cannot use the newest model stored on it ({models.fault}) and {fallback}: "
-        "store a model on it with `firstcontact flash-model`"
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,9 +98,7 @@ def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> b
 
 def read_contact(payload: bytes, epoch: int, *, withdrawn: bool = False) -> DeviceContact:
     """Return the contact in the payload of a frame that reports or withdraws it."""
-    if len(payload) != _CONTACT.size:
-        raise FrameError("a contact frame has the wrong length")
-    sample, decided, finger, first = _CONTACT.unpack(payload)
+    sample, decided, finger, first = unpack(_CONTACT, payload, FrameType.CONTACT)
     return DeviceContact(_finger(finger), sample, decided, bool(first), epoch, withdrawn)
 
 
@@ -170,10 +121,8 @@ def estimate_payload(estimate: DeviceEstimate) -> bytes:
 
 def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
     """Return the estimate in the payload of an estimate frame."""
-    if len(payload) != _ESTIMATE.size:
-        raise FrameError("an estimate frame has the wrong length")
-    contact, decided, samples, finger, flags, value, low, high, nanoseconds = _ESTIMATE.unpack(
-        payload
+    contact, decided, samples, finger, flags, value, low, high, nanoseconds = unpack(
+        _ESTIMATE, payload, FrameType.ESTIMATE
     )
     if not 0.0 <= low <= value <= high <= 100.0:  # False for NaN too
         raise FrameError("an estimate is not a Shore A value inside its interval")

@@ -8,10 +8,9 @@ import zlib
 from contextlib import closing
 
 from firstcontact.core import InputError
-from firstcontact.device._decoder import Decoder
-from firstcontact.device._handshake import Greeting, read_greeting, refusal
-from firstcontact.device._protocol import VERSION, Frame, FrameError, FrameType
-from firstcontact.device._transport import LinkError, SerialTransport
+from firstcontact.device._descriptor import read_greeting, refusal
+from firstcontact.device._ports import LinkError, SerialTransport
+from firstcontact.device._protocol import VERSION, Decoder, FrameError, FrameType
 
 #: Largest number of model bytes in a frame.
 CHUNK = 200
@@ -30,13 +29,8 @@ _TAKES_NONE = (
     "the device takes no models: flash the firmware that runs models, of this version of "
     "firstcontact"
 )
-#: Largest number of consecutive requests for the same piece.
-MOST_REPEATS = 10
-
-
-def _answers_kind(answer: Frame, kind: FrameType) -> bool:
-    """Return True if ``answer`` is for a frame of this kind, not for an earlier frame."""
-    return answer.type != FrameType.MODEL_STATE or answer.payload[1:2] == bytes([kind])
+#: Half the number of pieces that a device may request beyond twice the pieces of the model.
+MORE_PIECES = 10
 
 
 class _Link:
@@ -50,8 +44,8 @@ class _Link:
     def close(self) -> None:
         self._transport.close()
 
-    def ask(self, kind: FrameType, payload: bytes, answer: FrameType) -> Frame | None:
-        """Send a frame again and again until the device answers it. Return the answer, or None."""
+    def ask(self, kind: FrameType, payload: bytes, answer: FrameType) -> bytes | None:
+        """Send a frame until the device answers it. Return the payload of the answer, or None."""
         deadline = time.monotonic() + PATIENCE
         try:
             while time.monotonic() < deadline:
@@ -61,53 +55,44 @@ class _Link:
                     for frame in self._decoder.feed(self._transport.read()):
                         if frame.type == FrameType.REFUSED:
                             raise refusal(frame.payload)
-                        if frame.type == answer and _answers_kind(frame, kind):
-                            return frame
+                        # A model's state also names the type of frame that it answers.
+                        is_late = answer == FrameType.MODEL_STATE and frame.payload[1:2] != bytes(
+                            [kind]
+                        )
+                        if frame.type == answer and not is_late:
+                            return frame.payload
         except LinkError as error:
-            raise InputError(
-                f"{self.port}: the device was unplugged ({error}): plug it in and start again; "
-                "the device keeps its old model"
+            raise self.error(
+                f"the device was unplugged ({error}): plug it in and start again; the device keeps "
+                "its old model"
             ) from error
         return None
 
-    def stop(self) -> None:
-        """Make the device stop its samples."""
-        if self.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:
-            raise InputError(
-                f"{self.port}: the device does not stop sending samples: reset it and start again"
-            )
+    def error(self, message: str) -> InputError:
+        return InputError(f"{self.port}: {message}")
 
     def hello(self) -> bytes:
         """Request the device's descriptor. Return the payload of the descriptor frame."""
         answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR)
         if answer is None:
-            raise InputError(f"{self.port}: {_SILENT}")
-        return answer.payload
-
-    def greeting(self) -> Greeting:
-        try:
-            return read_greeting(self.hello())
-        except FrameError as error:
-            raise InputError(f"{self.port}: {error}: start again") from error
+            raise self.error(_SILENT)
+        return answer
 
     def send(self, data: bytes) -> int:
         """Send a model in pieces. Return :data:`KEPT` if the device kept it, else another state."""
         head = _BEGIN.pack(*_FORMAT.unpack_from(data), len(data), zlib.crc32(data))
         _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
-        best = received  # requests for earlier pieces are no progress
-        pieces, repeats = 2 * (len(data) // CHUNK + MOST_REPEATS), 0
-        while received < len(data):
+        for _ in range(2 * (len(data) // CHUNK + MORE_PIECES)):
+            if received == len(data):
+                break
             chunk = _OFFSET.pack(received) + data[received : received + CHUNK]
             _, received = self._model(FrameType.MODEL_CHUNK, chunk, received, len(data))
-            pieces -= 1
-            repeats = 0 if received > best else repeats + 1
-            best = max(best, received)
-            if repeats == MOST_REPEATS or not pieces:
-                raise InputError(
-                    f"{self.port}: the device repeatedly asks for the same pieces of the model "
-                    f"(it has {best} of {len(data)} bytes): check its cable and start again; the "
-                    "device keeps its old model"
-                )
+        else:
+            raise self.error(
+                "the device repeatedly asks for the same pieces of the model (it has "
+                f"{received} of {len(data)} bytes): check its cable and start again; the device "
+                "keeps its old model"
+            )
         state, _ = self._model(FrameType.MODEL_END, b"", received, len(data))
         return state
 
@@ -115,36 +100,32 @@ class _Link:
         self, kind: FrameType, payload: bytes, received: int, length: int
     ) -> tuple[int, int]:
         """Send a frame of a transfer. Return the device's state and its number of stored bytes."""
-        frame = self.ask(kind, payload, FrameType.MODEL_STATE)
-        if frame is None:
+        answer = self.ask(kind, payload, FrameType.MODEL_STATE)
+        if answer is None:
             # A device that answers other frames does not know this one.
             if kind == FrameType.MODEL_BEGIN and self.hello():
-                raise InputError(f"{self.port}: {_TAKES_NONE}")
-            raise InputError(
-                f"{self.port}: the device fell silent after {received} of {length} bytes of the "
-                "model: check its cable, reset it and start again"
+                raise self.error(_TAKES_NONE)
+            raise self.error(
+                f"the device fell silent after {received} of {length} bytes of the model: check "
+                "its cable, reset it and start again"
             )
-        answer = frame.payload
         if len(answer) < _STATE.size:
-            raise InputError(
-                f"{self.port}: the device's answer is too short: run the command again"
-            )
+            raise self.error("the device's answer is too short: run the command again")
         state, _, stored = _STATE.unpack_from(answer)
         if state == REFUSED:
-            raise _refused(self.port, answer[_STATE.size :].decode(errors="replace"))
+            raise self.refused(answer[_STATE.size :].decode(errors="replace"))
         if stored > length:
-            raise InputError(
-                f"{self.port}: the device reports {stored} received bytes of the model, which has "
-                f"{length}: reset the device and start again"
+            raise self.error(
+                f"the device reports {stored} received bytes of the model, which has {length}: "
+                "reset the device and start again"
             )
         return int(state), int(stored)
 
-
-def _refused(port: str, why: str) -> InputError:
-    return InputError(
-        f"{port}: the device refuses the model ({why}) and keeps its old one: use the version of "
-        "firstcontact that the firmware belongs to"
-    )
+    def refused(self, reason: str) -> InputError:
+        return self.error(
+            f"the device refuses the model ({reason}) and keeps its old one: use the version of "
+            "firstcontact that the firmware belongs to"
+        )
 
 
 def check_model_fits(port: str, data: bytes) -> None:
@@ -163,19 +144,18 @@ def check_model_fits(port: str, data: bytes) -> None:
     with closing(_Link(port)) as link:
         hello = link.hello()
     try:
-        slot = read_greeting(hello).descriptor.model_slot
+        slot = read_greeting(hello)[1].model_slot
     except (FrameError, InputError):
         return  # a stored model that damages the descriptor can still be replaced
     if slot is None:
-        raise InputError(f"{port}: {_TAKES_NONE}")
+        raise link.error(_TAKES_NONE)
     (form,) = _FORMAT.unpack_from(data)
     if slot.format != form:
-        raise _refused(
-            port,
-            f"the firmware takes models of format {slot.format}, and this model has format {form}",
+        raise link.refused(
+            f"the firmware takes models of format {slot.format}, and this model has format {form}"
         )
     if slot.room < len(data):
-        raise _refused(port, f"the model has {len(data)} bytes, and there is room for {slot.room}")
+        raise link.refused(f"the model has {len(data)} bytes, and there is room for {slot.room}")
 
 
 def flash_model(port: str, data: bytes) -> str:
@@ -200,9 +180,13 @@ def flash_model(port: str, data: bytes) -> str:
     """
     with closing(_Link(port)) as link:
         link.hello()  # not parsed: a stored model that damages the descriptor can be replaced
-        link.stop()
+        if link.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:
+            raise link.error("the device does not stop sending samples: reset it and start again")
         state = link.send(data)
-        predictor = link.greeting().descriptor.predictor
+        try:
+            predictor = read_greeting(link.hello())[1].predictor
+        except FrameError as error:
+            raise link.error(f"{error}: start again") from error
     if state != KEPT or predictor is None:
-        raise InputError(f"{port}: the device did not store the model: run the command again")
+        raise link.error("the device did not store the model: run the command again")
     return predictor.model

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,13 +22,14 @@ from firstcontact.core import (
     Layout,
     VibrationSensor,
     finger_name,
+    install_command,
+    require_modules,
 )
-from firstcontact.device._lsl_library import lsl_library
+from firstcontact.device._clock import RateCheck
+from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._number_lines import distinct_names, find_column
 from firstcontact.device._opening import SourceOptions
-from firstcontact.device._source import Descriptor
 from firstcontact.device._stamped_samples import StampedSamples, usable_stamps
-from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._threaded import ThreadedSource
 from firstcontact.recording import HIGHEST_RATE, SOURCES
 
@@ -46,6 +49,27 @@ LONGEST_LABEL = 100
 BUFFERED = 60
 
 
+def lsl_library() -> Any:
+    """Return the module pylsl, set to log only warnings and errors.
+
+    Raises
+    ------
+    InputError
+        The package pylsl or its C library is missing.
+    """
+    require_modules("live", "pylsl")
+    try:
+        import pylsl
+    except RuntimeError as error:  # the C library is missing
+        raise InputError(f"LSL needs liblsl ({error}): {install_command('live')}") from error
+    # Without a settings file of the user, liblsl prints its settings on standard error.
+    files = ("lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
+    if "LSLAPICFG" not in os.environ and not any(Path(f).expanduser().exists() for f in files):
+        with suppress(AttributeError, NotImplementedError):  # liblsl before 1.17.7
+            pylsl.set_config_content("[log]\nlevel = -1\n")
+    return pylsl
+
+
 class _Epoch:
     """Numbers for the samples of one epoch, from the time stamps of the sender's clock."""
 
@@ -58,11 +82,6 @@ class _Epoch:
         self.count = 0
         self._newest = -math.inf  # newest stamp
         self._steps = self._backward = 0  # number of steps between stamps, and of steps back
-
-    @property
-    def next(self) -> _Epoch:
-        """New epoch with the next number."""
-        return _Epoch(self.number + 1, self._rate)
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask of the samples whose ages ``ago``, s, fit the ages of earlier samples."""
@@ -202,7 +221,7 @@ class LslSource(ThreadedSource):
                 self._note(connected=False)
                 if not self._reconnect():
                     return
-                epoch = epoch.next
+                epoch = _Epoch(epoch.number + 1, self._input_rate)
                 continue
             values = np.asarray(chunk, np.float64)[:, self._places]
             epoch = self._take(epoch, values, np.asarray(stamps), host, ago)
@@ -223,7 +242,7 @@ class LslSource(ThreadedSource):
         ages = clock - stamps
         fits = epoch.in_time(ages)
         if not fits.any() and usable_stamps(stamps).any():
-            epoch = epoch.next
+            epoch = _Epoch(epoch.number + 1, self._input_rate)
             fits = epoch.in_time(ages)
         values[~fits] = np.nan
         numbers = epoch.numbers(np.where(fits, stamps, np.nan))
@@ -236,19 +255,18 @@ class LslSource(ThreadedSource):
     def _reconnect(self) -> bool:
         """Search for the stream until it is back. Return False if the source is closed first."""
         self._shut()
-        layout = self.descriptor.layout
         while not self._closing.is_set():
-            with suppress(InputError):
-                info = self._find(0.5)
-                if info is None:
-                    continue
-                descriptor = self._listen(info)
-                if descriptor.layout == layout:
+            descriptor = None
+            with suppress(InputError):  # several streams of this name, or an unusable one
+                if (info := self._find(0.5)) is not None:
+                    descriptor = self._listen(info)
+            if descriptor is not None:
+                if descriptor.layout == self.descriptor.layout:
                     return True
-                break
-        if self._closing.is_set():
-            return False
-        raise InputError(f"{self.name} came back with other channels: start the command again")
+                raise InputError(
+                    f"{self.name} came back with other channels: start the command again"
+                )
+        return False
 
     def _shut(self) -> None:
         inlet, self._inlet = self._inlet, None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from firstcontact.core import InputError, parse_float
 
@@ -43,7 +43,6 @@ class LineReader:
     header: tuple[str, ...] = ()
     _rest: bytes = b""
     _begun: bool = False
-    _headers: int = field(default=0)
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
         """Return the numbers in each line that ``data`` completes."""
@@ -82,7 +81,6 @@ class LineReader:
         words = _words(line)
         if self._is_header(words):
             self.header = words
-            self._headers += 1
 
     @staticmethod
     def _is_header(words: tuple[str, ...]) -> bool:

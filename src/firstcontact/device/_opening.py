@@ -18,7 +18,7 @@ from firstcontact.core import AnyPath, InputError, Registry, given_path
 if TYPE_CHECKING:
     from firstcontact.device._source import Source
 
-_log = logging.getLogger(__name__)
+_log = logging.getLogger("firstcontact.device")
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,12 +231,14 @@ def open_source(
         The recording cannot be replayed, a speed is given for a real device, or a required package
         is missing.
     """
+    from firstcontact.device._source import Source
+
     given_path(device, "device")
     device = os.fspath(device)
     _log.info("opening %s", device)
     kind = source_kind(device)
     with SOURCES.calling(kind.name):
         source = kind.make(device, SourceOptions(speed, condition, seed, objects))
-        if not hasattr(source, "__enter__"):
+        if not isinstance(source, Source):
             raise TypeError(f"{type(source).__name__} is not a source")
     return source

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import struct
 import zlib
-from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from firstcontact.core import kernels
 
 VERSION = 1
 #: Largest number of samples in a frame: 1 ms at 4936 Hz.
@@ -18,6 +19,7 @@ FRAME_SAMPLES = 5
 MARKER_BYTES = 200
 #: Length limit of a stuffed frame, bytes. A descriptor of 100 channels fits.
 LONGEST = 16_384
+_MASK = 0xFFFFFFFF
 _HEAD = struct.Struct("<BI")
 _CRC = struct.Struct("<I")
 _SAMPLES = struct.Struct("<IIB")
@@ -64,13 +66,21 @@ class Frame(NamedTuple):
     payload: bytes
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SamplesFrame:
+class SamplesFrame(NamedTuple):
     """Payload of a samples frame. ``data`` has shape (n, channels), int16."""
 
     first_sample: int
     overflow: int
     data: NDArray[np.int16]
+
+
+class NextSamples(NamedTuple):
+    """Number of columns, and numbers in the head of the next samples frame (modulo 2^32)."""
+
+    width: int
+    counter: int
+    first_sample: int
+    overflow: int
 
 
 def stuff(data: bytes) -> bytes:
@@ -114,7 +124,7 @@ def unstuff(stuffed: bytes) -> bytes:
 
 def encode(kind: int, counter: int, payload: bytes = b"") -> bytes:
     """Return a frame as sent, with its final zero."""
-    body = _HEAD.pack(kind, counter & 0xFFFFFFFF) + payload
+    body = _HEAD.pack(kind, counter & _MASK) + payload
     return stuff(body + _CRC.pack(zlib.crc32(body))) + b"\0"
 
 
@@ -129,18 +139,27 @@ def decode(stuffed: bytes) -> Frame:
     return Frame(kind, counter, body[_HEAD.size : -_CRC.size])
 
 
+def unpack(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[Any, ...]:
+    """Return the numbers of a payload. Raise FrameError if its length differs."""
+    if len(payload) != form.size:
+        raise FrameError(f"a frame of type {kind.name} has the wrong length")
+    return form.unpack(payload)
+
+
+def _split(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[tuple[Any, ...], bytes]:
+    """Return the numbers at the beginning of a payload, and the bytes after them."""
+    return unpack(form, payload[: form.size], kind), payload[form.size :]
+
+
 def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -> bytes:
     """Return the payload of a samples frame. ``data`` has shape (1 to 5, channels)."""
-    head = _SAMPLES.pack(first_sample & 0xFFFFFFFF, overflow & 0xFFFFFFFF, len(data))
+    head = _SAMPLES.pack(first_sample & _MASK, overflow & _MASK, len(data))
     return head + np.ascontiguousarray(data, dtype="<i2").tobytes()
 
 
 def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
     """Return the parts of a samples frame's payload, without decoding the samples."""
-    if len(payload) < _SAMPLES.size:
-        raise FrameError("a frame of type SAMPLES is too short")
-    first, overflow, n = _SAMPLES.unpack_from(payload)
-    data = payload[_SAMPLES.size :]
+    (first, overflow, n), data = _split(_SAMPLES, payload, FrameType.SAMPLES)
     if n < 1 or len(data) != 2 * n * channels:
         raise FrameError(
             f"a frame of type SAMPLES does not hold the {n} samples of {channels} channels that "
@@ -162,15 +181,13 @@ def descriptor_payload(boot: int, text: str, version: int = VERSION) -> bytes:
 
 def read_descriptor(payload: bytes) -> tuple[int, int, str]:
     """Return protocol version, boot number and text of a descriptor frame."""
-    if len(payload) < _DESCRIPTOR.size:
-        raise FrameError("a frame of type DESCRIPTOR is too short")
-    version, boot = _DESCRIPTOR.unpack_from(payload)
-    return version, boot, _text(payload[_DESCRIPTOR.size :])
+    (version, boot), text = _split(_DESCRIPTOR, payload, FrameType.DESCRIPTOR)
+    return version, boot, _text(text)
 
 
 def marker_payload(sample: int, text: str) -> bytes:
     """Return the payload of a marker frame. A long text is cut between characters."""
-    return _MARKER.pack(sample & 0xFFFFFFFF) + marker_text(text)
+    return _MARKER.pack(sample & _MASK) + marker_text(text)
 
 
 def marker_text(text: str) -> bytes:
@@ -179,35 +196,30 @@ def marker_text(text: str) -> bytes:
 
 
 def read_marker(payload: bytes) -> tuple[int, str]:
-    """Return sample number (32 bits) and text of a marker frame. Raise FrameError if damaged."""
-    if len(payload) < _MARKER.size:
-        raise FrameError("a frame of type MARKER is too short")
-    return int(_MARKER.unpack_from(payload)[0]), _text(payload[_MARKER.size :])
+    """Return sample number (32 bits) and text of a marker frame."""
+    (sample,), text = _split(_MARKER, payload, FrameType.MARKER)
+    return sample, _text(text)
 
 
 def stopped_payload(next_sample: int, overflow: int) -> bytes:
     """Return the payload of a stopped frame."""
-    return _STOPPED.pack(next_sample & 0xFFFFFFFF, overflow & 0xFFFFFFFF)
+    return _STOPPED.pack(next_sample & _MASK, overflow & _MASK)
 
 
 def read_stopped(payload: bytes) -> tuple[int, int]:
     """Return the number of the next sample and the overflow count of a stopped frame."""
-    if len(payload) != _STOPPED.size:
-        raise FrameError("a frame of type STOPPED has the wrong length")
-    next_sample, overflow = _STOPPED.unpack(payload)
+    next_sample, overflow = unpack(_STOPPED, payload, FrameType.STOPPED)
     return next_sample, overflow
 
 
 def late_payload(skipped: int, unheard: int) -> bytes:
     """Return the payload of a ``late`` frame. It counts skipped predictions and missed samples."""
-    return _LATE.pack(skipped & 0xFFFFFFFF, unheard & 0xFFFFFFFF)
+    return _LATE.pack(skipped & _MASK, unheard & _MASK)
 
 
 def read_late(payload: bytes) -> tuple[int, int]:
     """Return the counts of skipped predictions and missed samples in a ``late`` frame."""
-    if len(payload) != _LATE.size:
-        raise FrameError("a frame of type LATE (count of skipped estimates) has the wrong length")
-    skipped, unheard = _LATE.unpack(payload)
+    skipped, unheard = unpack(_LATE, payload, FrameType.LATE)
     return skipped, unheard
 
 
@@ -221,3 +233,76 @@ def _text(data: bytes) -> str:
         return data.decode()
     except UnicodeDecodeError as error:
         raise FrameError("the text in a frame is not UTF-8") from error
+
+
+class Decoder:
+    """Decoder that splits a stream of bytes at its zeros into frames.
+
+    A piece between two zeros that is not a frame counts as one damaged piece. A wrong bit can split
+    one frame into two pieces, so the frame counters, not this count, give the number of lost
+    frames. The first piece of the stream is not counted, because it may be the end of an earlier
+    frame. A piece longer than any frame is discarded.
+
+    Attributes
+    ----------
+    bad
+        Number of damaged pieces so far.
+    """
+
+    def __init__(self) -> None:
+        self.bad = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Discard an incomplete frame. Keep the count of damaged pieces."""
+        self._rest = b""
+        self._first = True
+        self._too_long = False
+
+    def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
+        """Add bytes. Decode the samples frames at the beginning that follow without a loss.
+
+        Call :meth:`feed` afterwards: it decodes the remaining bytes. :meth:`feed` alone gives the
+        same frames, but ten times slower.
+
+        Returns
+        -------
+        frames : int
+            Number of processed frames.
+        samples : bytes
+            Encoded samples of these frames.
+        """
+        self._rest += data
+        if self._too_long:
+            return 0, b""
+        frames: int
+        samples: bytes
+        used, frames, samples = kernels().decode_samples(self._rest, *expected)
+        if used:
+            self._rest = self._rest[used:]
+            self._first = False
+        return frames, samples
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Process the next bytes. Return the frames that they complete, in order."""
+        *pieces, self._rest = (self._rest + data).split(b"\0")
+        frames = []
+        for piece in pieces:
+            if piece or self._too_long:
+                frame = None if self._too_long else _frame(piece)
+                if frame is not None:
+                    frames.append(frame)
+                elif not self._first:
+                    self.bad += 1
+            self._first = self._too_long = False
+        if len(self._rest) > LONGEST:
+            self._rest = b""
+            self._too_long = True
+        return frames
+
+
+def _frame(piece: bytes) -> Frame | None:
+    try:
+        return decode(piece)
+    except FrameError:
+        return None

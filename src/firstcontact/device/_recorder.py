@@ -15,7 +15,7 @@ from firstcontact.core import Block, InputError, merge_blocks
 from firstcontact.device._source import Arrival
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
-_log = logging.getLogger(__name__)
+_log = logging.getLogger("firstcontact.device")
 
 #: Largest number of samples for which consecutive blocks are joined before writing.
 JOINED_SAMPLES = 500

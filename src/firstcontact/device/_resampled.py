@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
-from firstcontact.core import Block, Calibration, ChannelKind, ClosingSpeed, Contact
+from firstcontact.core import Block, ChannelKind, ClosingSpeed, Contact
+from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._device_predictions import DeviceContact, DevicePrediction
-from firstcontact.device._source import Arrival, Descriptor, Health, Source
+from firstcontact.device._source import Arrival, Health, Source
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.signal import CausalResampler, check_rates
 
 
-class ResampledSource:
+class ResampledSource(Source):
     """Source that resamples another source.
 
     Channels are filtered, except for strips, which use the nearest sample. Sample numbers, markers,
@@ -39,6 +40,8 @@ class ResampledSource:
 
     def __init__(self, source: Source, rate: float) -> None:
         self._source, self._rate = source, rate
+        self.speed, self.recorded = source.speed, source.recorded
+        self.calibration, self.twin_hand = source.calibration, source.twin_hand
         layout = source.descriptor.layout
         check_rates(layout.rate, rate)
         self._old = layout.rate
@@ -69,22 +72,6 @@ class ResampledSource:
         return replace(descriptor, layout=layout, dtype="float32", delay=delay)
 
     @property
-    def calibration(self) -> Calibration | None:
-        """Calibration in a recording's header. Only a replayed recording has this attribute."""
-        calibration: Calibration | None = getattr(self._source, "calibration")  # noqa: B009
-        return calibration
-
-    @property
-    def closing_speed(self) -> Callable[[int, int], ClosingSpeed | None]:
-        """Function that returns the recorded closing speed for a sample and an epoch.
-
-        Only a replayed recording has this attribute.
-        """
-        recorded: Callable[[int, int], ClosingSpeed | None]
-        recorded = getattr(self._source, "closing_speed")  # noqa: B009
-        return lambda sample, epoch: recorded(round(sample / self._share), epoch)
-
-    @property
     def health(self) -> Health:
         """State and counts of the source up to now, in samples of the new rate."""
         health = self._source.health
@@ -101,7 +88,7 @@ class ResampledSource:
 
     @property
     def ended(self) -> bool:
-        """Return True if the source has ended and everything was read."""
+        """True if the source has ended and everything was read."""
         return self._source.ended and not self._waiting
 
     @property
@@ -119,6 +106,10 @@ class ResampledSource:
                 return pieces
         return self._leftovers() or self._source.read(timeout)  # refuses if it was closed
 
+    def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
+        """Return the closing speed that the source states for a sample."""
+        return self._source.closing_speed(round(sample / self._share), epoch)
+
     def mark(self, text: str) -> None:
         """Attach a marker to the next sample of the source."""
         self._source.mark(text)
@@ -133,9 +124,6 @@ class ResampledSource:
 
     def __enter__(self) -> Self:
         return self
-
-    def __exit__(self, *exception: object) -> None:
-        self.close()
 
     def _new_resampler(self) -> CausalResampler:
         return CausalResampler(self._old, self._rate, self._strips)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.device import _protocol as protocol
+from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._protocol import FRAME_SAMPLES, FrameError, FrameType
-from firstcontact.device._source import Descriptor
 
 #: Longest stuffed frame of a host, bytes. Longer ones are ignored.
 LONGEST_HEARD = 256

@@ -14,19 +14,18 @@ import numpy as np
 
 from firstcontact.core import Block, InputError, check_text
 from firstcontact.device._assembler import Assembled, Assembler
-from firstcontact.device._clock import ClockFit
+from firstcontact.device._clock import ClockFit, RateCheck
+from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._device_predictions import DevicePrediction
-from firstcontact.device._inbox import Inbox
 from firstcontact.device._opening import SourceOptions
+from firstcontact.device._ports import LinkError, SerialTransport, not_a_port
 from firstcontact.device._protocol import VERSION, FrameType, hint_payload, marker_text
-from firstcontact.device._source import Arrival, Descriptor, Health, check_readable
-from firstcontact.device._stream_checks import RateCheck
-from firstcontact.device._threaded import LONGEST_LOOK
-from firstcontact.device._transport import LinkError, SerialTransport, not_a_port
+from firstcontact.device._source import Arrival, Health
+from firstcontact.device._threaded import LONGEST_LOOK, QueuedSource
 from firstcontact.device._twin_words import TWIN
 from firstcontact.recording import Marker
 
-_log = logging.getLogger(__name__)
+_log = logging.getLogger("firstcontact.device")
 
 #: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
@@ -61,7 +60,7 @@ SIMULATED = ("twin", "synthetic")
 
 # Not a ThreadedSource: here the thread also connects, and the device itself counts samples and
 # places markers.
-class SerialSource:
+class SerialSource(QueuedSource):
     """Device on a serial port, which may be unplugged and plugged in again.
 
     The method :meth:`read` reads the port in the caller's thread, so samples are available as soon
@@ -88,10 +87,10 @@ class SerialSource:
     #: Largest number of samples received ahead of the reader; None for no limit. Only a device that
     #: waits for its host loses nothing with a limit.
     most: int | None = None
-    #: True: a call of :meth:`read` without a timeout costs no more than a look at the port.
     can_poll = True
 
     def __init__(self, port: str, patience: float = PATIENCE) -> None:
+        super().__init__(port)
         self.port = port
         self._patience = patience
         self._transport: SerialTransport | None = None
@@ -100,9 +99,6 @@ class SerialSource:
         self._rate_check = RateCheck(1.0)
         self._began = 0.0  # arrival of the first samples of an epoch
         self._has_warned = False  # about the rate, in this epoch
-        self._thread: threading.Thread | None = None
-        self._closing = threading.Event()
-        self._inbox = Inbox()
         # The thread that holds this lock reads the port. It protects the next fields, too.
         self._turn = threading.Lock()
         self._opened = 0.0  # time at which the port was opened
@@ -118,15 +114,10 @@ class SerialSource:
         self._connected = False
 
     @property
-    def name(self) -> str:
-        """Port of the device."""
-        return self.port
-
-    @property
     def descriptor(self) -> Descriptor:
         """Metadata of the device."""
         if self._assembler.descriptor is None:
-            raise InputError(f"{self.name} is not open: use the source in a with block")
+            raise self._not_open()
         return self._assembler.descriptor
 
     @property
@@ -150,15 +141,9 @@ class SerialSource:
                 host_rate=self._clock.rate,
             )
 
-    @property
-    def ended(self) -> bool:
-        """Return True if no more samples come and all samples and errors were delivered."""
-        return self._inbox.ended
-
     def __enter__(self) -> Self:
         self._transport = SerialTransport(self.port)
-        self._thread = threading.Thread(target=self._run, name=f"reader {self.port}", daemon=True)
-        self._thread.start()
+        self._start()
         try:
             with self._inbox.changed:
                 # Not for ``_connected``: a device that sends no samples may be disconnected again.
@@ -172,15 +157,9 @@ class SerialSource:
             raise
         return self
 
-    def __exit__(self, *exception: object) -> None:
-        self.close()
-
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all samples received since the last call.
-
-        Wait up to ``timeout`` s until there are at least ``least``.
-        """
-        check_readable(self, timeout, is_drained=self._inbox.is_drained)
+        """Return all samples received since the last call. See :meth:`Source.read`."""
+        self._check_readable(timeout, is_drained=self._inbox.is_drained)
         until = time.monotonic() + timeout
         remaining = timeout
         self._looked = until - timeout  # the source's own thread gives way
@@ -203,7 +182,11 @@ class SerialSource:
             self._connected = False  # the source's own thread goes on
             return
         if patience > 0.0 and self._read_bytes < PILE:
-            patience -= self._sleep_until_due(least - self._inbox.waiting, patience)
+            missing = least - self._inbox.waiting
+            nap = max(min(missing / self.descriptor.layout.rate - EARLY, NAP, patience), 0.0)
+            if nap:
+                time.sleep(nap)
+            patience -= nap
         try:
             self._step(transport, max(patience, 0.0))
         except Exception as error:
@@ -223,17 +206,11 @@ class SerialSource:
                 f"a marker that begins with {TWIN.strip()!r} is reserved for the twin: "
                 "begin with another word"
             )
-        self._send_text(FrameType.MARK, text, "the marker was not set")
+        self._send(FrameType.MARK, marker_text(text), "the marker was not set")
 
     def order(self, text: str) -> None:
-        """Send an order to a simulated hand. Other devices ignore it.
-
-        Raises
-        ------
-        InputError
-            The device is not connected.
-        """
-        self._send_text(FrameType.ORDER, text, "the order was not given")
+        """Send an order to a simulated hand. Raise InputError if the device is not connected."""
+        self._send(FrameType.ORDER, marker_text(text), "the order was not given")
 
     def hint(self, speed: float, error: float, radius: float) -> None:
         """Tell a device that predicts by itself the measured closing speed.
@@ -253,9 +230,6 @@ class SerialSource:
         """
         self._send(FrameType.HINT, hint_payload(speed, error, radius), "the speed was not sent")
 
-    def _send_text(self, kind: FrameType, text: str, failed: str) -> None:
-        self._send(kind, marker_text(text), failed)
-
     def _send(self, kind: FrameType, payload: bytes, failed: str) -> None:
         transport = self._transport
         try:
@@ -268,15 +242,10 @@ class SerialSource:
             ) from error
 
     def close(self) -> None:
-        """Stop the device, receive its last samples, and release the port.
-
-        Received samples stay readable. Closing twice is fine.
-        """
+        """Stop the device, receive its last samples, and release the port."""
         if not self._closing.is_set():
             _log.info("%s: closed; %s", self.name, self.health)
-        self._closing.set()
-        if self._thread is not None:
-            self._thread.join()
+        super().close()
 
     def _run(self) -> None:
         """Receive samples until the source is closed. :meth:`read` raises a permanent error."""
@@ -371,31 +340,14 @@ class SerialSource:
             return False
         return True
 
-    def _sleep_until_due(self, missing: int, most: float) -> float:
-        """Sleep until ``missing`` samples are due. Return the slept time, s."""
-        nap = min(missing / self.descriptor.layout.rate - EARLY, NAP, most)
-        if nap <= 0.0:
-            return 0.0
-        time.sleep(nap)
-        return nap
-
     def _take(self, data: bytes, now: float) -> Assembled:
         with self._inbox.changed:
             epoch = self._assembler.epoch
             assembled = self._assembler.feed(data)
             if self._assembler.epoch != epoch:
-                descriptor = self.descriptor
-                _log.info(
-                    "%s: epoch %d of %r (%r, %r, %s, %g Hz)",
-                    self.name,
-                    self._assembler.epoch,
-                    descriptor.firmware,
-                    descriptor.sensor,
-                    descriptor.hand,
-                    descriptor.source,
-                    descriptor.layout.rate,
-                )
-                rate = descriptor.layout.rate
+                d, rate = self.descriptor, self.descriptor.layout.rate
+                values = (self._assembler.epoch, d.firmware, d.sensor, d.hand, d.source, rate)
+                _log.info("%s: epoch %d of %r (%r, %r, %s, %g Hz)", self.name, *values)
                 self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
                 self._began, self._has_warned = math.inf, False
             self._markers += assembled.markers

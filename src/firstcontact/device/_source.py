@@ -1,131 +1,22 @@
-"""Interface of all sample sources: serial devices, the twin, replayed recordings."""
+"""Interface of all sample sources, and their health."""
 
 from __future__ import annotations
 
-import json
 import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict, dataclass
-from typing import Any, Protocol, Self
+from dataclasses import dataclass, replace
+from typing import Self
 
-from firstcontact.core import Block, InputError, Layout, Name, VibrationSensor, read_record
-from firstcontact.device._device_predictions import DevicePrediction, DevicePredictor, ModelSlot
-from firstcontact.recording import SOURCES, Marker, PinchMark
+from firstcontact.core import Block, Calibration, ClosingSpeed, InputError
+from firstcontact.device._descriptor import Descriptor
+from firstcontact.device._device_predictions import DevicePrediction
+from firstcontact.recording import Marker, PinchMark
 
-_FLASH = "flash the firmware that belongs to this version of firstcontact"
-
-
-@dataclass(frozen=True, slots=True)
-class _DescriptorJson:
-    """JSON form of a descriptor, as a device sends it. All fields are required."""
-
-    firmware: Name
-    sensor: Name
-    hand: Name
-    source: Name
-    layout: Layout
-    answers: DevicePredictor | None = None
-    models: ModelSlot | None = None
-    paced: bool = True
-
-
-def layout_to_send(layout: Layout) -> dict[str, Any]:
-    """Return a layout as JSON in the form of protocol version 1.
-
-    In that form vibration channels have the kind ``piezo`` and share one smoothing factor. A layout
-    with other sensors is returned in the form that recordings use. Readers understand both forms.
-    """
-    alphas = {c.smoothing_alpha for c in layout.vibration}
-    is_version_1 = all(
-        c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration
-    )
-    if not is_version_1 or layout.groups or len(alphas) != 1 or layout.width > len(layout.channels):
-        return layout.to_json()
-    names = ("name", "kind", "finger", "unit", "scale", "offset", "taxel")
-    channels = [{name: getattr(c, name) for name in names} for c in layout.channels]
-    for sent, channel in zip(channels, layout.channels, strict=True):
-        sent["kind"] = channel.sensor or channel.kind
-    return {"channels": channels, "rate": layout.rate, "smoothing_alpha": alphas.pop()}
-
-
-@dataclass(frozen=True, slots=True)
-class Descriptor:
-    """Metadata of a source. An empty text means unknown.
-
-    Parameters
-    ----------
-    layout
-        Columns of a sample, and the sample rate.
-    firmware, sensor, hand
-        Names of the sender's firmware, sensor and hand.
-    source
-        "real", "twin", "synthetic" or "unknown", as in the header of a recording.
-    dtype
-        Data type of the samples. A device on the wire sends int16.
-    delay
-        Delay of the source's own filter, s.
-    predictor
-        Model that predicts on the device itself; None if there is none.
-    model_slot
-        Models that the device accepts; None if it accepts none.
-    paced
-        True if the device sends its samples in real time.
-    """
-
-    layout: Layout
-    firmware: str = ""
-    sensor: str = ""
-    hand: str = ""
-    source: str = "unknown"
-    dtype: str = "int16"
-    delay: float = 0.0
-    predictor: DevicePredictor | None = None
-    model_slot: ModelSlot | None = None
-    paced: bool = True
-
-    def to_text(self) -> str:
-        """Return the descriptor as JSON, as it goes over the wire."""
-        tree: dict[str, Any] = {
-            "firmware": self.firmware,
-            "sensor": self.sensor,
-            "hand": self.hand,
-            "source": self.source,
-            "layout": layout_to_send(self.layout),
-        }
-        if self.predictor is not None:
-            tree["answers"] = asdict(self.predictor)
-        if self.model_slot is not None:
-            tree["models"] = asdict(self.model_slot)
-        if not self.paced:
-            tree["paced"] = False
-        return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
-
-    @classmethod
-    def from_text(cls, text: str) -> Self:
-        """Create a descriptor from JSON, the inverse of :meth:`to_text`.
-
-        Raises
-        ------
-        InputError
-            The text is not JSON, a field is missing or out of bounds, or the layout has no
-            fingertips.
-        """
-        fields = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
-        fault = fields.layout.fault
-        if not fault and fields.source not in SOURCES:
-            fault = f"the source {fields.source!r}, not one of {', '.join(SOURCES)}"
-        if fault:
-            raise InputError(f"the device's descriptor has {fault}: {_FLASH}")
-        return cls(
-            fields.layout,
-            fields.firmware,
-            fields.sensor,
-            fields.hand,
-            fields.source,
-            predictor=fields.answers,
-            model_slot=fields.models,
-            paced=fields.paced,
-        )
+#: Losses within this time are reported in one line, s.
+MERGE_TIME = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -224,29 +115,53 @@ class Health:
         return f"{count} NaN, infinite, out of range, or with a time stamp that jumps"
 
 
-class Source(Protocol):
+class Source(ABC):
     """Source of samples. It delivers each sample once, in order.
 
     ``with`` opens the source. A thread receives the samples, so a slow reader loses none. Call
     :meth:`read` from one thread only.
+
+    Attributes
+    ----------
+    speed
+        Multiple of real time at which samples arrive.
+    recorded
+        True if the source replays a recording.
+    calibration
+        Calibration in the header of the replayed recording, if any.
+    can_poll
+        True if :meth:`read` without a timeout costs no more than a look at the port.
+    twin_hand
+        Condition and random seed of the simulated hand; None for a real hand.
     """
 
+    speed: float = 1.0
+    recorded: bool = False
+    calibration: Calibration | None = None
+    can_poll: bool = False
+    twin_hand: tuple[str, int] | None = None
+
     @property
+    @abstractmethod
     def name(self) -> str:
         """Name shown to users: the port, "twin" or the file."""
 
     @property
+    @abstractmethod
     def descriptor(self) -> Descriptor:
         """Metadata of the source, available once it is open."""
 
     @property
+    @abstractmethod
     def health(self) -> Health:
         """Current state and counts. They can be read from any thread."""
 
     @property
+    @abstractmethod
     def ended(self) -> bool:
-        """Return True if no more samples come and all samples and errors were delivered."""
+        """True if no more samples come and all samples and errors were delivered."""
 
+    @abstractmethod
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         """Return all samples received since the last call. Wait up to ``timeout`` s for more.
 
@@ -265,38 +180,49 @@ class Source(Protocol):
             timeout is NaN or too long.
         """
 
+    @abstractmethod
     def mark(self, text: str) -> None:
         """Attach a marker to the next sample. A marker is never an order."""
 
-    def order(self, text: str) -> None:
+    def order(self, text: str) -> None:  # noqa: B027
         """Send an order to a simulated hand. Other devices ignore it.
 
         Never send text that a viewer or a file chose freely: see
         :mod:`firstcontact.device._twin_words`.
         """
 
+    def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
+        """Return the known closing speed before a contact at ``sample``; None if unknown."""
+        return None
+
+    @abstractmethod
     def close(self) -> None:
         """Stop the device and release it. Closing twice is fine."""
 
+    @abstractmethod
     def __enter__(self) -> Self: ...
 
-    def __exit__(self, *exception: object) -> None: ...
+    def __exit__(self, *exception: object) -> None:
+        self.close()
 
+    def _check_readable(self, timeout: float, *, is_drained: bool) -> None:
+        """Refuse a read that would give nothing for ever."""
+        self.descriptor  # noqa: B018  # refuses if the source is not open
+        if is_drained:
+            raise InputError(f"{self.name} is closed: open it again")
+        if not timeout <= threading.TIMEOUT_MAX:
+            raise InputError(
+                f"it is {timeout:g} s: give at most {threading.TIMEOUT_MAX:.3g} s",
+                parameter="timeout",
+            )
 
-def check_readable(source: Source, timeout: float, *, is_drained: bool) -> None:
-    """Refuse a read that would give nothing for ever: see :meth:`Source.read`."""
-    source.descriptor  # noqa: B018  # refuses if the source is not open
-    if is_drained:
-        raise InputError(f"{source.name} is closed: open it again")
-    if not timeout <= threading.TIMEOUT_MAX:
-        raise InputError(
-            f"it is {timeout:g} s: give at most {threading.TIMEOUT_MAX:.3g} s", parameter="timeout"
-        )
+    def _not_open(self) -> InputError:
+        return InputError(f"{self.name} is not open: use the source in a with block")
 
 
 def require_source(source: object) -> None:
     """Raise InputError if the value is no source, such as the name of a device."""
-    if not hasattr(type(source), "descriptor"):
+    if not isinstance(source, Source):
         raise InputError(
             f"the source must be an open one, not a {type(source).__name__}: make one with "
             "open(device)",
@@ -312,3 +238,77 @@ def drain(source: Source) -> list[Arrival]:
         while new := source.read(0.0):
             arrivals += new
     return arrivals
+
+
+def _link_news(previous: Health, now: Health) -> list[str]:
+    """Return one line for each disconnection, reconnection and loss between two health states."""
+    news = []
+    if previous.connected and not now.connected:
+        unusable = now.unusable_samples + now.bad_frames
+        sends_unusable = unusable > previous.unusable_samples + previous.bad_frames
+        if now.ended:
+            reason = "end of the recording"
+        elif sends_unusable:
+            reason = "the samples are not usable; waiting for usable samples"
+        else:
+            reason = "the device is gone; waiting for it"
+        news.append(f"link: {reason}")
+    if now.reconnects > previous.reconnects:
+        news.append(f"link: the device is back, epoch {now.epoch}")
+    elif now.connected and not previous.connected:
+        news.append("link: the device is back")
+    lost = now.lost_samples - previous.lost_samples
+    if lost > 0:
+        news.append(f"link: {lost} samples lost, {now.lost_samples} in all")
+    return news
+
+
+class LinkNews:
+    """Reporter of changes of a link since the last report.
+
+    It merges consecutive losses, so that at most one line a second reports them.
+
+    Parameters
+    ----------
+    health
+        Current health of the source.
+    clock
+        Function that returns the host's time, s.
+    """
+
+    def __init__(self, health: Health, clock: Callable[[], float] = time.monotonic) -> None:
+        self._previous = health
+        self._clock = clock
+        self._next_loss_line = clock()
+
+    def lines(self, now: Health, *, last: bool = False) -> list[str]:
+        """Return lines about changes since the last call.
+
+        If ``last``, also report losses that would otherwise wait to be merged with later ones.
+        """
+        reported_losses = self._previous.lost_samples
+        is_merging = not last and self._clock() < self._next_loss_line
+        reported = replace(now, lost_samples=reported_losses) if is_merging else now
+        if last and not now.ended:  # the end of the session is no disconnection
+            reported = replace(reported, connected=self._previous.connected)
+        news = _link_news(self._previous, reported)
+        if reported.lost_samples > reported_losses:
+            self._next_loss_line = self._clock() + MERGE_TIME
+        self._previous = reported
+        return news
+
+
+def clock_line(health: Health, rate: float) -> str:
+    """Return a line about the difference between the clocks of device and host; "" if unknown.
+
+    Parameters
+    ----------
+    health
+        Health of the source.
+    rate
+        Stated sample rate, Hz.
+    """
+    if not health.host_rate > 0:
+        return ""
+    off = 1e6 * (health.host_rate / rate - 1)
+    return f"clock: {health.host_rate:.2f} samples a second of the host's clock, {off:+.0f} ppm"

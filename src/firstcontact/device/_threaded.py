@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from abc import ABC, abstractmethod
+from abc import abstractmethod
+from collections import deque
 from dataclasses import replace
 from typing import Any, NoReturn, Self
 
@@ -13,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, InputError, check_text, summarize_error
-from firstcontact.device._clock import ClockFit
-from firstcontact.device._inbox import Inbox
-from firstcontact.device._source import Arrival, Descriptor, Health, check_readable
-from firstcontact.device._stream_checks import LARGEST_SAMPLE, RateCheck, usable_samples
+from firstcontact.device._clock import ClockFit, RateCheck
+from firstcontact.device._descriptor import Descriptor
+from firstcontact.device._device_predictions import DevicePrediction
+from firstcontact.device._source import Arrival, Health, Source
 from firstcontact.recording import Marker
 from firstcontact.signal import CausalResampler
 
-_log = logging.getLogger(__name__)
+_log = logging.getLogger("firstcontact.device")
 
 #: A source without a usable sample for this time counts as disconnected, s.
 SILENCE = 1.0
@@ -29,9 +30,122 @@ REFUSE_AFTER = 1.8
 #: Longest time between two reads that counts as silence, s. A longer time means that this process
 #: was stopped.
 LONGEST_LOOK = 0.1
+#: Largest usable sample, the limit of 32-bit integers. Filters and recordings can hold larger
+#: values.
+LARGEST_SAMPLE = 2.0**31
 
 
-class ThreadedSource(ABC):
+class Inbox:
+    """Queue with one writing and one reading thread."""
+
+    def __init__(self) -> None:
+        self.changed = threading.Condition()
+        self.finished = False
+        self.is_drained = False  # True once a reader got nothing after the end
+        self.error: InputError | None = None
+        self._arrivals: deque[Arrival] = deque()
+        self._waiting = 0  # number of samples in the queue
+        self._wanted = 0  # number of samples that a reader waits for, or 0
+        self._raised = False  # True once a reader got the error
+
+    @property
+    def enough(self) -> bool:
+        """Return True if a waiting reader can continue."""
+        return self.finished or (bool(self._arrivals) and self._waiting >= self._wanted)
+
+    @property
+    def waiting(self) -> int:
+        """Number of samples in the queue. Can be read without the lock."""
+        return self._waiting
+
+    def put(self, arrival: Arrival) -> None:
+        """Append an arrival. Call :meth:`wake` afterwards."""
+        self._arrivals.append(arrival)
+        self._waiting += len(arrival.block.data)
+
+    def wake(self) -> None:
+        """Wake the reader if it can continue."""
+        if self.enough:
+            self.changed.notify_all()
+
+    def attach(
+        self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], empty: Block
+    ) -> None:
+        """Attach markers and predictions whose own samples are lost to the last samples."""
+        last = self._arrivals.pop() if self._arrivals else Arrival(empty, time.monotonic())
+        self._arrivals.append(
+            replace(
+                last, markers=last.markers + markers, predictions=last.predictions + predictions
+            )
+        )
+
+    def end(self, error: InputError | None) -> None:
+        """Mark the end of the stream. The reader gets ``error`` after the last samples."""
+        self.error, self.finished = error, True
+        self.changed.notify_all()
+
+    @property
+    def ended(self) -> bool:
+        """True if the stream ended and all samples and errors were delivered. Takes the lock."""
+        with self.changed:
+            return self.finished and not self._arrivals and (self.error is None or self._raised)
+
+    def read(self, timeout: float, least: int) -> list[Arrival]:
+        """Return all samples received since the last call. Takes the lock."""
+        with self.changed:
+            self._wanted = least
+            self.changed.wait_for(lambda: self.enough, timeout)
+            self._wanted = 0
+            arrivals = list(self._arrivals)
+            self._arrivals.clear()
+            self._waiting = 0
+            if not arrivals and self.error is not None:
+                self._raised = True
+                raise self.error
+            self.is_drained = self.finished and not arrivals
+            return arrivals
+
+
+class QueuedSource(Source):
+    """Source whose thread puts samples into a queue for the reader."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._thread: threading.Thread | None = None
+        self._closing = threading.Event()
+        self._inbox = Inbox()
+
+    @property
+    def name(self) -> str:
+        """Name that is shown to users."""
+        return self._name
+
+    @property
+    def ended(self) -> bool:
+        """True if no more samples come and all samples and errors were delivered."""
+        return self._inbox.ended
+
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        """Return all samples received since the last call. See :meth:`Source.read`."""
+        self._check_readable(timeout, is_drained=self._inbox.is_drained)
+        return self._inbox.read(timeout, least)
+
+    def close(self) -> None:
+        """Stop and close the source. Received samples stay readable. Closing twice is fine."""
+        self._closing.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _start(self) -> None:
+        self._thread = threading.Thread(target=self._run, name=f"reader {self.name}", daemon=True)
+        self._thread.start()
+
+    @abstractmethod
+    def _run(self) -> None:
+        """Receive samples until ``self._closing`` is set, then end the inbox."""
+
+
+class ThreadedSource(QueuedSource):
     """Base class of sources with a receiving thread, a queue, counts and markers.
 
     Subclasses implement how the source is opened, read and closed.
@@ -43,11 +157,8 @@ class ThreadedSource(ABC):
     """
 
     def __init__(self, name: str) -> None:
-        self._name = name
-        self._thread: threading.Thread | None = None
-        self._closing = threading.Event()
+        super().__init__(name)
         self._descriptor: Descriptor | None = None
-        self._inbox = Inbox()
         # The fields below are protected by the inbox's lock.
         self._markers: list[str] = []  # waiting for the next sample
         self._next = (0, 0)  # epoch and number of that sample
@@ -78,15 +189,10 @@ class ThreadedSource(ABC):
         """Close the source, in the receiving thread. The source need not be open."""
 
     @property
-    def name(self) -> str:
-        """Name that is shown to users."""
-        return self._name
-
-    @property
     def descriptor(self) -> Descriptor:
         """Metadata of the source."""
         if self._descriptor is None:
-            raise InputError(f"{self.name} is not open: use the source in a with block")
+            raise self._not_open()
         return self._descriptor
 
     @property
@@ -99,34 +205,14 @@ class ThreadedSource(ABC):
                 lost_samples=self._health.lost_samples + self._pending,
             )
 
-    @property
-    def ended(self) -> bool:
-        """Return True if no more samples come and all samples and errors were delivered."""
-        return self._inbox.ended
-
     def __enter__(self) -> Self:
         self._descriptor = self._open()
         rate = self._descriptor.layout.rate
         self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
         self._looked = time.monotonic()
         self._health = replace(self._health, connected=True)
-        self._thread = threading.Thread(target=self._run, name=f"reader {self.name}", daemon=True)
-        self._thread.start()
+        self._start()
         return self
-
-    def __exit__(self, *exception: object) -> None:
-        self.close()
-
-    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all samples received since the last call. Wait up to ``timeout`` s for more.
-
-        Raises
-        ------
-        InputError
-            See :meth:`Source.read`.
-        """
-        check_readable(self, timeout, is_drained=self._inbox.is_drained)
-        return self._inbox.read(timeout, least)
 
     def mark(self, text: str) -> None:
         """Attach a marker to the next sample.
@@ -144,15 +230,6 @@ class ThreadedSource(ABC):
                     "and set it again"
                 )
             self._markers.append(text)
-
-    def order(self, text: str) -> None:  # noqa: B027
-        """Ignore the order: only a simulated hand takes orders."""
-
-    def close(self) -> None:
-        """Stop and close the source. Received samples stay readable. Closing twice is fine."""
-        self._closing.set()
-        if self._thread is not None:
-            self._thread.join()
 
     def _resample(self, input_rate: float, output_rate: float) -> float:
         """Set the input and the output rate of :meth:`_give`, Hz. Return the filter's delay, s."""
@@ -172,7 +249,7 @@ class ThreadedSource(ABC):
             return
         if self._resampler is None or self._resampler[0] != epoch:
             self._resampler = epoch, CausalResampler(self._input_rate, self._output_rate)
-        good = usable_samples(values)
+        good = (np.abs(values) <= LARGEST_SAMPLE).all(axis=1)
         edges = np.flatnonzero((np.diff(numbers) > 1) | (good[1:] != good[:-1])) + 1
         for run in np.split(np.arange(len(values)), edges):
             if good[run[0]]:

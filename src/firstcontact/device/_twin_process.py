@@ -1,6 +1,6 @@
 """Process that runs the twin as a device: samples in real time on a pseudo terminal.
 
-:class:`firstcontact.device._twin_device.TwinDevice` starts it and sends it one command per line on
+:class:`firstcontact.device._twin_source.TwinDevice` starts it and sends it one command per line on
 standard input. Closing that input ends the process. The process is killed together with its parent
 (:mod:`firstcontact.core._die_with_parent`).
 """
@@ -24,10 +24,10 @@ from firstcontact.core import (
     InputError,
     fingertip_layout,
 )
+from firstcontact.device._descriptor import Descriptor
+from firstcontact.device._ports import PseudoTerminal, port_folder
 from firstcontact.device._protocol import FRAME_SAMPLES
-from firstcontact.device._pseudo_terminal import PseudoTerminal, port_folder
 from firstcontact.device._responder import Responder
-from firstcontact.device._source import Descriptor
 from firstcontact.device._twin_words import (
     ACCEPTED,
     CLOSE_ORDER,

@@ -1,20 +1,144 @@
-"""Source for the twin. Opening the source creates the twin's device, and closing removes it."""
+"""Twin as a device on a serial port, and the source that creates it.
+
+The twin runs in its own process, so that it does not slow down its host. At each motor start the
+device sends the marker "twin: <object>" at that sample. The order "object: block 29" makes the hand
+pick up only that object from the next closing on (names as in :mod:`firstcontact.twin._objects`).
+After "object: any" it picks up the planned objects again.
+
+A marker answers each order. Markers that the host sends are never orders.
+
+The order "hand: 0.0500 2.000" commands 0.05 m/s and at most 2 N for the present closing. This
+command takes effect after the drive's latency and holds until the hand opens. "hand: release" opens
+the hand. "hand: close" begins the next closing immediately. After a closing the marker
+"twin: peak 3.4 N" states the closing's largest force, at the sample where the hand begins to open.
+"""
 
 from __future__ import annotations
 
+import shutil
+import threading
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import Self
 
-from firstcontact.core import FINGERTIP_RATE, kernels
+from firstcontact.core import FINGERTIP_RATE, Child, ClosingSpeed, InputError, kernels
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._serial_source import SerialSource
-from firstcontact.device._twin_device import TwinDevice
 from firstcontact.twin import LATENCY
 
+#: Largest speed, as a multiple of real time. No host reaches it.
+FASTEST = 1e6
+#: Longest wait for the first start, which compiles the simulation, s. Later starts take a second.
+START = 120.0
+#: Longest wait for an answer, and for the end of the process, s.
+PATIENCE = 3.0
 #: Largest amount of received samples that wait for the reader, s, if the twin is faster than real
 #: time. Data on the line are not included.
 AHEAD = 0.25
+
+
+class TwinDevice:
+    """Twin on a pseudo terminal, until it is closed."""
+
+    def __init__(
+        self,
+        condition: str = "paper-rig",
+        objects: Sequence[str] | None = None,
+        seed: int = 0,
+        speed: float = 1.0,
+        latency: float = LATENCY,
+    ) -> None:
+        if not 0 < speed <= FASTEST:
+            raise InputError(
+                f"the speed of the simulated hand is {speed:g}: use a number above 0 and at most "
+                f"{FASTEST:g}",
+                parameter="speed",
+            )
+        options = [f"--condition={condition}", f"--seed={seed}", f"--speed={speed}"]
+        options.append(f"--latency={latency}")
+        options += [f"--object={name}" for name in objects or ()]
+        self._lock = threading.Lock()
+        self._child = Child("firstcontact.device._twin_process", *options)
+        #: Path to open as a serial port.
+        self.port = ""
+        try:
+            word, _, argument = self._answer(START).partition(" ")
+            if word != "ready":
+                raise InputError(
+                    argument or "the twin's process did not start: see what it printed"
+                )
+            self.port = argument
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def pid(self) -> int:
+        """Process number of the twin's process."""
+        return self._child.pid
+
+    def closing_speed(self, sample: int) -> ClosingSpeed | None:
+        """Return the closing speed before a contact, as the twin's hand measures it."""
+        answer = self._ask(f"speed {sample}")
+        if answer == "unknown":
+            return None
+        speed, error = map(float, answer.split())
+        return ClosingSpeed(speed, error)
+
+    def reset(self) -> None:
+        """Restart the device with a new boot number. It sends no samples until a host starts it."""
+        self._tell("reset")
+
+    def unplug(self) -> None:
+        """Unplug the cable: the port vanishes, even while it is open."""
+        self._tell("unplug")
+
+    def plug(self) -> None:
+        """Plug in the cable: the port is back under the same name."""
+        self._tell("plug")
+
+    def close(self) -> None:
+        """End the twin and its port, within seconds in any state. Closing twice is fine."""
+        # Another thread may be waiting for an answer: let it finish, within limits.
+        has_lock = self._lock.acquire(timeout=PATIENCE)
+        try:
+            if not self._child.end(PATIENCE) and self.port:
+                shutil.rmtree(Path(self.port).parent, ignore_errors=True)
+        finally:
+            if has_lock:
+                self._lock.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def _tell(self, word: str) -> None:
+        if self._ask(word) != "done":
+            raise InputError("the twin's process has ended: open another twin")
+
+    def _ask(self, word: str) -> str:
+        with self._lock:
+            try:
+                self._child.tell(word, PATIENCE)
+                answer = self._answer(PATIENCE)
+            except OSError as error:
+                raise InputError("the twin's process has ended: open another twin") from error
+        if not answer:
+            raise InputError("the twin's process has ended: open another twin")
+        return answer
+
+    def _answer(self, timeout: float) -> str:
+        try:
+            return self._child.answer(timeout)
+        except TimeoutError as error:
+            raise InputError(
+                f"the twin's process has not answered for {timeout:g} s: open another twin"
+            ) from error
+        except OSError:
+            return ""
 
 
 class TwinSource(SerialSource):
@@ -31,19 +155,14 @@ class TwinSource(SerialSource):
         super().__init__("twin")
         self._make = partial(TwinDevice, condition, objects, seed, speed, latency)
         self.device: TwinDevice | None = None
-        #: Multiple of real time.
         self.speed = speed
-        #: Condition and random seed of the simulated hand.
         self.twin_hand = condition, seed
-        if (
-            speed > 1.0
-        ):  # the device then waits for the reader, so that orders take effect without a long delay
+        if speed > 1.0:  # the device waits for the reader, so that orders take effect soon
             self.most = round(AHEAD * FINGERTIP_RATE)
 
-    @property
-    def name(self) -> str:
-        """Name that is shown to users."""
-        return "twin"
+    def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
+        """Return the closing speed before a contact, from the positions of the twin's drives."""
+        return None if self.device is None else self.device.closing_speed(sample)
 
     def __enter__(self) -> Self:
         self.device = self._make()

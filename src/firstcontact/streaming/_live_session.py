@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from firstcontact.contact import SLIP_DETECTORS, Detector, SlipDetector
-from firstcontact.core import Calibration, ClosingSpeed, InputError
+from firstcontact.core import Calibration, InputError
 from firstcontact.device import Source, TransportDelay
 from firstcontact.grasp import (
     HANDS,
@@ -116,10 +116,8 @@ def live_session(
 
 def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpeed | None:
     """Return the function that gives closing speeds, from a replay or a hand; None without."""
-    recorded: Callable[[int, int], ClosingSpeed | None] | None
-    recorded = getattr(source, "closing_speed", None)
-    if recorded is not None:
-        return lambda sample, epoch, host: recorded(sample, epoch)
+    if source.recorded:
+        return lambda sample, epoch, host: source.closing_speed(sample, epoch)
     if grasping is None:
         return None
     hand, rate = grasping.hand, source.descriptor.layout.rate

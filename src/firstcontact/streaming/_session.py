@@ -108,7 +108,7 @@ class LiveSession:
         self._given = 0  # number of the events in _events that the caller has got
         self._is_prompt = False  # True if a program waits for the events
         self._hurries: Callable[[], bool] = lambda: True  # False to wait for the recorder
-        self._can_poll = getattr(source, "can_poll", False)
+        self._can_poll = source.can_poll
         self._objects = ObjectCombiner()
         device = source.descriptor.predictor
         self._hand_predictions = (

@@ -6,7 +6,7 @@ from contextlib import suppress
 from math import inf
 from typing import Self
 
-from firstcontact.core import FINGERTIP_RATE, ClosingSpeed, Command, InputError
+from firstcontact.core import ClosingSpeed, Command, InputError
 from firstcontact.device import CLOSE_ORDER, Source, order_text
 from firstcontact.grasp import Begins, Hand, HandError, HandLimits
 from firstcontact.twin import Drive
@@ -38,16 +38,13 @@ class TwinHand(Hand):
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
         """Return the closing speed before a contact, from the positions of the twin's drives."""
-        device = getattr(self._source, "device", None)
-        if not self._open or device is None:
+        if not self._open:
             return None
+        rate = self._source.descriptor.layout.rate
         try:
-            measured: ClosingSpeed | None = device.closing_speed(
-                round(sample_time * FINGERTIP_RATE)
-            )
+            return self._source.closing_speed(round(sample_time * rate), epoch=0)
         except InputError as error:
             raise HandError(str(error)) from error
-        return measured
 
     def release(self) -> None:
         """Open the hand."""

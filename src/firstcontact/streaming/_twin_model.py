@@ -24,7 +24,7 @@ def default_model(source: Source) -> Model:
 
     Only the twin's own model has a folder; the package's model knows no rig.
     """
-    hand = getattr(source, "twin_hand", None)
+    hand = source.twin_hand
     return shipped_model() if hand is None else load_model(twin_model(*hand))
 
 

@@ -211,9 +211,8 @@ class Live:
         from firstcontact.collect import rest_request
         from firstcontact.device import REST, measure_noise
 
-        recorded = getattr(source, "calibration", None)
-        if recorded is not None or source_kind(self.device).recorded:
-            return recorded  # without noise floors, each closing of a recording is an epoch
+        if source.recorded:
+            return source.calibration  # without noise floors, each closing is an epoch
         request = rest_request(source.descriptor.layout)
         _say(f"measuring the noise floor, {REST:g} s: {request}")
         return measure_noise(source)

@@ -1,0 +1,192 @@
+"""What a device states about itself: its layout, its model, and its answer to the handshake."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import Annotated, Any, Self
+
+from msgspec import Meta
+
+from firstcontact.core import InputError, Layout, Name, VibrationSensor, read_record
+from firstcontact.device._protocol import VERSION, read_descriptor
+from firstcontact.recording import SOURCES
+
+_FLASH = "flash the firmware that belongs to this version of firstcontact"
+
+
+@dataclass(frozen=True, slots=True)
+class DevicePredictor:
+    """Model that runs on a device, as stated in the device's descriptor.
+
+    Parameters
+    ----------
+    model
+        Digest of the model, 16 hexadecimal digits.
+    detector, anytime
+        Names of its detector, and of its model that predicts at any time after a contact.
+    floors
+        Noise level of each finger above which the motor counts as audible, V; 0 if not set.
+    """
+
+    model: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
+    detector: Name = ""
+    anytime: Name = ""
+    floors: Annotated[tuple[Annotated[float, Meta(ge=0.0, le=1e9)], ...], Meta(max_length=2)] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ModelSlot:
+    """Storage for models on a device, as stated in the device's descriptor."""
+
+    format: Annotated[int, Meta(ge=0, lt=2**32)]
+    room: Annotated[int, Meta(ge=0, lt=2**32)]
+    fault: Name = ""
+
+
+def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
+    """Return the message for a device that does not use the newest model stored on it.
+
+    ``has_predictor`` is True if the device runs an older model instead.
+    """
+    fallback = "runs the one before it" if has_predictor else "runs none"
+    return (
+        f"the device cannot use the newest model stored on it ({models.fault}) and {fallback}: "
+        "store a model on it with `firstcontact flash-model`"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _DescriptorJson:
+    """JSON form of a descriptor, as a device sends it. All fields are required."""
+
+    firmware: Name
+    sensor: Name
+    hand: Name
+    source: Name
+    layout: Layout
+    answers: DevicePredictor | None = None
+    models: ModelSlot | None = None
+    paced: bool = True
+
+
+def layout_to_send(layout: Layout) -> dict[str, Any]:
+    """Return a layout as JSON in the form of protocol version 1.
+
+    In that form vibration channels have the kind ``piezo`` and share one smoothing factor. A layout
+    with other sensors is returned in the form that recordings use. Readers understand both forms.
+    """
+    alphas = {c.smoothing_alpha for c in layout.vibration}
+    is_version_1 = all(
+        c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration
+    )
+    if not is_version_1 or layout.groups or len(alphas) != 1 or layout.width > len(layout.channels):
+        return layout.to_json()
+    names = ("name", "kind", "finger", "unit", "scale", "offset", "taxel")
+    channels = [{name: getattr(c, name) for name in names} for c in layout.channels]
+    for sent, channel in zip(channels, layout.channels, strict=True):
+        sent["kind"] = channel.sensor or channel.kind
+    return {"channels": channels, "rate": layout.rate, "smoothing_alpha": alphas.pop()}
+
+
+@dataclass(frozen=True, slots=True)
+class Descriptor:
+    """Metadata of a source. An empty text means unknown.
+
+    Parameters
+    ----------
+    layout
+        Columns of a sample, and the sample rate.
+    firmware, sensor, hand
+        Names of the sender's firmware, sensor and hand.
+    source
+        "real", "twin", "synthetic" or "unknown", as in the header of a recording.
+    dtype
+        Data type of the samples. A device on the wire sends int16.
+    delay
+        Delay of the source's own filter, s.
+    predictor
+        Model that predicts on the device itself; None if there is none.
+    model_slot
+        Models that the device accepts; None if it accepts none.
+    paced
+        True if the device sends its samples in real time.
+    """
+
+    layout: Layout
+    firmware: str = ""
+    sensor: str = ""
+    hand: str = ""
+    source: str = "unknown"
+    dtype: str = "int16"
+    delay: float = 0.0
+    predictor: DevicePredictor | None = None
+    model_slot: ModelSlot | None = None
+    paced: bool = True
+
+    def to_text(self) -> str:
+        """Return the descriptor as JSON, as it goes over the wire."""
+        tree: dict[str, Any] = {
+            "firmware": self.firmware,
+            "sensor": self.sensor,
+            "hand": self.hand,
+            "source": self.source,
+            "layout": layout_to_send(self.layout),
+        }
+        if self.predictor is not None:
+            tree["answers"] = asdict(self.predictor)
+        if self.model_slot is not None:
+            tree["models"] = asdict(self.model_slot)
+        if not self.paced:
+            tree["paced"] = False
+        return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """Create a descriptor from JSON, the inverse of :meth:`to_text`.
+
+        Raises
+        ------
+        InputError
+            The text is not JSON, a field is missing or out of bounds, or the layout has no
+            fingertips.
+        """
+        fields = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
+        fault = fields.layout.fault
+        if not fault and fields.source not in SOURCES:
+            fault = f"the source {fields.source!r}, not one of {', '.join(SOURCES)}"
+        if fault:
+            raise InputError(f"the device's descriptor has {fault}: {_FLASH}")
+        return cls(
+            fields.layout,
+            fields.firmware,
+            fields.sensor,
+            fields.hand,
+            fields.source,
+            predictor=fields.answers,
+            model_slot=fields.models,
+            paced=fields.paced,
+        )
+
+
+def read_greeting(payload: bytes) -> tuple[int, Descriptor]:
+    """Return boot number and descriptor from the payload of a descriptor frame."""
+    version, boot, text = read_descriptor(payload)
+    if version != VERSION:
+        raise InputError(_version_mismatch(version))
+    return boot, Descriptor.from_text(text)
+
+
+def refusal(payload: bytes) -> InputError:
+    """Return the error for a ``refused`` frame."""
+    if payload and payload[0] != VERSION:
+        return InputError(_version_mismatch(payload[0]))
+    reason = payload[1:].decode(errors="replace")
+    return InputError(f"the device refuses the connection ({reason}): {_FLASH}")
+
+
+def _version_mismatch(version: int) -> str:
+    return (
+        f"the device speaks version {version} of the protocol and this program version {VERSION}: "
+        f"{_FLASH}"
+    )

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from firstcontact.core import Channel, ChannelKind, Layout
 from firstcontact.device import Descriptor
 from firstcontact.device._audio_source import AudioSource, _InputBlock
-from firstcontact.device._threaded import LARGEST_SAMPLE
 from firstcontact.device._csv_source import CsvSource
 from firstcontact.device._lsl_source import LslSource
 from firstcontact.device._number_lines import LineReader, identify_columns
-from firstcontact.device._threaded import ThreadedSource
+from firstcontact.device._threaded import LARGEST_SAMPLE, ThreadedSource
 
 ODD = (np.nan, np.inf, -np.inf, 1e39, -1e300, 1e300, 2.0**31, 1e9, -1e9, 0.0)
 

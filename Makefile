@@ -140,7 +140,7 @@ test-oldest: $(VENV)/.dev ## some tests (OLDEST) with the oldest packages that p
 		--editable "$$folder[$(EXTRAS)]" \
 		$$(grep -E '^(pytest|pytest-timeout|hypothesis|selenium|jinja2|setuptools)==' constraints.txt) && \
 	PATH="$$folder/.venv/bin:$$PATH" python -m pytest -W ignore::DeprecationWarning $(OLDEST) \
-		--deselect tests/core/test_core_extras.py::test_install_command_names_the_path_of_a_clone
+		--deselect tests/core/test_core_installation.py::test_install_command_names_the_path_of_a_clone
 
 test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs, all variants
 	$(BIN)/python -m pytest -m slow --timeout 3600

@@ -19,17 +19,6 @@ HEAD = """\
 `docs/write_cli.py` writes this page from `--help-all`, and a test compares them.
 
 [Exit codes and logs](endings.md).
-
-To complete verbs, options and their choices with the Tab key in bash:
-
-```sh
-firstcontact --completion > firstcontact.completion
-source firstcontact.completion
-```
-
-Each new bash shell does this if the file is
-`~/.local/share/bash-completion/completions/firstcontact`. Zsh takes the same script: source it in
-`~/.zshrc` after `compinit`. Write the file again after an update of `firstcontact`.
 """
 
 #: Program that runs the command without installed plug-ins.

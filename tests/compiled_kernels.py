@@ -16,9 +16,9 @@ from types import ModuleType
 
 import pytest
 
-from firstcontact.core import _native
+from firstcontact.core import InputError, _installation, kernels
 
-SOURCES = Path(_native.__file__).parent / "c"
+SOURCES = Path(_installation.__file__).parent / "c"
 FIRMWARE = Path(__file__).parents[1] / "firmware" / "core"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 #: Optimised less than where it is installed: the same bits in less than half the time.
@@ -31,8 +31,11 @@ OPTIONS = (
 @cache
 def built_kernels() -> ModuleType:
     """Return the kernels of this checkout, whether or not it was installed with them."""
-    module = _native._load()
-    return compiled_kernels() if isinstance(module, str) else module
+    try:
+        module: ModuleType = kernels()
+    except InputError:
+        module = compiled_kernels()
+    return module
 
 
 def compiled_kernels() -> ModuleType:
@@ -66,8 +69,14 @@ def compiled_kernels() -> ModuleType:
 @contextmanager
 def using(module: ModuleType | str | None) -> Iterator[None]:
     """Use these kernels within the block, NumPy if None, or fail with a message."""
-    usual, _native._compiled = _native._compiled, module  # type: ignore[assignment]
+
+    def load() -> ModuleType | None:
+        if isinstance(module, str):
+            raise InputError(module)
+        return module
+
+    usual, _installation._load_kernels = _installation._load_kernels, load  # type: ignore[assignment]
     try:
         yield
     finally:
-        _native._compiled = usual
+        _installation._load_kernels = usual

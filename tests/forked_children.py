@@ -19,7 +19,7 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
-from firstcontact.core import Command, _children, _die_with_parent
+from firstcontact.core import Command, _children
 
 #: Module of the process that is forked.
 TWIN = "firstcontact.device._twin_process"
@@ -89,7 +89,7 @@ def _run(words: list[str], passed: Sequence[int], *streams: int) -> None:
         warnings.simplefilter("ignore", DeprecationWarning)
         sys.modules.pop(words[2], None)
         sys.argv = ["-m", *words]
-        _die_with_parent.main()
+        _children.main()
         code = 0
     except SystemExit as leaving:
         code = int(leaving.code or 0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from tqdm import tqdm
 
-from firstcontact.cli.logs import KEPT, last_lines, logged
+from firstcontact.cli.logs import logged
 from firstcontact.cli.main import main
 from firstcontact.core import fingertip_layout
 from firstcontact.device import Recorder
@@ -27,7 +27,6 @@ def test_only_warnings_are_printed_unless_verbose(
     with logged(verbose):
         LOG.info("begun\x1b[31m")
         LOG.warning("careful")
-        assert [line.rpartition(": ")[2] for line in last_lines()][1] == "careful"
     LOG.info("nobody listens")
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == len(displayed)
@@ -35,7 +34,6 @@ def test_only_warnings_are_printed_unless_verbose(
         assert word in line
         assert "firstcontact.somewhere" in line
         assert "\x1b" not in line
-    assert len(last_lines()) == 2
 
 
 def test_a_warning_beside_a_progress_bar_gets_a_separate_line(
@@ -48,13 +46,6 @@ def test_a_warning_beside_a_progress_bar_gets_a_separate_line(
     (line,) = (part for part in written if "careful" in part)
     assert re.fullmatch(r"\S+Z firstcontact.somewhere: careful", line)
     assert any("3/3" in part for part in written)
-
-
-def test_the_log_that_is_kept_has_an_end() -> None:
-    with logged(False):
-        for number in range(3 * KEPT):
-            LOG.info("%d", number)
-        assert len(last_lines()) == KEPT
 
 
 def test_a_recording_that_begins_and_ends_is_on_the_log(

@@ -209,11 +209,11 @@ def test_suspended_child_with_wakes_is_continued(module: Path) -> None:
 def test_child_polls_for_its_parent_without_kernel_support(module: Path) -> None:
     module.write_text(
         "import os, signal, sys, time\n"
-        "from firstcontact.core import _die_with_parent as parent\n"
-        "parent.LOOK = 0.01\n"
+        "from firstcontact.core import _children as parent\n"
+        "parent.POLL_INTERVAL = 0.01\n"
         "libc = __import__('ctypes').CDLL(None)\n"
         "libc.prctl(1, 0, 0, 0, 0)\n"  # what the kernel was asked for is taken back
-        "parent._asked = lambda number: False\n"
+        "parent._request_parent_signal = lambda number: False\n"
         "parent.follow(os.getppid(), signal.SIGKILL)\n"
         "print('ready', flush=True)\n"
         "time.sleep(600)\n"
@@ -228,7 +228,7 @@ def test_child_polls_for_its_parent_without_kernel_support(module: Path) -> None
 
 def test_child_of_a_dead_parent_ends() -> None:
     code = (
-        "import os, signal\nfrom firstcontact.core._die_with_parent import follow\n"
+        "import os, signal\nfrom firstcontact.core._children import follow\n"
         "follow(os.getppid() + 1, signal.SIGKILL)\n"
     )
     result = subprocess.run([sys.executable, "-c", code])

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-import joblib
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -54,40 +53,6 @@ def test_arrays_in_arguments_are_aligned_on_the_workers(two_workers: Cluster) ->
         assert all(runner.map(is_aligned, jobs))
 
 
-def test_dask_backend_of_joblib_moves_jobs(two_workers: Cluster) -> None:
-    from distributed import Client
-
-    with (
-        Client(two_workers.address) as client,
-        joblib.parallel_config("dask", client=client),
-        parallel(1) as runner,
-    ):
-        assert os.getpid() not in runner.map(pid, range(4))
-
-
-def test_other_joblib_calls_use_the_cluster_outside_jobs(two_workers: Cluster) -> None:
-    large = np.ones(100_000)
-    with use_cluster(two_workers.address):
-        calls = [joblib.delayed(add)(large, right=large, pause=0)] * 3
-        totals = joblib.Parallel(batch_size=2)(calls)
-        (local_pids,) = Serial().map(nested, [0])
-        with parallel(1) as runner:
-            inside = runner.map(nested, range(3))
-    workers = {worker.pid for worker in two_workers.workers}
-    assert {total for total, _ in totals} == {200_000.0}
-    assert {number for _, number in totals} <= workers
-    assert local_pids == {os.getpid()}
-    assert all(len(pids) == 1 and pids <= workers for pids in inside)
-
-
-def add(left: NDArray[np.float64], *, right: NDArray[np.float64], pause: int) -> tuple[float, int]:
-    return float((left + right).sum()) + pause, os.getpid()
-
-
-def nested(_: int) -> set[int]:
-    return set(joblib.Parallel(n_jobs=2)(joblib.delayed(pid)(n) for n in range(4)))
-
-
 def test_error_ends_the_map_and_the_next_map_works(two_workers: Cluster) -> None:
     with use_cluster(two_workers.address), parallel(1) as runner:
         with pytest.raises(InputError, match="job 1"):
@@ -95,26 +60,14 @@ def test_error_ends_the_map_and_the_next_map_works(two_workers: Cluster) -> None
         assert runner.map(abs, [-1]) == [1]
 
 
-def test_cancelled_tasks_are_reported_before_the_next_call(two_workers: Cluster) -> None:
-    """If they came later, joblib would count their errors to its next call, and end that."""
-    from distributed import Client
-    from joblib.parallel import BatchedCalls
-
-    from firstcontact.core._cluster import ClusterBackend
-
-    with Client(two_workers.address) as client:
-        backend = ClusterBackend(client)
-        calls = BatchedCalls([(time.sleep, (1.0,), {})], (backend, None))
-        reported: list[object] = []
-        tasks = [backend.submit(calls, reported.append) for _ in range(8)]
-        backend.abort_everything()
-        assert {id(task) for task in reported} == {id(task) for task in tasks}
-
-
-@pytest.mark.slow  # two workers, above, run the jobs of a cluster
-def test_single_worker_runs_all_jobs(tmp_path: Path) -> None:
-    with cluster(tmp_path, 1) as one_worker, use_cluster(one_worker.address), parallel(1) as runner:
-        assert set(runner.map(pid, range(3))) == {one_worker.workers[0].pid}
+def test_results_are_complete_after_a_cancelled_call(two_workers: Cluster) -> None:
+    """Cancelled tasks must not end a later call, nor take places in its results."""
+    with use_cluster(two_workers.address), parallel(1) as runner:
+        for _ in range(5):
+            stream = runner.stream(squared_later, range(50))
+            assert [next(stream), next(stream)] == [0, 1]
+            stream.close()
+            assert runner.map(squared_later, range(20)) == [n * n for n in range(20)]
 
 
 def test_killed_scheduler_is_an_input_error(
@@ -197,6 +150,11 @@ def paused(should_pause: bool) -> bool:
     if should_pause:
         signal.pause()
     return should_pause
+
+
+def squared_later(number: int) -> int:
+    time.sleep(0.005)
+    return number * number
 
 
 def ended(_: int) -> None:

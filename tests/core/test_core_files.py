@@ -1,9 +1,12 @@
-"""Atomic files: each is complete or unchanged."""
+"""Files and folders are written completely or not at all, even if the writer is killed."""
 
 from __future__ import annotations
 
 import json
 import os
+import signal
+import stat
+import subprocess
 import sys
 from pathlib import Path
 
@@ -11,36 +14,78 @@ import pytest
 
 from firstcontact.core import (
     InputError,
+    creating,
+    displaced_folder,
     files_below,
     open_regular,
     read_regular,
     replacing,
+    replacing_folder,
     resolve_path,
     write_json,
     write_text,
 )
+
+#: Begins to write a file, says so, and waits for a line or for its end.
+WRITER = """
+import sys
+from pathlib import Path
+from firstcontact.core import {how}
+with {how}(Path(sys.argv[1])) as temporary:
+    temporary.write_text("from the child")
+    print("begun", flush=True)
+    sys.stdin.readline()
+"""
+#: Writes a folder and kills itself before, or after, its nth rename.
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from firstcontact.core import replacing_folder
+
+out, at, before = Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3] == "before"
+rename, count = Path.rename, 0
+
+def deadly(self, target):
+    global count
+    count += 1
+    if count == at and before:
+        os.kill(os.getpid(), signal.SIGKILL)
+    try:
+        return rename(self, target)
+    finally:
+        if count == at:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+Path.rename = deadly
+with replacing_folder(out) as new:
+    for name in ("a", "b"):
+        (new / name).write_text("new")
+"""
 
 
 def names(folder: Path) -> list[str]:
     return sorted(p.name for p in folder.iterdir())
 
 
+def writer(path: Path, how: str = "replacing") -> subprocess.Popen[str]:
+    child = subprocess.Popen(
+        [sys.executable, "-c", WRITER.format(how=how), str(path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert child.stdout is not None
+    assert child.stdout.readline() == "begun\n"
+    return child
+
+
 def test_write_creates_the_folder(tmp_path: Path) -> None:
     path = tmp_path / "new" / "Prüfling 1.json"
     write_json(path, {"shore_a": 28.0})
     assert json.loads(path.read_text(encoding="utf-8")) == {"shore_a": 28.0}
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(path, {"rmse": float("nan")})
     assert names(path.parent) == [path.name]
-
-
-def test_file_appears_only_when_complete(tmp_path: Path) -> None:
-    path = tmp_path / "results.json"
-    write_text(path, "old")
-    with replacing(path) as temporary:
-        temporary.write_text("new", encoding="utf-8")
-        assert path.read_text(encoding="utf-8") == "old"
-        assert temporary.stat().st_dev == path.stat().st_dev
-        assert temporary.name == path.name
-    assert path.read_text(encoding="utf-8") == "new"
 
 
 @pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])
@@ -59,12 +104,6 @@ def test_failure_keeps_only_the_old_file(tmp_path: Path, error: type[BaseExcepti
     assert names(tmp_path) == [path.name]
 
 
-def test_nan_is_not_json(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="JSON"):
-        write_json(tmp_path / "results.json", {"rmse": float("nan")})
-    assert names(tmp_path) == []
-
-
 def test_two_writers_do_not_share_a_temporary_name(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     with replacing(path) as first_file, replacing(path) as second_file:
@@ -75,12 +114,72 @@ def test_two_writers_do_not_share_a_temporary_name(tmp_path: Path) -> None:
     assert names(tmp_path) == [path.name]
 
 
+def test_next_writer_removes_the_files_of_a_killed_one(tmp_path: Path) -> None:
+    path = tmp_path / "results.json"
+    with writer(path) as child:
+        child.kill()
+    (leftover,) = tmp_path.iterdir()
+    assert not files_below(tmp_path, ".json")
+    write_text(tmp_path / "other.json", "nothing to do with it")
+    assert leftover.exists()
+    write_text(path, "whole")
+    assert names(tmp_path) == ["other.json", "results.json"]
+
+
+def test_files_of_a_running_writer_stay(tmp_path: Path) -> None:
+    path = tmp_path / "results.json"
+    with writer(path) as child:
+        write_text(path, "from here")
+        assert len(names(tmp_path)) == 2
+        child.communicate("go on\n")
+    assert child.returncode == 0
+    assert path.read_text() == "from the child"
+    assert names(tmp_path) == ["results.json"]
+
+
+def test_only_folders_of_the_same_target_are_removed(tmp_path: Path) -> None:
+    others = [".o.12345678.part.txt", ".o.1234567.part", "o.12345678.part", ".p.12345678.part"]
+    for name in (".o.12345678.part", *others):
+        (tmp_path / name).mkdir()
+    (tmp_path / ".o.12345678.part" / "000.mcap").touch()
+    (tmp_path / ".o.abcdef02.part").symlink_to(tmp_path)
+    write_text(tmp_path / "o", "")
+    assert names(tmp_path) == sorted([*others, "o", ".o.abcdef02.part"])
+
+
+def test_creating_never_replaces_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "o.csv"
+
+    def create() -> None:
+        with creating(path) as temporary:
+            temporary.write_text("mine")
+
+    create()
+    with pytest.raises(FileExistsError):
+        create()
+    path.unlink()
+    path.symlink_to(tmp_path / "nowhere")
+    with pytest.raises(FileExistsError):
+        create()
+    assert names(tmp_path) == ["o.csv"]
+
+
+def test_first_of_two_creators_to_finish_wins(tmp_path: Path) -> None:
+    path = tmp_path / "o.csv"
+    with writer(path, "creating") as child:
+        with creating(path) as temporary:
+            temporary.write_text("from here")
+        child.communicate("go on\n")
+    assert child.returncode == 1
+    assert path.read_text() == "from here"
+    assert names(tmp_path) == ["o.csv"]
+
+
 def test_read_accepts_only_small_regular_files(tmp_path: Path) -> None:
     pipe, file = tmp_path / "pipe", tmp_path / "file"
     os.mkfifo(pipe)
     file.write_bytes(b"12345")
     assert read_regular(file, 5) == b"12345"
-    assert read_regular(file, 1 << 62) == b"12345"  # no memory is asked for that is not needed
     with pytest.raises(InputError, match=r"\b4\b"):
         read_regular(file, 4)
     for irregular in (pipe, tmp_path):  # opening the pipe would wait for ever
@@ -99,15 +198,113 @@ def test_link_loop_is_refused(tmp_path: Path) -> None:
     assert resolve_path(tmp_path / "nothing") == (tmp_path / "nothing").resolve()
 
 
-def test_files_are_found_by_suffix_up_to_a_limit(
-    tmp_path: Path,
-) -> None:
+def test_files_are_found_by_suffix_up_to_a_limit(tmp_path: Path) -> None:
     (tmp_path / "a" / "b.wav").mkdir(parents=True)
     (tmp_path / "circle").symlink_to(tmp_path)
     expected = [tmp_path / "a" / "b.wav" / "1.wav", tmp_path / "a" / "c.WAV", tmp_path / "d.wav"]
     for path in (*expected, tmp_path / "wav", tmp_path / "a" / "d.csv"):
         path.write_text("")
-    assert files_below(tmp_path, ".wav") == expected
     assert files_below(tmp_path, ".wav", most=8) == expected
     with pytest.raises(InputError, match="7"):
         files_below(tmp_path, ".wav", most=7)
+
+
+OLD = {"a": "old", "c": "old", "03ms/d": "old"}
+NEW = {"a": "new", "b": "new"}
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    folder = tmp_path / "there" / "m"
+    (folder / "03ms").mkdir(parents=True)
+    for name in OLD:
+        (folder / name).write_text("old")
+    return folder
+
+
+def content(folder: Path) -> dict[str, str]:
+    return {str(p.relative_to(folder)): p.read_text() for p in folder.rglob("*") if p.is_file()}
+
+
+def write_folder(out: Path) -> None:
+    with replacing_folder(out) as new:
+        for name in NEW:
+            (new / name).write_text("new")
+
+
+def test_old_folder_is_replaced_completely(out: Path, tmp_path: Path) -> None:
+    out.chmod(0o750)
+    link = tmp_path / "link"
+    link.symlink_to(out)
+    write_folder(link)
+    assert link.is_symlink()
+    assert content(out) == NEW
+    assert stat.S_IMODE(out.stat().st_mode) == 0o750
+    assert names(out.parent) == ["m"]
+
+
+@pytest.mark.parametrize("exists", [True, False])
+def test_missing_or_empty_folder_is_replaced(tmp_path: Path, exists: bool) -> None:
+    out = tmp_path / "a" / "b"
+    if exists:
+        out.mkdir(parents=True)
+    write_folder(out)
+    assert content(out) == NEW
+    assert names(out.parent) == ["b"]
+
+
+@pytest.mark.parametrize("error", [InputError("no"), KeyboardInterrupt(), OSError(28, "full")])
+def test_error_restores_the_old_folder(out: Path, error: BaseException) -> None:
+    def fail() -> None:
+        with replacing_folder(out) as new:
+            (new / "a").write_text("new")
+            raise error
+
+    with pytest.raises(type(error)) as caught:
+        fail()
+    if isinstance(error, OSError):
+        assert caught.value.filename == str(out)  # a full disk names no file
+    assert content(out) == OLD
+    assert names(out.parent) == ["m"]
+
+
+@pytest.mark.parametrize("when", ["before", "after"])
+@pytest.mark.parametrize("at", [1, 2, 3])
+def test_kill_at_any_rename_leaves_the_old_or_the_new_folder(out: Path, at: int, when: str) -> None:
+    result = subprocess.run([sys.executable, "-c", KILLED, str(out), str(at), when])
+    assert result.returncode == -signal.SIGKILL
+    aside = displaced_folder(out)
+    if out.exists():
+        assert aside is None
+        assert content(out) == (NEW if (at, when) == (3, "after") else OLD)
+    else:
+        assert aside is not None
+        assert content(aside) == OLD
+    # The next writer begins with the folder as it was, and leaves nothing else.
+    with replacing_folder(out) as new:
+        assert content(out) == (NEW if (at, when) == (3, "after") else OLD)
+        (new / "a").touch()
+    write_folder(out)
+    assert content(out) == NEW
+    assert names(out.parent) == ["m"]
+
+
+def test_last_of_two_writers_of_a_folder_wins(out: Path) -> None:
+    with replacing_folder(out) as new:
+        (new / "a").write_text("last")
+        write_folder(out)
+        assert content(out) == NEW
+    assert content(out) == {"a": "last"}
+    assert names(out.parent) == ["m"]
+
+
+def test_files_and_working_folders_are_refused(
+    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    monkeypatch.chdir(out / "03ms")
+    for place in (file, Path("/"), out, Path(), Path("..")):
+        with pytest.raises(InputError):
+            write_folder(place)
+    assert content(out) == OLD

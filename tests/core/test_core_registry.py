@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import threading
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError, Registry
+from firstcontact.core import InputError, Registry, foreign_errors
 from firstcontact.core import _registry as module
 
 GROUP = "firstcontact.test"
@@ -108,3 +109,18 @@ def test_second_thread_waits_for_the_plugins_of_the_first(
     second.join()
     assert len(outcomes) == 2
     assert all(outcome in text for text in outcomes)
+
+
+def test_errors_of_other_code_name_it_and_keep_their_cause(tmp_path: Path) -> None:
+    with (
+        pytest.raises(InputError, match=r"^MyModel\.fit raised ValueError: no$") as raised,
+        foreign_errors("MyModel.fit"),
+    ):
+        raise ValueError("no")
+    assert isinstance(raised.value.__cause__, ValueError)
+    with pytest.raises(InputError, match="mine"), foreign_errors("x"):
+        raise InputError("mine")
+    with pytest.raises(FileNotFoundError), foreign_errors("x"):
+        (tmp_path / "missing").read_text()
+    with pytest.raises(KeyboardInterrupt), foreign_errors("x"):
+        raise KeyboardInterrupt

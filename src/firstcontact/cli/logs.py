@@ -1,23 +1,30 @@
-"""Log of the package: to standard error with ``--verbose``, and into crash logs."""
+"""Log of the package: on standard error with ``--verbose``, and in crash logs."""
 
 from __future__ import annotations
 
 import logging
+import platform
+import shlex
 import sys
+import tempfile
 import time
+import traceback
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
-from firstcontact.core import one_line
+from firstcontact import __version__
+from firstcontact.core import one_line, sanitize, summarize_error
 
-#: Number of lines in a crash log.
-KEPT = 200
+#: Option with a secret value.
+SECRET = "--token"  # noqa: S105  # the option's name, no secret
 
-_kept: deque[str] = deque(maxlen=KEPT)
+#: Last lines of the log, for a crash log.
+_lines: deque[str] = deque(maxlen=200)
 
 
-class _Lines(logging.Handler):
+class _Handler(logging.Handler):
     """Handler that keeps each log record as one line of text, and prints the important records."""
 
     def __init__(self, level_shown: int) -> None:
@@ -29,9 +36,8 @@ class _Lines(logging.Handler):
         self.formatter.converter = time.gmtime
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep a log record. Print it if its level is high enough."""
         line = one_line(self.format(record))
-        _kept.append(line)
+        _lines.append(line)
         if record.levelno >= self._shown:
             bars = sys.modules.get("tqdm")  # moves a progress bar below the line
             (bars.tqdm.write if bars else print)(line, file=sys.stderr)
@@ -40,9 +46,9 @@ class _Lines(logging.Handler):
 @contextmanager
 def logged(verbose: bool) -> Iterator[None]:
     """Keep and print the package's log records until the end of the ``with`` block."""
-    _kept.clear()
+    _lines.clear()
     logger = logging.getLogger("firstcontact")
-    handler = _Lines(logging.INFO if verbose else logging.WARNING)
+    handler = _Handler(logging.INFO if verbose else logging.WARNING)
     former = logger.level
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)
@@ -53,6 +59,30 @@ def logged(verbose: bool) -> Iterator[None]:
         logger.setLevel(former)
 
 
-def last_lines() -> tuple[str, ...]:
-    """Return the last lines of the log, at most ``KEPT``."""
-    return tuple(_kept)
+def crash_report(error: BaseException, arguments: Sequence[str]) -> str:
+    """Write a crash log. Return a sentence with the error and the path of the log."""
+    cause = "memory ran out" if isinstance(error, MemoryError) else "an unexpected error occurred"
+    cause = f"{cause} ({one_line(summarize_error(error))})"
+    text = (
+        "Please report this with the steps that led to it; `firstcontact info` describes your\n"
+        "machine. Read this log before you send it: it holds your paths and names.\n\n"
+        f"firstcontact {__version__}\n"
+        f"Python {platform.python_version()}, {platform.platform()}\n"
+        f"command: {shlex.join(['firstcontact', *arguments])}\n\n"
+        f"{''.join(traceback.format_exception(error))}"
+    )
+    if _lines:
+        text += "\n".join(["\nLast lines of its log:\n", *_lines, ""])
+    for word, following in zip(arguments, [*arguments[1:], ""], strict=True):
+        option, _, value = word.partition("=")
+        if option == SECRET and (secret := value or following):
+            text = text.replace(secret, "***")
+    try:
+        # Only the user can read this file.
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", prefix="firstcontact-", suffix=".log", delete=False
+        ) as stream:
+            stream.write(sanitize(text))
+    except OSError:
+        return f"{cause}, and its log cannot be written: report this line"
+    return f"{cause}: please report it, and attach {Path(stream.name)}"

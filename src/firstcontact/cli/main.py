@@ -13,14 +13,7 @@ from firstcontact import __version__
 from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
 from firstcontact.cli.verbs import configuration, overview
-from firstcontact.core import (
-    ForeignCode,
-    InputError,
-    culprit,
-    is_interrupt,
-    one_line,
-    summarize_error,
-)
+from firstcontact.core import InputError, one_line, summarize_error
 
 #: Exit codes: success, unusable input, unexpected error. After a signal the code is 128 plus the
 #: signal's number.
@@ -49,31 +42,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
     verb = None
     try:
-        verb = _parsed(arguments)
+        verb = _parse(arguments)
         if verb is not None:
             from firstcontact.cli.logs import logged
 
-            with logged(verbose), ForeignCode():
+            with logged(verbose):
                 verb.run()
     except InputError as error:
         return _failed(INPUT, _with_option(error, verb))
     except KeyboardInterrupt as interrupt:  # its text may name unfinished work
         return _failed(stop.code, str(interrupt) or "interrupted")
-    except BaseException as error:
-        if verb is None and isinstance(error, SystemExit):  # the parser printed the help
+    except SystemExit as end:
+        if verb is None:  # the parser printed the help
             raise
-        if culprit(error) and is_interrupt(error):  # a plug-in turned it into another error
-            return _failed(stop.code, "interrupted")
-        if not isinstance(error, Exception):  # a plug-in's SystemExit, for example
-            cause = f"other code ended the command ({summarize_error(error)})"
-            return _failed(INPUT, f"{cause}: remove packages that add plug-ins to firstcontact")
+        return _failed(INPUT, f"other code ended the command ({summarize_error(end)})")
+    except Exception as error:
         # The user can fix a path that cannot be read or written.
         if isinstance(error, OSError) and error.errno in FULL:
             subject = "" if error.filename is None else f"{error.filename}: "
             return _failed(INPUT, f"{subject}{error.strerror}: make room on the disk written to")
         if isinstance(error, OSError) and error.filename is not None:
             return _failed(INPUT, f"{error.filename}: {error.strerror}: check this path")
-        from firstcontact.cli.crash import crash_report
+        from firstcontact.cli.logs import crash_report
 
         return _failed(UNFORESEEN, crash_report(error, arguments))
     # Ctrl-C is the normal end of some verbs; the loss of the terminal is not.
@@ -81,22 +71,18 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
     return DONE if orderly else stop.code
 
 
-def _parsed(arguments: list[str]) -> Any:
+def _parse(arguments: list[str]) -> Any:
     """Return the verb with its options; None for a general option such as ``--version``."""
+    width = shutil.get_terminal_size().columns
     if not arguments:
-        print(overview(shutil.get_terminal_size().columns), file=sys.stderr)
+        print(overview(width), file=sys.stderr)
         raise InputError("no verb is given: choose one of these, such as `firstcontact live`")
     word = arguments[0]
     if word in ("-h", "--help"):
-        print(overview(shutil.get_terminal_size().columns))
+        print(overview(width))
         return None
     if word == "--version":
         print(f"firstcontact {__version__}")
-        return None
-    if word == "--completion":
-        from firstcontact.cli.completion import completion_script
-
-        print(completion_script(), end="")
         return None
     verb = configuration(word)
     from firstcontact.cli.options import parse_options

@@ -8,9 +8,7 @@ import inspect
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import MISSING, Field, dataclass, fields
-from difflib import get_close_matches
 from functools import partial
-from pathlib import Path
 from textwrap import dedent, fill
 from types import NoneType
 from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin, get_type_hints
@@ -52,104 +50,83 @@ class Option:
 Condition = Annotated[Literal["paper-rig", "everyday"], Option(group="simulated hand")]
 
 
-@dataclass(frozen=True)
 class Argument:
     """One option, or one positional argument, of a verb."""
 
-    field: Field[Any]
-    kind: Any
-    option: Option
-    help: str
-
-    @property
-    def flag(self) -> str:
-        """Return the name on the command line; empty for a positional argument."""
-        if self.option.positional:
-            return ""
-        return f"--{self.field.name.replace('_', '-')}"
-
-    @property
-    def choices(self) -> tuple[str, ...]:
-        """Return the allowed values; empty if the values are not listed."""
-        kind = _without_none(self.kind)
-        return get_args(kind) if get_origin(kind) is Literal else self.option.names
-
-    @property
-    def required(self) -> bool:
-        """Return True if the verb does not run without this argument."""
-        return self.field.default is MISSING and self.field.default_factory is MISSING
+    def __init__(self, field: Field[Any], hint: Any, text: str) -> None:
+        kind, *extras = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        self.field = field
+        self.kind = kind
+        self.option = next((extra for extra in extras if isinstance(extra, Option)), Option())
+        self.help = self.option.help or text
+        self.flag = "" if self.option.positional else f"--{field.name.replace('_', '-')}"
+        self.required = field.default is MISSING and field.default_factory is MISSING
+        parts = [part for part in get_args(kind) if part is not NoneType]
+        inner = parts[0] if NoneType in get_args(kind) else kind
+        self.several = get_origin(inner) is tuple
+        #: Type of one value.
+        self.single = get_args(inner)[0] if self.several else inner
+        is_literal = get_origin(self.single) is Literal
+        self.choices = get_args(self.single) if is_literal else self.option.names
 
     @property
     def metavar(self) -> str:
-        """Return the placeholder of the value in the help; for a positional argument, its name."""
+        """Placeholder of the value in the help; for a positional argument, its name."""
         if self.option.positional:
             return self.field.name.upper()
-        kind = _without_none(self.kind)
-        if get_origin(kind) is tuple:
-            kind = get_args(kind)[0]
-        names = "{" + ",".join(self.choices) + "}"
-        return names if self.choices else {str: "TEXT"}.get(kind, kind.__name__.upper())
+        if self.choices:
+            return "{" + ",".join(self.choices) + "}"
+        return "TEXT" if self.single is str else str(self.single.__name__).upper()
+
+    @property
+    def usage(self) -> str:
+        """Words of the usage line."""
+        if self.flag:
+            return f"{self.flag} {self.metavar}"
+        several = " ..." if self.several else ""
+        return f"{self.metavar}{several}" if self.required else f"[{self.metavar}]"
 
     def declare(self, parser: Any, *, hidden: bool) -> None:
         """Add the option to a parser or to an option group. If ``hidden``, the help omits it."""
-        text = (
-            argparse.SUPPRESS if hidden else (self.help + self._default_text()).replace("%", "%%")
-        )
+        text = (self.help + self._default_text()).replace("%", "%%")
+        settings: dict[str, Any] = {"help": argparse.SUPPRESS if hidden else text}
         name = self.field.name
         if self.kind is bool:
-            parser.add_argument(self.flag, dest=name, action="store_true", help=text)
+            parser.add_argument(self.flag, dest=name, action="store_true", **settings)
             return
-        kind = _without_none(self.kind)
-        settings: dict[str, Any] = {"help": text, "metavar": self.metavar}
-        if get_origin(kind) is tuple:
-            settings["nargs"], kind = "+", get_args(kind)[0]
-        if get_origin(kind) is Literal:
-            settings["choices"], kind = self.choices, str
-        settings["type"] = _PARSERS.get(kind, kind)
+        settings |= {"metavar": self.metavar, "type": _PARSERS.get(self.single, self.single)}
+        if get_origin(self.single) is Literal:
+            settings |= {"choices": self.choices, "type": str}
+        if self.several:
+            settings["nargs"] = "+"
         if not self.required:
             settings["default"] = self.field.default
-        if self.option.positional:
-            settings |= {} if self.required else {"nargs": "?"}
-            parser.add_argument(name, **settings)
-        else:
+        if self.flag:
             parser.add_argument(self.flag, dest=name, required=self.required, **settings)
+        else:
+            parser.add_argument(name, **settings, **({} if self.required else {"nargs": "?"}))
 
     def _default_text(self) -> str:
         default = self.field.default
         if self.required or default in (None, "", ()) or isinstance(default, bool):
             return ""
         values = default if isinstance(default, tuple) else (default,)
-        return f" (default: {' '.join(_text(value) for value in values)})"
+        words = (f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+        return f" (default: {' '.join(words)})"
 
 
 def parse_options(verb: type[Any], prog: str, words: Sequence[str]) -> Any:
     """Return the verb with the options in these words."""
     parser = _parser(verb, prog, every="--help-all" in words)
-    former = getattr(verb, "former", {})
-    for word in words:
-        if (name := word.partition("=")[0]) in former:
-            parser.error(f"{name} is now {former[name]}")
-    values, unknown_words = parser.parse_known_args(words)
-    if unknown_words:
-        _refuse_unknown(parser, verb, unknown_words)
-    return verb(**{k: tuple(v) if isinstance(v, list) else v for k, v in vars(values).items()})
+    values = vars(parser.parse_args(words))
+    return verb(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})
 
 
 def verb_arguments(verb: type[Any]) -> list[Argument]:
     """Return the options and positional arguments of a verb, in the order of its fields."""
     hints = get_type_hints(verb, include_extras=True)
     texts = _field_texts(verb)
-    arguments = []
-    for field in fields(verb):
-        hint, *extras = (
-            get_args(hints[field.name])
-            if get_origin(hints[field.name]) is Annotated
-            else (hints[field.name],)
-        )
-        option = next((extra for extra in extras if isinstance(extra, Option)), Option())
-        text = option.help or texts.get(field.name, "")
-        arguments.append(Argument(field, hint, option, text))
-    return arguments
+    return [Argument(f, hints[f.name], texts.get(f.name, "")) for f in fields(verb)]
 
 
 def choice(
@@ -188,16 +165,14 @@ def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
     """Return the parser of a verb. Its help lists advanced options only if ``every`` is true."""
     arguments = verb_arguments(verb)
     width = shutil.get_terminal_size().columns - 2
-    required = [a for a in arguments if a.required and a.flag]
-    usage = [prog, *(_positional_usage(a) for a in arguments if not a.flag)]
-    usage += [f"{a.flag} {a.metavar}" for a in required]
+    # Positional arguments first, then the required options.
+    usage = [a.usage for a in arguments if not a.flag]
+    usage += [a.usage for a in arguments if a.flag and a.required]
+    paragraphs = inspect.cleandoc(verb.__doc__ or "").split("\n\n")
     parser = _Parser(
         prog=prog,
-        usage=f"{' '.join(usage)} [OPTIONS]",
-        description="\n\n".join(
-            fill(" ".join(paragraph.split()), width)
-            for paragraph in inspect.cleandoc(verb.__doc__ or "").split("\n\n")
-        ),
+        usage=" ".join([prog, *usage, "[OPTIONS]"]),
+        description="\n\n".join(fill(" ".join(p.split()), width) for p in paragraphs),
         formatter_class=partial(
             argparse.RawDescriptionHelpFormatter, max_help_position=INDENT, width=width
         ),
@@ -214,23 +189,6 @@ def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
     help_.add_argument("-h", "--help", action="help", help="Print this text.")
     help_.add_argument("--help-all", action="help", help="Print all options.")
     return parser
-
-
-def _positional_usage(argument: Argument) -> str:
-    several = " ..." if get_origin(argument.kind) is tuple else ""
-    return f"{argument.metavar}{several}" if argument.required else f"[{argument.metavar}]"
-
-
-def _refuse_unknown(parser: _Parser, verb: type[Any], unknown_words: list[str]) -> NoReturn:
-    """Raise InputError for words that belong to no option; the message names the nearest option."""
-    flags = {a.flag: a for a in verb_arguments(verb) if a.flag}
-    for word in unknown_words:
-        name = word.partition("=")[0]
-        if name.startswith("-"):
-            near = get_close_matches(name, flags, n=1)
-            guess = f": perhaps you meant {near[0]}" if near else ""
-            parser.error(f"{name} is not an option{guess}")
-    parser.error(f"{unknown_words[0]!r} belongs to no option")
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
@@ -250,16 +208,6 @@ def _field_texts(verb: type[Any]) -> dict[str, str]:
     return texts
 
 
-def _without_none(kind: Any) -> Any:
-    """Return the type X of ``X | None``, and any other type unchanged."""
-    parts = [part for part in get_args(kind) if part is not NoneType]
-    return parts[0] if NoneType in get_args(kind) else kind
-
-
-def _text(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
 def _number(parse: Callable[[str], float]) -> Callable[[str], float]:
     def parsed(word: str) -> float:
         try:
@@ -274,6 +222,4 @@ def _number(parse: Callable[[str], float]) -> Callable[[str], float]:
 _PARSERS: dict[Any, Callable[[str], Any]] = {
     int: _number(parse_int),
     float: _number(partial(parse_float, finite=False)),
-    Path: Path,
-    str: str,
 }

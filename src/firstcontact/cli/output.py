@@ -16,7 +16,7 @@ GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
 
 
 class Output:
-    r"""Text stream that escapes control characters."""
+    """Text stream that escapes control characters, and survives the loss of its reader."""
 
     def __init__(self, stream: TextIO, raises: bool = False) -> None:
         self.failed: OSError | None = None
@@ -26,20 +26,16 @@ class Output:
             stream.reconfigure(errors=ESCAPE_ERRORS)
 
     def write(self, text: str) -> int:
-        """Write plain text."""
+        """Write text with its control characters escaped."""
         start = text[:1] if text.startswith("\r") else ""
-        try:
+        with self._loss_noted():
             self._stream.write(start + sanitize(text[len(start) :]))
-        except OSError as error:
-            self._lost(error)
         return len(text)
 
     def flush(self) -> None:
         """Write buffered text."""
-        try:
+        with self._loss_noted():
             self._stream.flush()
-        except OSError as error:
-            self._lost(error)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -49,15 +45,17 @@ class Output:
         """True if the program that reads the stream has closed it."""
         return self.failed is not None and self.failed.errno in GONE
 
-    def _lost(self, error: OSError) -> None:
-        self.failed = self.failed or error
-        # Buffered text would raise again when the program ends.
-        with suppress(OSError, ValueError):
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, self._stream.fileno())
-            os.close(nowhere)
-        if self._raises:
-            raise error
+    @contextmanager
+    def _loss_noted(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            self.failed = self.failed or error
+            # Buffered text would raise again when the program ends.
+            with suppress(OSError, ValueError), _nowhere("w") as nowhere:
+                os.dup2(nowhere.fileno(), self._stream.fileno())
+            if self._raises:
+                raise
 
 
 @contextmanager
@@ -78,7 +76,6 @@ def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
 
 
 def _nowhere(mode: str) -> TextIO:
-    # It gets the lowest free number: 0, 1, 2 in this order, where one is closed.
     return cast(TextIO, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123
 
 

@@ -9,10 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from firstcontact.core import mark_as_signal
-
-#: Signals of Ctrl-C, the system, a closed terminal and Ctrl-\; some systems lack one.
-NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
+#: Signals of Ctrl-C, the system, a closed terminal and Ctrl-\.
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 #: Time after which a further signal ends the program immediately, s.
 INSISTED = 5.0
 
@@ -36,17 +34,14 @@ class Stop:
         return 128 + (self.signal or signal.SIGINT)
 
     def _take(self, number: int, frame: FrameType | None) -> None:
-        now = time.monotonic()
-        if self.signal is None:
-            self.signal, self._at = signal.Signals(number), now
-            if self.gently:
-                return
+        first, now = self.signal is None, time.monotonic()
         # A second signal must not disturb the finishing, unless that hangs.
-        elif now - self._at < INSISTED:
+        if not first and now - self._at < INSISTED:
             return
-        else:
-            self._at = now
-        raise mark_as_signal(KeyboardInterrupt())
+        self._at = now
+        self.signal = self.signal or signal.Signals(number)
+        if not (first and self.gently):
+            raise KeyboardInterrupt
 
 
 _installed: list[Stop] = []
@@ -54,7 +49,7 @@ _installed: list[Stop] = []
 
 @contextmanager
 def stopping() -> Iterator[Stop]:
-    """Yield a Stop that handles the signals in :data:`NAMES` within the ``with`` block."""
+    """Yield a Stop that handles the signals in :data:`SIGNALS` within the ``with`` block."""
     if _installed:
         yield _installed[-1]
         return
@@ -63,7 +58,7 @@ def stopping() -> Iterator[Stop]:
     former = {}
     try:
         if threading.current_thread() is threading.main_thread():
-            for number in (getattr(signal, name) for name in NAMES if hasattr(signal, name)):
+            for number in SIGNALS:
                 ignored = signal.getsignal(number) is signal.SIG_IGN
                 if not ignored or number in (signal.SIGINT, signal.SIGTERM):
                     former[number] = signal.signal(number, stop._take)

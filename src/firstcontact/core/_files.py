@@ -1,17 +1,29 @@
-"""Atomic reads and writes of files."""
+"""Atomic reads and writes of files and folders.
+
+A writer creates the folder ``.NAME.XXXXXXXX.part`` beside its target, and locks it while the
+process lives. A folder without a lock is the leftover of a killed writer: the next writer of the
+same target removes it. This also works on a disk that several machines share.
+
+No system call replaces a folder that holds files. The old folder first becomes
+``.NAME.XXXXXXXX.old``, then the new one takes its name. If the process is killed between these two
+renames, readers report where the old folder is, and the next writer restores it.
+"""
 
 from __future__ import annotations
 
 import errno
+import fcntl
 import json
 import os
+import re
+import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from stat import S_ISREG
 from typing import IO, Any
+from uuid import uuid4
 
-from firstcontact.core._atomic import is_temporary, temporary_path
 from firstcontact.core._errors import InputError
 
 #: Path of a file or folder that a Python caller may pass.
@@ -21,6 +33,8 @@ AnyPath = str | os.PathLike[str]
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
 #: Largest number of files and folders that a search visits.
 MOST_ENTRIES = 100_000
+#: Names of temporary folders.
+_PART = re.compile(r"\..+\.[0-9a-f]{8}\.part", re.DOTALL)
 
 
 def given_path(path: object, parameter: str = "path") -> Path:
@@ -74,8 +88,9 @@ def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Pat
                 f"{folder} holds more than {most:,} files and folders: name the folder with your "
                 "data"
             )
+        folders[:] = [name for name in folders if not _PART.fullmatch(name)]
         matches += [Path(parent, name) for name in names if name.lower().endswith(suffix)]
-    return sorted(path for path in matches if not is_temporary(path, folder))
+    return sorted(matches)
 
 
 def open_regular(path: Path) -> IO[bytes]:
@@ -107,14 +122,33 @@ def read_regular(path: Path, most: int) -> bytes:
         The file does not exist or cannot be read.
     """
     with open_regular(path) as stream:
-        # read(n) allocates n bytes, so n is the file's size, unless the file grows.
-        size = min(os.fstat(stream.fileno()).st_size, most) + 1
-        data = stream.read(size)
-        if len(data) == size <= most:
-            data += stream.read(most + 1 - size)
-    if len(data) > most:
-        raise InputError(f"{path} has more than {most} bytes: choose the right file")
-    return data
+        if os.fstat(stream.fileno()).st_size > most:
+            raise InputError(f"{path} has more than {most} bytes: choose the right file")
+        return stream.read()
+
+
+@contextmanager
+def temporary_path(path: Path) -> Iterator[Path]:
+    """Yield a path in a temporary folder next to ``path``, with the same file name.
+
+    The folder is on the same disk, so a rename can move the file to ``path``. Missing parent
+    folders are created. The temporary folder and its contents are removed when the ``with`` block
+    ends. Leftovers of killed writers for the same path are removed first.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be created.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for leftover in _siblings(path, "part"):
+        _remove_if_dead(leftover)
+    folder, lock = _make(path)
+    try:
+        yield folder / path.name
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        os.close(lock)
 
 
 @contextmanager
@@ -150,16 +184,47 @@ def creating(path: Path) -> Iterator[Path]:
             if error.errno not in _NO_LINKS:
                 raise
             # A disk without links (FAT): take the name first, then fill it.
-            os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+            path.touch(exist_ok=False)
             temporary.replace(path)
 
 
-def try_replacing(path: Path) -> None:
-    """Raise the OSError that :func:`replacing` would raise for ``path``, if any. Change nothing."""
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    with temporary_path(path) as temporary:
-        temporary.touch()
+@contextmanager
+def replacing_folder(path: Path) -> Iterator[Path]:
+    """Yield a new, empty folder that replaces ``path`` on success.
+
+    On an exception the new folder is removed and ``path`` stays unchanged.
+
+    Raises
+    ------
+    InputError
+        ``path`` cannot be replaced: it is a file, a mounted disk or the working folder.
+    OSError
+        The folder cannot be written. The error names ``path``.
+    """
+    path = resolve_path(path)
+    _check_replaceable(path)
+    try:
+        with temporary_path(path) as new:
+            if (displaced := displaced_folder(path)) is not None:
+                displaced.rename(path)
+            for leftover in _siblings(path, "old"):
+                shutil.rmtree(leftover, ignore_errors=True)
+            new.mkdir()
+            yield new
+            _swap(path, new)
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        # The error of a full disk holds no file name.
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def displaced_folder(path: Path) -> Path | None:
+    """Return the old folder if a writer was killed between the two renames, else None."""
+    path = resolve_path(path)
+    if path.exists() or not path.parent.is_dir():
+        return None
+    return max(_siblings(path, "old"), key=lambda old: old.lstat().st_ctime_ns, default=None)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -171,3 +236,77 @@ def write_text(path: Path, text: str) -> None:
 def write_json(path: Path, tree: Any) -> None:
     """Write a JSON file atomically. NaN is an error because JSON has none."""
     write_text(path, json.dumps(tree, indent=2, allow_nan=False) + "\n")
+
+
+def _siblings(path: Path, kind: str) -> list[Path]:
+    """Return the temporary or the old folders of a target."""
+    name = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.{kind}")
+    return [entry for entry in path.parent.iterdir() if name.fullmatch(entry.name)]
+
+
+def _make(path: Path) -> tuple[Path, int]:
+    """Create a temporary folder and lock it. Return the folder and the descriptor of the lock."""
+    while True:
+        folder = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
+        folder.mkdir()
+        with suppress(FileNotFoundError):  # another writer removed it before this one locked it
+            lock = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+            with suppress(OSError):  # the disk has no locks: no other writer can remove it either
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            if folder.exists():
+                return folder, lock
+            os.close(lock)
+
+
+def _remove_if_dead(folder: Path) -> None:
+    with suppress(OSError):  # a running writer has locked it, or this process may not remove it
+        lock = os.open(folder, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(folder, ignore_errors=True)
+        finally:
+            os.close(lock)
+
+
+def _check_replaceable(path: Path) -> None:
+    if path.exists() and not path.is_dir():
+        raise InputError(f"{path} is a file: choose a folder")
+    if path.is_mount():
+        raise InputError(f"{path} is a mounted disk and cannot be replaced: choose a folder in it")
+    with suppress(FileNotFoundError):  # the working folder may have been removed
+        if path.exists() and Path.cwd().is_relative_to(path):
+            raise InputError(
+                f"{path} is the working folder and cannot be replaced: "
+                "choose another folder, or run the command from elsewhere"
+            )
+
+
+def _swap(path: Path, new: Path) -> None:
+    for file in (*new.rglob("*"), new):
+        _flush(file)  # otherwise the rename may reach the disk before the contents
+    if path.exists():
+        shutil.copymode(path, new)
+    try:
+        new.rename(path)  # the target does not exist, or is an empty folder
+        return
+    except OSError as error:
+        if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+            raise
+    old = path.with_name(f".{path.name}.{uuid4().hex[:8]}.old")
+    try:
+        path.rename(old)
+        new.rename(path)
+    except BaseException:
+        if old.exists() and not path.exists():
+            old.rename(path)
+        raise
+    _flush(path.parent)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _flush(path: Path) -> None:
+    number = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)

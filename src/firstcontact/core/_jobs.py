@@ -19,9 +19,8 @@ from uuid import uuid4
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core._die_with_parent import follow
+from firstcontact.core._children import follow
 from firstcontact.core._errors import InputError
-from firstcontact.core._foreign import ForeignCode
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -45,6 +44,8 @@ ALIGNMENT = 64
 
 _job_lock = threading.RLock()
 _opened: tuple[bytes, tuple[Any, ...]] = (b"", ())
+#: Functions that make the runner of a cluster, see :func:`using`.
+_runners: list[Callable[[Tick], Runner]] = []
 
 
 class Runner(ABC):
@@ -103,7 +104,7 @@ class Pool(Runner):
             calls: list[Any] = [(function, (job, *shared), {}) for job in jobs]
         else:
             payload = pack_payload(shared) if shared else None
-            calls = [(_run_job, (function, job, payload), {}) for job in jobs]
+            calls = [(run_job, (function, job, payload), {}) for job in jobs]
         results = self._parallel(calls)
         try:
             finished = 0
@@ -127,9 +128,10 @@ def parallel(
 ) -> Iterator[Runner]:
     """Yield a runner that leaves no process behind, even after an exception.
 
-    If a ``joblib.parallel_config`` names a backend, that backend runs the jobs. Otherwise new
-    processes on this machine run them, with one thread each. These processes are reused and are
-    killed at the end, or as soon as this process ends.
+    Inside :func:`firstcontact.core.use_cluster`, the cluster runs the jobs. If a
+    ``joblib.parallel_config`` names a backend, that backend runs them. Otherwise new processes on
+    this machine run them, with one thread each. These processes are reused and are killed at the
+    end, or as soon as this process ends.
 
     Call it in a thread that lives longer than the workers, such as the main thread. Workers end
     with the thread that started them.
@@ -144,6 +146,9 @@ def parallel(
     prefer
         "processes"; or "threads" for jobs that release Python's global lock.
     """
+    if _runners:
+        yield _runners[-1](tick)
+        return
     import joblib
     from joblib.parallel import get_active_backend
 
@@ -165,6 +170,16 @@ def parallel(
         finally:
             if processes:
                 config["backend"].abort_everything(ensure_ready=False)
+
+
+@contextmanager
+def using(runner: Callable[[Tick], Runner]) -> Iterator[None]:
+    """Let :func:`parallel` yield a runner made by this function within the ``with`` block."""
+    _runners.append(runner)
+    try:
+        yield
+    finally:
+        _runners.pop()
 
 
 def _processes() -> Any:
@@ -195,9 +210,9 @@ def _init_worker(parent: int) -> None:
     follow(parent)
 
 
-def _run_job(function: Callable[..., B], job: object, payload: Any) -> B:
+def run_job(function: Callable[..., B], job: object, payload: Any) -> B:
     """Run a job in a worker process."""
-    with _job_lock, one_thread(), ForeignCode():
+    with _job_lock, one_thread():
         return function(job, *(() if payload is None else unpack_payload(payload)))
 
 

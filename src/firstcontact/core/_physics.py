@@ -1,7 +1,8 @@
-"""Physical constants and contact mechanics shared by the twin and the grasp policies."""
+"""Commands to a hand, contact mechanics, and other physics that rooms share."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import sqrt
 
 #: Acceleration of free fall, m/s^2.
@@ -52,3 +53,30 @@ def hertz_stiffness(modulus: float, radius: float) -> float:
     ``modulus`` is the contact modulus E* (Pa), and ``radius`` the relative radius (m).
     """
     return 4 / 3 * modulus * sqrt(radius)
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """Command to a hand, valid until the next command.
+
+    Parameters
+    ----------
+    speed
+        Closing speed of each fingertip, m/s. Negative values open the hand, 0 stops it.
+    force
+        Largest force of each fingertip, N.
+
+    Examples
+    --------
+    >>> gentle = Command(speed=0.02, force=1.5)
+    >>> gentle.force
+    1.5
+    """
+
+    speed: float
+    force: float
+
+
+def is_same_rate(rate: float, other: float) -> bool:
+    """Return True if two rates (Hz) differ by at most 1 %, as the clocks of two devices may."""
+    return abs(rate - other) <= 0.01 * other

@@ -6,14 +6,16 @@ package; ``Annotated`` fields carry their bounds.
 
 from __future__ import annotations
 
-from typing import Annotated, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Generic, TypeVar, get_args
 
 import msgspec
 
 from firstcontact.core._errors import InputError
-from firstcontact.core._records_json import decode_by_name
 
 T = TypeVar("T")
+Each = TypeVar("Each")
+About = TypeVar("About")
 
 #: Default limit on the size of a JSON text, bytes.
 LONGEST = 1 << 20
@@ -37,7 +39,7 @@ def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: i
     kind
         A dataclass, or any type that msgspec supports. Numbers that are not finite or out of
         bounds are refused. Unknown fields are ignored, except in a
-        :class:`firstcontact.core._records_json.Record`, which refuses them.
+        `Record`, which refuses them.
     origin
         Name of the file, or of the part of a file that ``data`` holds, for messages.
     remedy
@@ -75,3 +77,66 @@ def _sentence(problem: str) -> str:
 def _short(text: str, most: int = 200) -> str:
     """Return a message cut to ``most`` characters, because it may repeat a value of any length."""
     return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+class Record(
+    msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
+):
+    """JSON object with declared fields only. Fields that have their default value are not written.
+
+    A subclass must repeat ``frozen=True, kw_only=True`` for type checkers and msgspec.
+    """
+
+
+class ByName(Mapping[str, Each], Generic[Each, About]):
+    """Mapping from names to entries, together with a record of fixed fields.
+
+    JSON stores both in one object, so no entry may have the name of a field.
+
+    Parameters
+    ----------
+    entries
+        Entries by name, in order.
+    about
+        A :class:`Record` with the fixed fields. In JSON they precede the entries.
+    """
+
+    __slots__ = ("about", "entries")
+
+    def __init__(self, entries: Mapping[str, Each], about: About) -> None:
+        self.entries, self.about = entries, about
+
+    def __getitem__(self, name: str) -> Each:
+        return self.entries[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+
+def to_tree(value: Any) -> Any:
+    """Convert records, and containers of records, to a tree for :func:`json.dumps`."""
+    return msgspec.to_builtins(value, enc_hook=_encode_by_name)
+
+
+def _encode_by_name(value: object) -> dict[str, Any]:
+    if not isinstance(value, ByName):
+        raise NotImplementedError(f"{type(value).__name__} cannot be written as JSON")
+    return {**to_tree(value.about), **value.entries}
+
+
+def decode_by_name(kind: Any, tree: Any) -> Any:
+    """Decode a :class:`ByName` field for msgspec."""
+    entry, about = get_args(kind)
+    entry_type: Any = dict[str, entry]  # type: ignore[valid-type]
+    if not isinstance(tree, dict):
+        raise TypeError(f"Expected `object`, got `{type(tree).__name__}`")
+    field_names = {field.encode_name for field in msgspec.structs.fields(about)}
+    entries = {name: value for name, value in tree.items() if name not in field_names}
+    fields = {name: value for name, value in tree.items() if name in field_names}
+    return ByName(
+        msgspec.convert(entries, entry_type, dec_hook=decode_by_name),
+        msgspec.convert(fields, about, dec_hook=decode_by_name),
+    )

@@ -6,15 +6,29 @@ import inspect
 import logging
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, Protocol, TypeVar
 
 from firstcontact.core._errors import InputError
-from firstcontact.core._foreign import ForeignCode, is_interrupt, register_foreign, summarize_error
+from firstcontact.core._text import summarize_error
 
-_log = logging.getLogger(__name__)
+_log = logging.getLogger("firstcontact.core")
+
+
+@contextmanager
+def foreign_errors(code: str) -> Iterator[None]:
+    """Turn exceptions of other packages' code into an InputError: "MyModel.fit raised ...".
+
+    An InputError and an OSError that names a path pass unchanged.
+    """
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, InputError) or getattr(error, "filename", None) is not None:
+            raise
+        raise InputError(f"{code} raised {summarize_error(error)}") from error
 
 
 class Named(Protocol):
@@ -156,7 +170,7 @@ class Registry(Mapping[str, E], Generic[E]):
 
         It turns errors of a plug-in into an InputError.
         """
-        return ForeignCode(self._title(name)) if name in self._find_plugins() else nullcontext()
+        return foreign_errors(self._title(name)) if name in self._find_plugins() else nullcontext()
 
     def _title(self, name: str) -> str:
         return f"the plug-in {name!r} ({self.group})"
@@ -185,17 +199,11 @@ class Registry(Mapping[str, E], Generic[E]):
             if name in self._loaded or name not in self._find_plugins():
                 return name in self._loaded
             try:
-                with ForeignCode(self._title(name)):
-                    point = self._find_plugins()[name]
-                    register_foreign(point.module, self._title(name))
-                    entry: E = point.load()
-                    self._check(name, entry)
-            except BaseException as error:
-                if is_interrupt(error):
-                    raise
+                entry: E = self._find_plugins()[name].load()
+                self._check(name, entry)
+            except Exception as error:
                 del self._find_plugins()[name]
-                # The boundary wraps the original error in an InputError.
-                self._fail(name, summarize_error(error.__cause__ or error))
+                self._fail(name, summarize_error(error))
                 return False
             self._loaded[name] = entry
             return True
@@ -215,25 +223,19 @@ class Registry(Mapping[str, E], Generic[E]):
         if not is_valid:
             required = "an instance" if self._instances else "a class"
             raise TypeError(f"it must be {required} of {self._base.replace(':', '.')}")
-        needed = [
-            n
-            for k in base.__mro__
-            for n, a in inspect.get_annotations(k).items()
-            if _is_class_attribute(a)
-        ]
+        needed = {
+            attribute
+            for ancestor in base.__mro__
+            for attribute, annotation in inspect.get_annotations(ancestor).items()
+            if str(annotation).startswith("ClassVar")
+        }
         if protocol:
-            needed += [n for n in vars(base) if not n.startswith("_")]
-        missing = {n for n in needed if not hasattr(entry, n)} | getattr(
-            entry, "__abstractmethods__", frozenset()
-        )
+            needed |= {attribute for attribute in vars(base) if not attribute.startswith("_")}
+        missing = {attribute for attribute in needed if not hasattr(entry, attribute)}
+        missing |= getattr(entry, "__abstractmethods__", frozenset())
         if missing:
             raise TypeError(f"it lacks the attributes {', '.join(sorted(missing))}")
 
     def _fail(self, name: str, reason: str) -> None:
         self.failed[name] = reason
         _log.warning("plug-in %s (%s) left out: %s", name, self.group, reason)
-
-
-def _is_class_attribute(annotation: object) -> bool:
-    """Return True if an annotation, given as text, is a ClassVar."""
-    return str(annotation).startswith("ClassVar")

@@ -8,9 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -20,6 +18,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core._errors import InputError
 from firstcontact.core._files import read_regular, replacing, write_text
+from firstcontact.core._installation import installed_versions
 from firstcontact.core._records import Name, read_record
 
 T = TypeVar("T")
@@ -37,8 +36,6 @@ LARGEST = 1e30
 Sha256 = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{64}$")]
 #: Sampling rate of a model or detector, Hz. At the lowest rate a step of 3 ms still holds a sample.
 Rate = Annotated[float, msgspec.Meta(ge=500.0, le=1e7)]
-
-_LIBRARIES = ("firstcontact", "numpy", "scikit-learn", "skops", "torch", "onnxruntime", "mapie")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +82,7 @@ def write_weights(
     raw = save(contiguous, metadata={"format": tree["format"]}) if contiguous else None
     full = {
         **tree,
-        "versions": _versions(),
+        "versions": installed_versions(),
         "sha256": None if raw is None else digest(raw),
     }
     text = json.dumps(full, indent=2, allow_nan=False) + "\n"
@@ -101,15 +98,6 @@ def write_weights(
     write_text(card, text)
     if raw is None:
         weights.unlink(missing_ok=True)
-
-
-def _versions() -> dict[str, str]:
-    """Return the installed versions of the libraries for training and inference."""
-    versions = {}
-    for name in _LIBRARIES:
-        with suppress(PackageNotFoundError):
-            versions[name] = version(name)
-    return versions
 
 
 def read_card(

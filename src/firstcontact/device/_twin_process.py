@@ -2,7 +2,7 @@
 
 :class:`firstcontact.device._twin_source.TwinDevice` starts it and sends it one command per line on
 standard input. Closing that input ends the process. The process is killed together with its parent
-(:mod:`firstcontact.core._die_with_parent`).
+(:mod:`firstcontact.core._children`).
 """
 
 from __future__ import annotations

@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from firstcontact.core import mark_as_signal
-
 #: Signals that end a process silently unless it handles them.
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 #: Time from a signal until the next one counts as a first signal again, s: by then the program has
@@ -89,8 +87,8 @@ class Leaving:
             for leaving in tuple(_ACTIVE):
                 leaving._let_go()
             if number == signal.SIGINT:
-                raise mark_as_signal(KeyboardInterrupt())
-            raise mark_as_signal(SystemExit(128 + number))
+                raise KeyboardInterrupt
+            raise SystemExit(128 + number)
 
 
 #: Active objects, in the order in which they became active.

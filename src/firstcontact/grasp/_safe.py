@@ -12,7 +12,7 @@ from functools import partial
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Self
 
-from firstcontact.core import Command, InputError, is_interrupt, summarize_error
+from firstcontact.core import Command, InputError, summarize_error
 from firstcontact.grasp._hand import Hand, HandError, HandLimits
 from firstcontact.grasp._leaving import Leaving
 
@@ -303,7 +303,8 @@ class SafeHand(Hand):
         try:
             act()
         except BaseException as error:  # SystemExit would end the watchdog thread silently
-            if is_interrupt(error):
+            is_main = threading.current_thread() is threading.main_thread()
+            if is_main and not isinstance(error, Exception):  # such as Ctrl-C
                 raise
             if not isinstance(error, HandError):
                 error = HandError(f"the hand's code raised {summarize_error(error)}")

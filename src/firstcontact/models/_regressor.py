@@ -23,10 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
-    ForeignCode,
     InputError,
-    is_interrupt,
-    register_foreign,
+    foreign_errors,
     summarize_error,
 )
 from firstcontact.models._estimator import Estimator, training_spec
@@ -79,7 +77,7 @@ class RegressorModel(WindowModel):
         """Return the prediction for each window, or 1 for the predicted class and 0 for others."""
         if not len(X):
             return np.zeros((0, len(self.spec.classes) or 1))
-        with ForeignCode(f"predict of {self._title}"):
+        with foreign_errors(f"{self._title}.predict"):
             answer = self._fitted.predict(flat(X))
             predicted: Values = np.asarray(answer, dtype=np.float64).reshape(-1, 1)
         if len(predicted) != len(X):
@@ -131,7 +129,7 @@ class RegressorEstimator(Estimator):
                 f"{fraction:g}: choose another estimator, or a regression",
                 parameter="estimator",
             )
-        with ForeignCode(f"fit of {self.title}"):
+        with foreign_errors(f"{self.title}.fit"):
             unfitted = fresh(self.regressor, seed)
             fitted = unfitted.fit(flat(X), y.copy())
         return RegressorModel(spec, unfitted if fitted is None else fitted, self.title)
@@ -139,12 +137,12 @@ class RegressorEstimator(Estimator):
     @classmethod
     def check_saved(cls, seed: int) -> None:
         """Raise InputError before training if the object could not be saved."""
-        with ForeignCode(cls.title):
+        with foreign_errors(cls.title):
             example = fresh(cls.regressor, seed)
         noise = np.random.default_rng(seed).standard_normal(NOISE)
         with (
             suppress(InputError, OSError),
-            ForeignCode(cls.title),
+            foreign_errors(cls.title),
             warnings.catch_warnings(action="ignore"),
         ):
             unfitted = fresh(cls.regressor, seed)
@@ -157,7 +155,7 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
     """Return an estimator class for a scikit-learn regressor or classifier."""
     kind = regressor if isinstance(regressor, type) else type(regressor)
     title = name or kind.__name__
-    with ForeignCode(title):
+    with foreign_errors(title):
         fits = all(callable(getattr(regressor, method, None)) for method in ("fit", "predict"))
         task = Task.CLASSIFICATION if _classifies(regressor) else Task.REGRESSION
     if not fits:
@@ -177,19 +175,16 @@ def imported(name: str) -> Any:
     """Import the regressor that ``PACKAGE:NAME`` names. This runs code of its package."""
     module, _, path = name.partition(":")
     try:
-        with ForeignCode(name):
-            register_foreign(module, name)
-            sys.path.insert(0, "")  # ForeignCode moves it to the end
-            regressor: Any = import_module(module)
-            for part in path.split("."):
-                regressor = getattr(regressor, part)
-    except BaseException as error:
-        if is_interrupt(error):
-            raise
+        if "" not in sys.path:
+            sys.path.append("")  # modules of the working folder, after all others
+        regressor: Any = import_module(module)
+        for part in path.split("."):
+            regressor = getattr(regressor, part)
+    except Exception as error:
         raise InputError(
-            f"{name} cannot be imported ({summarize_error(error.__cause__ or error)}): write it as "
-            "PACKAGE:NAME, and make sure that Python finds the package"
-        ) from None
+            f"{name} cannot be imported ({summarize_error(error)}): write it as PACKAGE:NAME, and "
+            "make sure that Python finds the package"
+        ) from error
     return regressor
 
 
@@ -251,9 +246,7 @@ def from_skops(raw: bytes) -> Any:
         return loads(raw, trusted=list(TRUSTED))
     except InputError:
         raise
-    except BaseException as error:
-        if is_interrupt(error):
-            raise
+    except Exception as error:
         raise InputError(
             f"the skops file is damaged ({summarize_error(error)[:200]}): train again"
         ) from None

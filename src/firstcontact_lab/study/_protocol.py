@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstcontact.core import Dataset, ForeignCode, InputError, Runner, write_text
+from firstcontact.core import Dataset, InputError, Runner, write_text
 from firstcontact_lab.report.findings import Findings, PartResult
 from firstcontact_lab.report.results import write_results
 from firstcontact_lab.report.state import State
@@ -93,8 +93,7 @@ def run(
 
 def _measure(step: Job) -> PartResult:
     try:
-        with ForeignCode():
-            return step.run()
+        return step.run()
     except InputError as error:
         if step.vital:
             raise

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from firstcontact.core import FINGERTIP_RATE, Dataset, InputError, Runner, is_temporary
+from firstcontact.core import FINGERTIP_RATE, Dataset, InputError, Runner, files_below
 from firstcontact.recording import find_importer, load_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact_lab.report.folder import MARK, check_fresh, fresh
@@ -73,7 +73,7 @@ def _search(path: Path) -> tuple[list[Path], list[Path]]:
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)
-    files = sorted(f for f in path.rglob("*.mcap") if not is_temporary(f, path))
+    files = files_below(path, ".mcap")
     return [f for f in files if not any(f.is_relative_to(m) for m in made)], made
 
 

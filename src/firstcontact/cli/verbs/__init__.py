@@ -7,7 +7,6 @@ Importing this package imports no verb.
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -15,10 +14,8 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-from firstcontact.core import ForeignCode, InputError, register_foreign
+from firstcontact.core import InputError, summarize_error
 
-#: Options without a verb.
-GENERAL = ("--help", "--version", "--completion")
 #: Group of the entry points by which other packages register verbs.
 GROUP = "firstcontact.verbs"
 
@@ -51,12 +48,15 @@ def configuration(verb: str) -> type[Any]:
     else:
         raise InputError(f"{verb!r} is not a verb: choose one of {', '.join(verb_places())}")
     module, _, attribute = place.partition(":")
-    title = f"the verb {verb!r} of another package"
-    foreign = not module.startswith(("firstcontact.", "firstcontact_lab."))
-    if foreign:
-        register_foreign(module, title)
-    with ForeignCode(title) if foreign else nullcontext():
+    try:
         imported: type[Any] = getattr(import_module(module), attribute)
+    except Exception as error:
+        if module.startswith(("firstcontact.", "firstcontact_lab.")):
+            raise
+        raise InputError(
+            f"the verb {verb!r} of another package cannot be imported ({summarize_error(error)}): "
+            "update or remove that package"
+        ) from error
     return imported
 
 
@@ -91,8 +91,7 @@ def overview(width: int) -> str:
         lines += [f"  {verb}".ljust(len(indent)) + first, *(indent + line for line in more)]
     lines += ["", "Options of a verb: firstcontact VERB --help"]
     lines += ["Log of its steps on standard error: --verbose"]
-    lines += ["Version of firstcontact: firstcontact --version"]
-    return "\n".join([*lines, "Completion with Tab in bash and zsh: firstcontact --completion"])
+    return "\n".join([*lines, "Version of firstcontact: firstcontact --version"])
 
 
 def _module(verb: str) -> str:

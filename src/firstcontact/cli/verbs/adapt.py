@@ -31,7 +31,6 @@ class Adapt:
 
     #: Options whose parameter of the library has another name.
     options: ClassVar[dict[str, str]] = {"detector": "detector_type"}
-    former: ClassVar[dict[str, str]] = {"--detector": "--detector-type"}
 
     def run(self) -> None:
         """Make the model of the rig, save it, and print its held-out scores."""

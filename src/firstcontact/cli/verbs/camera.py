@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from firstcontact.cli.options import Option
 
@@ -19,9 +19,6 @@ class Camera:
     """CSV file of the camera's contacts, with the columns pinch,finger,time_s."""
     fps: float = 960.0
     """Frames per second of the camera."""
-
-    #: Earlier names of options.
-    former: ClassVar[dict[str, str]] = {"--contacts": "--times"}
 
     def run(self) -> None:
         """Print agreement, offset and drift of the two clocks, and the contacts that disagree."""

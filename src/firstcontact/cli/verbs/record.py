@@ -54,7 +54,6 @@ class Record:
 
     #: Options whose parameter of the library has another name.
     options: ClassVar[dict[str, str]] = {"source": "device", "hand": "hand_name"}
-    former: ClassVar[dict[str, str]] = {"--shore": "--shore-a", "--hand": "--hand-name"}
 
     def run(self) -> None:
         """Record the sessions one after the other."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from firstcontact.cli.options import Option
 
@@ -26,9 +26,6 @@ class Replay:
     """End after the last sample instead of starting again."""
     link: Path | None = None
     """Path of the port; by default in a temporary folder."""
-
-    #: Earlier names of options.
-    former: ClassVar[dict[str, str]] = {"--port": "--link"}
 
     def run(self) -> None:
         """Print the port's name. Serve until Ctrl-C or, if ``once``, until the recording ends."""

@@ -54,7 +54,6 @@ class Train:
 
     #: Options whose parameter of the library has another name.
     options: ClassVar[dict[str, str]] = {"detector": "detector_type", "windows": "window_ms"}
-    former: ClassVar[dict[str, str]] = {"--model": "--estimator", "--detector": "--detector-type"}
 
     def run(self) -> None:
         """Train, save, and print the scores on held-out sessions."""

@@ -1,9 +1,13 @@
-"""Progress of a long call: a bar, or a function that counts finished steps."""
+"""Colours of figures, and progress bars."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+# Distinct for colour-blind readers (Okabe and Ito 2008): https://jfly.uni-koeln.de/color/
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+PURPLE, SKY, GREY, INK = "#CC79A7", "#56B4E9", "#8A94A0", "#1F2933"
 
 #: True for a bar on standard error; or a function that is called with the number of steps just
 #: finished; None or False for neither.

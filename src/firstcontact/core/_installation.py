@@ -1,0 +1,146 @@
+"""Parts of the installation: optional packages (extras), compiled functions, and versions."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shlex
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from functools import cache
+from importlib import import_module, metadata
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Protocol
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+from firstcontact.core._errors import InputError
+
+#: Packages whose versions a result depends on.
+PACKAGES = (
+    "firstcontact",
+    "numpy",
+    "scipy",
+    "scikit-learn",
+    "skops",
+    "mapie",
+    "torch",
+    "onnxruntime",
+    "matplotlib",
+)
+#: Root of the clone that holds this file, unless the package is installed as a copy.
+_CLONE = Path(__file__).parents[3]
+
+
+class HasRequirements(Protocol):
+    """Registered entry that may need packages beyond the base install."""
+
+    @property
+    def extra(self) -> str:
+        """Extra of this package that the entry needs; "" if the base install suffices."""
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """Modules that the entry imports from the extra."""
+
+
+def require_extra(entry: HasRequirements) -> None:
+    """Raise an error with the install command if a module that an entry needs is missing."""
+    require_modules(entry.extra, *entry.modules)
+
+
+def require_modules(extra: str, *modules: str) -> None:
+    """Raise an error with the install command if any of these modules is missing.
+
+    Raises
+    ------
+    InputError
+        A module is missing. The message holds the command that installs the extra.
+    """
+    missing = missing_modules(modules)
+    if missing:
+        raise InputError(
+            f"this command or call needs {', '.join(missing)}, which is not installed: "
+            f"{install_command(extra)}"
+        )
+
+
+def missing_modules(modules: Iterable[str]) -> list[str]:
+    """Return the modules of this list that are not installed."""
+    return [m for m in modules if find_spec(m) is None]
+
+
+def install_command(extra: str) -> str:
+    """Return the command that installs an extra from the clone or wheel of this package.
+
+    No package index holds this package, so the command names a path.
+    """
+    pip = [sys.executable, "-m", "pip", "install"]
+    if (_CLONE / "pyproject.toml").is_file():
+        return shlex.join([*pip, "-e", f"{_CLONE}[{extra}]"])
+    record = None
+    with suppress(metadata.PackageNotFoundError):
+        record = metadata.distribution("firstcontact").read_text("direct_url.json")
+    origin = url2pathname(urlsplit(json.loads(record)["url"]).path) if record else "."
+    return shlex.join([*pip, f"{origin}[{extra}]"])
+
+
+def import_onnxruntime() -> Any:
+    """Import ONNX Runtime with its telemetry switched off, and return the module.
+
+    From version 1.31 on, the import writes a device ID and a database of events into the user's
+    cache. An environment variable prevents this, and child processes inherit it.
+    """
+    os.environ["ORT_DISABLE_TELEMETRY"] = "1"
+    import onnxruntime
+
+    onnxruntime.disable_telemetry_events()  # the caller's program may have imported it before
+    return onnxruntime
+
+
+@cache  # reading a package's metadata takes milliseconds, and pages are rendered again and again
+def installed_versions() -> dict[str, str]:
+    """Return the versions of Python and of the installed packages that results depend on."""
+    versions = {"python": platform.python_version()}
+    for package in PACKAGES:
+        with suppress(metadata.PackageNotFoundError):
+            versions[package] = metadata.version(package)
+    return versions
+
+
+def kernels() -> Any:
+    """Return the module of the compiled functions, whose C sources are in ``c/``.
+
+    Raises
+    ------
+    InputError
+        They are missing, or older than their sources.
+    """
+    return _load_kernels()
+
+
+@cache
+def _load_kernels() -> ModuleType:
+    try:
+        module = import_module("firstcontact.core._compiled")
+    except ImportError as error:
+        raise InputError(
+            "the compiled functions of this package are missing: install a C compiler and the "
+            "headers of Python (Debian: gcc libc6-dev python3-dev), then this package again"
+        ) from error
+    built = Path(str(module.__file__)).stat().st_mtime
+    firmware = _CLONE / "firmware" / "core"
+    sources = [*Path(__file__).with_name("c").glob("*.[ch]"), *firmware.glob("fc_c*.[ch]")]
+    # Only in a checkout can sources change after the build: what an installer writes has times
+    # without meaning.
+    is_clone = (_CLONE / "pyproject.toml").is_file()
+    if is_clone and any(source.stat().st_mtime > built for source in sources):
+        raise InputError(
+            "the compiled functions of this package are older than their C sources: install the "
+            "package again, with pip install --editable ."
+        )
+    return module

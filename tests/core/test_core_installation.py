@@ -1,0 +1,181 @@
+"""Extras are named with their install command. Compiled functions and ONNX Runtime are checked."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from compiled_kernels import SOURCES, compiled_kernels
+from firstcontact.core import InputError, _installation, install_command, require_extra
+from firstcontact.export import MODEL_EXPORTERS
+from firstcontact.models import ESTIMATORS
+from firstcontact.recording import EXPORTERS, IMPORTERS
+
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+
+
+@dataclass(frozen=True)
+class Entry:
+    extra: str = "files"
+    modules: tuple[str, ...] = ("numpy", "no_such_module")
+
+
+def test_missing_extra_is_named_with_its_install_command() -> None:
+    require_extra(Entry(modules=()))
+    require_extra(Entry(modules=("numpy",)))
+    with pytest.raises(InputError, match="no_such_module") as refused:
+        require_extra(Entry())
+    assert install_command("files") in str(refused.value)
+    assert "numpy" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "registry", [IMPORTERS, EXPORTERS, MODEL_EXPORTERS, ESTIMATORS], ids=lambda r: r.kind
+)
+def test_entries_name_extras_that_exist(registry: object) -> None:
+    assert isinstance(registry, type(IMPORTERS))
+    extras = tomllib.loads(PROJECT.read_text())["project"]["optional-dependencies"]
+    for name, entry in registry.items():
+        assert bool(entry.extra) == bool(entry.modules), name
+        assert entry.extra in {"", *extras}, name
+
+
+def install_words(folder: Path, origin: str | None) -> list[str]:
+    """Return the install command that a copy of the package prints."""
+    record = folder / "site" / "firstcontact-0.1.0.dist-info"
+    record.mkdir(parents=True)
+    (record / "METADATA").write_text("Metadata-Version: 2.1\nName: firstcontact\nVersion: 0.1.0\n")
+    if origin is not None:
+        (record / "direct_url.json").write_text(json.dumps({"url": origin}))
+    (folder / "site" / "firstcontact").symlink_to(PROJECT.parent / "src" / "firstcontact")
+    result = subprocess.run(
+        [sys.executable, "-c", "from firstcontact.core import *; print(install_command('plot'))"],
+        env={**os.environ, "PYTHONPATH": str(folder / "site")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return shlex.split(result.stdout)
+
+
+def test_install_command_names_the_path_of_a_clone() -> None:
+    words = shlex.split(install_command("plot"))
+    assert words[-3:] == ["install", "-e", f"{PROJECT.parent}[plot]"]
+
+
+@pytest.mark.parametrize(
+    ("origin", "place"),
+    [("file:///our%20wheels/firstcontact.whl", "/our wheels/firstcontact.whl"), (None, ".")],
+)
+def test_install_command_names_the_origin_of_a_copy(
+    tmp_path: Path, origin: str | None, place: str
+) -> None:
+    assert install_words(tmp_path, origin)[-2:] == ["install", f"{place}[plot]"]
+
+
+def test_docs_install_only_from_a_path() -> None:
+    pages = [PROJECT.parent / "README.md", *PROJECT.parent.glob("docs/**/*.md")]
+    for path in (*pages, *PROJECT.parent.glob("src/**/*.py")):
+        assert not re.search(r"install \W*firstcontact", path.read_text(encoding="utf-8")), path
+
+
+BLOCKED = """
+import sys
+sys.modules["firstcontact.core._compiled"] = None
+from firstcontact.cli.main import main
+sys.exit(main(["simulate", "--out", "out"]))
+"""
+
+
+def test_without_them_one_sentence_names_the_packages_to_install(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", BLOCKED]
+    process = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert process.returncode == 2
+    assert process.stderr.count("\n") == 1
+    assert all(name in process.stderr for name in ("gcc", "libc6-dev", "python3-dev"))
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("age", "in_checkout", "is_used"),
+    [(-60.0, True, False), (60.0, True, True), (-60.0, False, True)],
+)
+def test_only_a_checkout_refuses_a_module_older_than_its_sources(
+    age: float, in_checkout: bool, is_used: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not in_checkout:
+        monkeypatch.setattr(_installation, "_CLONE", tmp_path)
+    module = ModuleType("_compiled")
+    module.__file__ = str(tmp_path / "_compiled.so")
+    Path(module.__file__).touch()
+    newest = max(p.stat().st_mtime for p in SOURCES.iterdir())
+    os.utime(module.__file__, (newest + age, newest + age))
+    monkeypatch.setitem(sys.modules, "firstcontact.core._compiled", module)
+    load = _installation._load_kernels.__wrapped__  # the cached function
+    with nullcontext() if is_used else pytest.raises(InputError, match="older"):
+        assert load() is module
+
+
+def test_the_sources_compile_without_warnings() -> None:
+    assert compiled_kernels().decode_samples is not None
+
+
+#: Variables that would place caches elsewhere, or switch telemetry off from outside.
+ELSEWHERE = ("XDG_CACHE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME", "ORT_DISABLE_TELEMETRY")
+
+NETWORK = """
+import sys, numpy as np
+from pathlib import Path
+from firstcontact.models._network import Network
+
+network = Network(Path(sys.argv[1]).read_bytes(), 74, 1, 1)
+assert np.isfinite(network.run(np.ones((3, 1, 1, 74), dtype=np.float32))).all()
+"""
+#: A program that imported the library by itself; a worker process inherits the switch.
+CHILD = (
+    NETWORK
+    + """
+import subprocess
+subprocess.run([sys.executable, "-c", "import onnxruntime"], check=True)
+"""
+)
+
+
+@pytest.mark.parametrize("script", [NETWORK, CHILD], ids=["inference", "child process"])
+def test_a_network_leaves_no_file_in_a_fresh_home(
+    script: str, network_graph: bytes, tmp_path: Path
+) -> None:
+    graph, home = tmp_path / "graph.onnx", tmp_path / "home"
+    graph.write_bytes(network_graph)
+    home.mkdir()
+    environment = {name: value for name, value in os.environ.items() if name not in ELSEWHERE}
+    subprocess.run(
+        [sys.executable, "-W", "error", "-c", script, str(graph)],
+        env={**environment, "HOME": str(home)},
+        check=True,
+    )
+    assert [path for path in home.rglob("*") if not path.is_dir()] == []
+
+
+def test_only_one_place_imports_onnx_runtime() -> None:
+    importers = [
+        str(path.relative_to(PROJECT.parent))
+        for folder in ("src", "tests", "docs", "examples", "benchmarks", "firmware")
+        for path in (PROJECT.parent / folder).rglob("*.py")
+        if any(
+            line.split()[:2] in (["import", "onnxruntime"], ["from", "onnxruntime"])
+            for line in path.read_text(encoding="utf-8").splitlines()
+        )
+    ]
+    assert importers == ["src/firstcontact/core/_installation.py"]

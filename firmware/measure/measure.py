@@ -21,10 +21,9 @@ import parity
 import peers
 from numpy.typing import NDArray
 
-from firstcontact.chain import build_image
-from firstcontact.contact import DETECTORS, make_detector
+from firstcontact.chain import Image
 from firstcontact.core import Dataset, Serial, replacing
-from firstcontact.export import NamedModel, forms, microseconds
+from firstcontact.export import NamedModel, forms, hand_image, microseconds
 from firstcontact.models import (
     ESTIMATORS,
     InContextModel,
@@ -32,18 +31,18 @@ from firstcontact.models import (
     Task,
     Touches,
     WindowModel,
-    adapt_network,
+    adapt,
     labelled_windows,
-    pretrained,
-    train_final_model,
 )
+from firstcontact.models._final_model import train_final_model
 from firstcontact.recording import load_dataset
-from firstcontact.twin import simulate
+from firstcontact.twin import DeviceFilter, TwinStream, simulate
 
 WINDOW, LEVEL, SEED = 0.015, 0.9, 0
 SETS = (("paper-rig", 31), ("everyday", 32))
-#: Noise of the twin's fingertips at rest, V.
+#: Noise of the twin's fingertips at rest, V, and samples of each stream that begins at rest.
 FLOORS = (0.0018, 0.0018)
+STREAM = 30 * 4936
 Numbers = dict[str, Any]
 
 
@@ -123,17 +122,20 @@ def of_windows(sets: list[Dataset], out: Path, cmsis: Path | None) -> Numbers:
 
 
 def of_chain(sets: list[Dataset], out: Path) -> Numbers:
-    """Measure the chain with the default detector and network, adapted to the blocks."""
+    """Measure the chain with the default detector and model, adapted to the blocks."""
     learn, held_out, objects = parts(sets[0])
-    touches, indices = _touches(learn)
-    model = adapt_network(
-        pretrained(), touches, learn.shore_a[indices], learn.sessions[indices], SEED
-    ).model
-    detector = make_detector(DETECTORS.default).fit(learn)
-    image = build_image(model.rate, detector.constants(model.rate), model.constants())
-    pinches = [p for dataset in sets for p in dataset.pinches]
-    rows = parity.of_chain(image, pinches, FLOORS, out / "chain")
-    rows["chain_74"] |= {"estimator": InContextModel.kind, "task": Task.REGRESSION.value}
+    made = adapt(learn, seed=SEED)
+    made.save(out / "adapted")
+    assert made.network is not None
+    model = made.network.model
+    image = Image(hand_image(out / "adapted").data)
+    layout = sets[0].layout
+    streams: list[parity.Samples] = [(p.data, None) for dataset in sets for p in dataset.pinches]
+    for condition, seed in SETS:
+        stream = TwinStream(condition, seed=seed)
+        streams.append((DeviceFilter().update(stream.read(STREAM)), FLOORS))
+    rows = parity.of_chain(image, layout, streams, out / "chain")
+    rows["chain_74"] |= {"estimator": model.kind, "task": Task.REGRESSION.value}
     rows["chain_74"] |= {"samples": Touches.moments(model.rate)[0], "rate_hz": model.rate}
     rows["chain_74"] |= _running(model, held_out, objects)
     return rows

@@ -19,7 +19,6 @@ from firstcontact.core import (
     ChannelKind,
     Finger,
     Layout,
-    Pinch,
     VibrationCalibration,
 )
 from firstcontact.export import MODEL_EXPORTERS, NamedModel, Trained
@@ -81,6 +80,8 @@ def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
     return Cost(dearest, flash, ram, error, wrong, len(X), building.same(got, on_m7))
 
 
+#: Samples of a stream, and the noise floors of its fingers.
+Samples = tuple[NDArray[Any], tuple[float, float] | None]
 #: Memory that streams.c provides for an image and for the work of a chain, bytes.
 PROVIDED = (1 << 18) + (1 << 16)
 #: Samples after a contact at which the cost of an estimate is measured: 5 and 15 ms.
@@ -88,30 +89,29 @@ MEASURED = (25, 74)
 
 
 def of_chain(
-    image: Image, pinches: Sequence[Pinch], floors: tuple[float, float], folder: Path
+    image: Image,
+    layout: Layout,
+    data: Sequence[Samples],
+    folder: Path,
 ) -> dict[str, dict[str, Any]]:
     """Return the costs of the chain: of a sample, of the first estimate, and of later ones.
 
-    An estimate's cost includes that of its sample. The first estimate of a contact includes the
+    Each stream has its samples and its noise floors. Without floors it is one closing. An
+    estimate's cost includes that of its sample. The first estimate of a contact includes the
     analysis of the motor's pitch. Events of Python and of both machines must be equal.
     """
     folder.mkdir(parents=True)
-    layout = pinches[0].layout
-    vibration = layout.columns(ChannelKind.VIBRATION)
-    calibration = Calibration(
-        tuple(VibrationCalibration(f, x) for f, x in zip(Finger, floors, strict=True))
+    columns = (*layout.columns(ChannelKind.VIBRATION), *layout.columns(ChannelKind.FORCE))
+    plain = Layout(
+        tuple(replace(layout.column_channels[k], scale=1.0, offset=0.0) for k in columns),
+        layout.rate,
     )
     streams, expected = [], []
-    for epoch, pinch in enumerate(pinches):
-        volts = layout.physical(pinch.data, (*vibration, *layout.columns(ChannelKind.FORCE)))
-        volts32 = volts.astype(np.float32)
+    for epoch, (counts, floors) in enumerate(data):
+        volts32 = layout.physical(counts, columns).astype(np.float32)
         streams.append(building.Stream([(0, epoch, volts32)], floors))
-        plain = Layout(
-            tuple(replace(layout.column_channels[k], scale=1.0, offset=0.0)
-                  for k in (*vibration, *layout.columns(ChannelKind.FORCE))),
-            layout.rate,
-        )  # fmt: skip
-        chain = Chain(image, plain, calibration)
+        noise = [VibrationCalibration(f, x) for f, x in zip(Finger, floors or (), strict=False)]
+        chain = Chain(image, plain, Calibration(tuple(noise)) if floors else None)
         expected.append(chain.take(Block(volts32)) + chain.finish())
     source = files("firstcontact.chain") / "c"
     names = [str(source / f.name) for f in source.iterdir() if f.name.startswith("fc_")]
@@ -130,7 +130,7 @@ def of_chain(
     made = every[(every["kind"] == EventKind.ESTIMATED) & (every["flags"] & Flag.FINAL == 0)]
     first = [e[e["samples"] == e["samples"].min()]["instructions"].max()
              for e in (made[made["sample"] == s] for s in np.unique(made["sample"]))]  # fmt: skip
-    ram += work_memory(image, len(vibration)) - PROVIDED
+    ram += work_memory(image, len(plain.vibration_fingers)) - PROVIDED
     shared = {"flash": flash + len(image.data), "ram": ram, "max_abs_error": 0.0,
               "class_mismatches": int(wrong), "asked": len(made), "same_bytes": same}  # fmt: skip
     rows = {

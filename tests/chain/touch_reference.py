@@ -135,8 +135,7 @@ def product(matrix: Matrix, x: Values) -> Values:
     """Return the product with a matrix of integers, after rounding the inputs to 15 bits."""
     most = float(np.abs(x).max())
     steps = x * (32767 / most if most > 1e-30 else 0.0)
-    rounded = np.trunc(steps + np.copysign(0.5, steps))
-    out: Values = matrix.weight.astype(np.float64) @ rounded * matrix.scale * (most / 32767)
+    out: Values = matrix.weight.astype(np.float64) @ np.rint(steps) * matrix.scale * (most / 32767)
     return out
 
 

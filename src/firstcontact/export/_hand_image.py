@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from firstcontact.chain import DetectorKind, build_image
-from firstcontact.core import Calibration, InputError, digest, fingertip_layout
+from firstcontact.chain import DetectorKind, ModelConstants, build_image
+from firstcontact.core import Calibration, Finger, InputError, digest, fingertip_layout
 from firstcontact.models import load_model
 
 #: Kinds of detectors that C computes.
@@ -61,13 +62,14 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImag
             f"{folder}: the model is for {network.rate:g} samples a second, and a hand takes "
             f"{layout.rate:g}: adapt it to recordings of the hand"
         )
-    constants = detector.constants(network.rate), network.constants()
+    fingers = layout.vibration_fingers
+    constants = detector.constants(network.rate), _of_fingers(network.constants(), fingers)
     if constants[0].kind not in IN_C:
         raise InputError(
             f"{folder}: the detector {detector.name!r} cannot run on a hand: train with the "
             "default --detector-type"
         )
-    floors = [calibration.noise(f) if calibration else None for f in layout.vibration_fingers]
+    floors = [calibration.noise(f) if calibration else None for f in fingers]
     known = [0.0 if noise is None else noise for noise in floors]
     identity = digest(build_image(network.rate, *constants).data)[:16]
     text = {"model": identity, "detector": detector.name, "anytime": network.kind, "floors": known}
@@ -80,3 +82,12 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImag
             "to recordings of fewer fingers"
         )
     return HandImage(data, identity)
+
+
+def _of_fingers(model: ModelConstants, fingers: Sequence[Finger | None]) -> ModelConstants:
+    """Return the constants without the largest part of a rig that none of these fingers uses."""
+    numbers = {-1 if finger is None else list(Finger).index(finger) for finger in fingers}
+    if not numbers <= {rig.finger for rig in model.rigs}:
+        numbers.add(-1)
+    rigs = [rig if rig.finger in numbers else replace(rig, process=None) for rig in model.rigs]
+    return replace(model, rigs=rigs)

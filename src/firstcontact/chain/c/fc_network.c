@@ -15,14 +15,19 @@ static const double CENTRE = 40.0, UNIT = 40.0, MEAN_SCALE = 0.6, NARROWEST = -4
 static float round_all(const float *x, int32_t n, int16_t *rounded)
 {
     float most = 0.0f;
+    FC_UNROLL
     for (int32_t k = 0; k < n; k++) {
         const float size = fabsf(x[k]);
         most = size > most ? size : most;
     }
     const float each = most > 1e-30f ? 32767.0f / most : 0.0f;
+    FC_UNROLL
     for (int32_t k = 0; k < n; k++) {
-        const float y = x[k] * each;
-        rounded[k] = (int16_t)(int32_t)(y < 0.0f ? y - 0.5f : y + 0.5f);
+        /* Adding 1.5 * 2^23 rounds. The lowest bits of the sum are then the integer. */
+        const float shifted = x[k] * each + 12582912.0f;
+        uint32_t bits;
+        memcpy(&bits, &shifted, sizeof bits);
+        rounded[k] = (int16_t)(uint16_t)bits;
     }
     for (int32_t k = n; k % 4 != 0; k++)
         rounded[k] = 0;
@@ -48,6 +53,7 @@ static void multiply(const fc_matrix *m, const int16_t *x, int32_t *sums)
         const int16_t *a = m->weight + i * columns, *b = a + columns, *c = b + columns;
         const int16_t *d = c + columns, *y = x;
         int32_t p = 0, q = 0, r = 0, s = 0;
+        FC_UNROLL
         for (; y != x + columns; y += 4, a += 4, b += 4, c += 4, d += 4) {
             p = add_pair(a + 2, y + 2, add_pair(a, y, p));
             q = add_pair(b + 2, y + 2, add_pair(b, y, q));
@@ -85,14 +91,19 @@ static void apply(const fc_matrix *m, const float *x, fc_network_room *room, flo
 {
     const float unit = round_all(x, m->columns, room->rounded);
     multiply(m, room->rounded, room->sums);
+    FC_UNROLL
     for (int32_t i = 0; i < m->rows; i++)
         out[i] = (float)room->sums[i] * (m->scale[i] * unit);
 }
 
-FC_WIDE static void silu(float *x, int32_t n)
+/* Add the bias, and apply the SiLU. */
+FC_WIDE static void silu(float *restrict x, const float *restrict bias, int32_t n)
 {
-    for (int32_t k = 0; k < n; k++)
-        x[k] = x[k] / (1.0f + fc_expf(-x[k]));
+    FC_UNROLL
+    for (int32_t k = 0; k < n; k++) {
+        const float y = x[k] + bias[k];
+        x[k] = y / (1.0f + fc_expf(-y));
+    }
 }
 
 /* Mean and standard deviation of a mixture of normal distributions. */
@@ -131,15 +142,15 @@ void fc_network_predict(const fc_network *n, const float *rig_term, fc_network_r
         for (int32_t k = 0; i == FC_RIG_LAYER && k < layer->into.rows; k++)
             room->thin[k] += rig_term[k];
         apply(&layer->out, room->thin, room, x);
-        for (int32_t k = 0; k < layer->out.rows; k++)
-            x[k] += layer->bias[k];
-        silu(x, layer->out.rows);
+        silu(x, layer->bias, layer->out.rows);
     }
     const int32_t last = n->layers[FC_LAYERS - 1].out.rows;
     for (int32_t i = 0; i < 3 * FC_COMPONENTS; i++) {
-        raw[i] = n->answer_bias[i];
+        float sum = n->answer_bias[i];
+        FC_UNROLL
         for (int32_t k = 0; k < last; k++)
-            raw[i] += n->answer[i * last + k] * x[k];
+            sum += n->answer[i * last + k] * x[k];
+        raw[i] = sum;
     }
     moments(raw, mean, spread);
 }

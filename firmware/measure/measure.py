@@ -192,9 +192,13 @@ def main() -> None:
     results["seeds"] = dict(SETS)
     with replacing(settings.out / "embedded.json") as temporary:
         temporary.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    rows = {name: row for name, row in results["models"].items() if "same_bytes" in row}
+    unequal = [name for name, r in rows.items() if r["class_mismatches"] or not r["same_bytes"]]
     text = table(results)
     (settings.out / "embedded.md").write_text(text + "\n", encoding="utf-8")
     print(text)
+    if unequal:
+        raise SystemExit(f"C on this machine, on the Cortex-M7 and in Python differ: {unequal}")
 
 
 if __name__ == "__main__":

@@ -103,7 +103,7 @@ ENTRIES = {
         "A file format",
         "recording/_json.py",
         "recording/_formats.py",
-        '"csv": f"{_HERE}._export_csv',
+        '"csv": f"{_HERE}._exporting',
         '"json": "firstcontact.recording._json:EXPORTER",',
         "export pinches --to json --out {folder}/exported.json",
         "20 pinches written",

@@ -1,4 +1,7 @@
-"""Recording of a small device whose first channel counts the samples, so that every loss shows."""
+"""Recording of a small device whose first channel counts the samples, so that every loss shows.
+
+Also a check that ``import`` refuses a file.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firstcontact.cli.main import main
 from firstcontact.core import Block, Channel, ChannelKind, Finger, Layout
 from firstcontact.recording import Header, Recording, RecordingWriter
 
@@ -50,5 +54,27 @@ def numbers_agree() -> Callable[[Recording], None]:
         for stretch in recording.stretches:
             number = np.arange(stretch.first_sample, stretch.end)
             assert np.array_equal(stretch.data, np.stack([number, -number], axis=1))
+
+    return check
+
+
+@pytest.fixture
+def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
+    """Return a function that runs ``import`` and asserts a refusal.
+
+    The refusal must be one short sentence with the given words, and nothing may be written.
+    """
+
+    def check(path: Path, *words: str, **options: object) -> None:
+        out = tmp_path / "refused"
+        given = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+        assert main(["import", str(path), "--out", str(out), *given]) == 2
+        message = capsys.readouterr().err
+        assert message.count("\n") == 1
+        assert len(message) < 1000
+        assert "\x1b" not in message
+        for word in words:
+            assert word in message, message
+        assert not out.exists()
 
     return check

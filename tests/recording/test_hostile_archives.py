@@ -7,40 +7,17 @@ import os
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
-from firstcontact.cli.main import main
 from firstcontact.recording import import_path
 
 PIEZO = np.random.default_rng(1).normal(size=(3, 60, 1)).astype(np.float32)
 SECRET = "root:x:0:0"
-
-
-@pytest.fixture
-def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """Return a function that runs ``import`` and asserts a refusal.
-
-    The refusal must be one short sentence with the given words, and nothing may be written.
-    """
-
-    def check(path: Path, *words: str) -> str:
-        assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 2
-        message = capsys.readouterr().err
-        assert message.count("\n") == 1
-        assert len(message) < 1000
-        assert SECRET not in message
-        for word in (path.name, *words):
-            assert word in message, message
-        assert not (tmp_path / "out").exists()
-        return message
-
-    return check
-
-
-# --- NPZ -----------------------------------------------------------------------------------
+Check = Callable[..., None]
 
 
 def npy(array: np.ndarray) -> bytes:
@@ -64,88 +41,71 @@ def npz(path: Path, method: int = zipfile.ZIP_STORED, **members: bytes) -> Path:
 
 
 def test_archive_of_these_tests_is_valid(tmp_path: Path) -> None:
-    dataset = import_path(npz(tmp_path / "x.npz"), tmp_path / "out")
-    assert np.array_equal(dataset.pinches[1].vibration(), PIEZO[1])
+    python_2 = npy(PIEZO).replace(b"(3, 60, 1), } ", b"(3L, 60, 1), }")
+    for number, data in enumerate((npy(PIEZO), python_2)):
+        # Warnings are errors in tests: there is none.
+        dataset = import_path(npz(tmp_path / "x.npz", piezo=data), tmp_path / f"{number}")
+        assert np.array_equal(dataset.pinches[1].vibration(), PIEZO[1])
 
 
-def test_python_2_header_prints_no_warning(tmp_path):
-    old = npy(PIEZO).replace(b"(3, 60, 1), } ", b"(3L, 60, 1), }")
-    path = npz(tmp_path / "x.npz", piezo=old)
-    # Warnings are errors in tests: there is none.
-    assert np.array_equal(import_path(path, tmp_path / "out").pinches[1].vibration(), PIEZO[1])
+def declared(shape: str) -> bytes:
+    """Return an array with a false shape."""
+    old, new = b"'shape': (3, 60, 1), }", f"'shape': {shape}, }}".encode()
+    grown = len(new) - len(old)
+    return npy(PIEZO).replace(old + b" " * max(grown, 0), new + b" " * max(-grown, 0), 1)
 
 
-def test_invalid_characters_are_refused(tmp_path, check_refused):
-    objects = np.array([0x110000, 97, 97], "<u4").view("<U1")
-    check_refused(npz(tmp_path / "x.npz", object=npy(objects)), "object")
+@pytest.mark.parametrize(
+    "members",
+    [
+        {"object": npy(np.array([0x110000, 97, 97], "<u4").view("<U1"))},
+        {"sample_rate_hz": npy(np.array(5000 + 1j))},
+        {"piezo": declared("(1000000000000, 60, 1)")},
+        {"piezo": declared("(-3, -60, 1)")},
+        {"piezo": declared("(0, 60, 1)")},
+        {"piezo": b""},
+        {"piezo": b"hello"},
+        {"piezo": b"\x93NUMPY"},
+        {"piezo": b"\x93NUMPY\7\0"},
+        {"piezo": npy(np.array([{"a": 1}], dtype=object))},
+    ],
+    ids=str,
+)
+def test_invalid_members_are_refused_by_name(
+    tmp_path: Path, check_refused: Check, members: dict[str, bytes]
+) -> None:
+    check_refused(npz(tmp_path / "x.npz", **members), "x.npz", *members)
 
 
-def test_a_complex_rate_is_refused(tmp_path, check_refused):
-    check_refused(
-        npz(tmp_path / "x.npz", sample_rate_hz=npy(np.array(5000 + 1j))), "'sample_rate_hz' is"
-    )
-
-
-def test_shape_larger_than_the_data_is_refused(tmp_path, check_refused):
-    header = npy(PIEZO)
-    for shape in ("(1000000000000, 60, 1)", "(-3, -60, 1)", "(0, 60, 1)"):
-        old = b"'shape': (3, 60, 1), }"
-        new = f"'shape': {shape}, }}".encode()
-        grown = len(new) - len(old)
-        data = header.replace(old + b" " * max(grown, 0), new + b" " * max(-grown, 0), 1)
-        assert len(data) == len(header)
-        check_refused(npz(tmp_path / "x.npz", piezo=data), "piezo", "declares the shape")
-
-
-def test_an_encrypted_member_is_refused(tmp_path, check_refused):
+@pytest.mark.parametrize(("place", "value"), [((6, 8), 1), ((8, 10), 99)])
+def test_encryption_and_unknown_compression_are_refused(
+    tmp_path: Path, check_refused: Check, place: tuple[int, int], value: int
+) -> None:
     path = npz(tmp_path / "x.npz")
     data = bytearray(path.read_bytes())
-    for signature, flags in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
-        data[data.index(signature) + flags] |= 1
+    for signature, at in zip((b"PK\3\4", b"PK\1\2"), place, strict=True):
+        data[data.index(signature) + at] = value
     path.write_bytes(data)
-    check_refused(path, "'piezo' is encrypted")
+    check_refused(path, "x.npz", "piezo")
 
 
-def test_an_unknown_compression_is_refused(tmp_path, check_refused):
-    path = npz(tmp_path / "x.npz")
-    data = bytearray(path.read_bytes())
-    for signature, method in ((b"PK\3\4", 8), (b"PK\1\2", 10)):
-        data[data.index(signature) + method] = 99
-    path.write_bytes(data)
-    check_refused(path, "piezo")
-
-
-@pytest.mark.parametrize("data", [b"", b"hello", b"\x93NUMPY", b"\x93NUMPY\7\0", b"PK\3\4" * 50])
-def test_member_that_is_not_an_array_is_refused(tmp_path, check_refused, data):
-    check_refused(npz(tmp_path / "x.npz", piezo=data), "'piezo' is not a NumPy array")
-
-
-def test_objects_are_refused_and_not_loaded(tmp_path, check_refused):
-    path = tmp_path / "x.npz"
-    np.savez(path, piezo=np.array([{"a": 1}], dtype=object))
-    check_refused(path, "'piezo' holds Python objects")
-
-
-def test_archive_larger_than_memory_is_refused(tmp_path, check_refused):
+def test_archive_larger_than_memory_is_refused(tmp_path: Path, check_refused: Check) -> None:
     zeros = npy(np.zeros(25_000_000, np.float32))
     path = npz(tmp_path / "x.npz", zipfile.ZIP_DEFLATED, piezo=zeros)
     assert path.stat().st_size < 200_000
     check_refused(path, "declares", "64 MiB")
 
 
-def test_unused_members_are_not_unpacked(tmp_path):
+def test_unused_members_are_not_unpacked(tmp_path: Path) -> None:
     path = npz(tmp_path / "x.npz", zipfile.ZIP_DEFLATED, other=bytes(100_000_000), bad=b"?")
     notes = import_path(path, tmp_path / "out").notes
     assert any("bad, other" in note for note in notes)
 
 
-@pytest.mark.parametrize("name", ["x.npz", "x.h5", "x.csv"])
-def test_pipe_is_refused_without_waiting(tmp_path, check_refused, name):
+@pytest.mark.parametrize("name", ["x.npz", "x.h5", "x.csv", "x.mat", "x.wav"])
+def test_pipe_is_refused_without_waiting(tmp_path: Path, check_refused: Check, name: str) -> None:
     os.mkfifo(tmp_path / name)
-    check_refused(tmp_path / name, "not a regular file")
-
-
-# --- HDF5 ----------------------------------------------------------------------------------
+    check_refused(tmp_path / name, name, "not a regular file")
 
 
 def hdf5(path: Path, fill: Callable[[h5py.File], object] = lambda file: None) -> Path:
@@ -156,102 +116,84 @@ def hdf5(path: Path, fill: Callable[[h5py.File], object] = lambda file: None) ->
     return path
 
 
-@pytest.fixture
-def outside(tmp_path: Path) -> Path:
-    """Write another HDF5 file, with private content."""
-    path = tmp_path / "outside.h5"
-    with h5py.File(path, "w") as file:
+def fill_link(file: h5py.File, outside: Path) -> None:
+    file["object"] = h5py.ExternalLink(str(outside), "/object")
+
+
+def fill_soft_link(file: h5py.File, outside: Path) -> None:
+    file["more"] = h5py.ExternalLink(str(outside), "/")
+    file["object"] = h5py.SoftLink("more/object")
+
+
+def fill_loop(file: h5py.File, outside: Path) -> None:
+    file["object"] = h5py.SoftLink("/object")
+
+
+def fill_external(file: h5py.File, outside: Path) -> None:
+    file.create_dataset("object", (3,), "S10", external=[(str(outside), 0, h5py.h5f.UNLIMITED)])
+
+
+def fill_virtual(file: h5py.File, outside: Path) -> None:
+    layout = h5py.VirtualLayout((3,), "S10")
+    layout[:] = h5py.VirtualSource(str(outside), "object", (3,))
+    file.create_virtual_dataset("object", layout)
+
+
+def fill_group_link(file: h5py.File, outside: Path) -> None:
+    file["object"] = file.create_group("more")
+    file["more/object"] = h5py.ExternalLink(str(outside), "/object")
+
+
+def fill_long_text(file: h5py.File, outside: Path) -> None:
+    file.create_dataset("object", data=["x" * 100_000] * 3, dtype=h5py.string_dtype())
+
+
+def fill_references(file: h5py.File, outside: Path) -> None:
+    file["object"] = np.array([file.ref] * 3, dtype=h5py.ref_dtype)
+
+
+def fill_nothing(file: h5py.File, outside: Path) -> None:
+    file["object"] = h5py.Empty("f4")
+
+
+def fill_records(file: h5py.File, outside: Path) -> None:
+    file["object"] = np.zeros(3, [("a", "i4")])
+
+
+FILLS = [
+    fill_link, fill_soft_link, fill_loop, fill_external, fill_virtual, fill_long_text,
+    fill_references, fill_nothing, fill_records,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("fill", FILLS)
+def test_nothing_but_small_arrays_of_the_file_is_read(
+    tmp_path: Path, check_refused: Check, fill: Callable[[h5py.File, Path], None]
+) -> None:
+    outside = tmp_path / "outside.h5"
+    with h5py.File(outside, "w") as file:
         file["object"] = np.array([SECRET.encode()] * 3)
-        file["group/object"] = file["object"][()]
-    return path
+    check_refused(hdf5(tmp_path / "x.h5", lambda file: fill(file, outside)), "x.h5", "'object'")
 
 
-def test_an_external_link_is_not_followed(tmp_path, check_refused, outside):
-    def fill(file):
-        file["object"] = h5py.ExternalLink(str(outside), "/object")
-
-    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' is a link")
-
-
-def test_a_soft_link_through_an_external_one_is_not_followed(tmp_path, check_refused, outside):
-    def fill(file):
-        file["more/out"] = h5py.ExternalLink(str(outside), "/group")
-        file["object"] = h5py.SoftLink("more/out/object")
-
-    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' is a link")
-
-
-@pytest.mark.parametrize("to", ["/nowhere", "session", "/piezo/further", "/loop"])
-def test_a_link_to_nowhere_is_refused_by_name(tmp_path, check_refused, to):
-    def fill(file):
-        file["session"] = h5py.SoftLink(to)
-        file["loop"] = h5py.SoftLink("/loop")
-
-    check_refused(hdf5(tmp_path / "x.h5", fill), "'session' is a link")
-
-
-def test_soft_links_within_the_file_are_followed(tmp_path):
-    def fill(file):
-        file["kept/names"] = np.array([b"a", b"b", b"c"])
-        file["kept/deep"] = h5py.SoftLink("names")
-        file["specimen"] = h5py.SoftLink("/kept/./deep")
-
-    dataset = import_path(hdf5(tmp_path / "x.h5", fill), tmp_path / "out")
-    assert dataset.specimens.tolist() == ["a", "b", "c"]
-
-
-def test_external_storage_is_not_read(tmp_path, check_refused):
-    (tmp_path / "passwd").write_text(SECRET * 10)
-
-    def fill(file):
-        file.create_dataset(
-            "object", (3,), "S10", external=[(str(tmp_path / "passwd"), 0, h5py.h5f.UNLIMITED)]
-        )
-
-    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' is stored outside")
-
-
-def test_a_virtual_dataset_is_not_read(tmp_path, check_refused, outside):
-    def fill(file):
-        layout = h5py.VirtualLayout((3,), "S10")
-        layout[:] = h5py.VirtualSource(str(outside), "object", (3,))
-        file.create_virtual_dataset("object", layout)
-
-    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' is stored outside")
+def test_a_group_is_not_read(tmp_path: Path) -> None:
+    path = hdf5(tmp_path / "x.h5", lambda file: fill_group_link(file, tmp_path / "outside.h5"))
+    assert set(import_path(path, tmp_path / "out").objects) == {""}
 
 
 @pytest.mark.parametrize("more", [{}, {"chunks": (1, 1000, 1), "compression": "gzip"}])
-def test_dataset_larger_than_memory_is_refused(tmp_path, check_refused, more):
-    def fill(file):
+def test_dataset_larger_than_memory_is_refused(
+    tmp_path: Path, check_refused: Check, more: dict[str, Any]
+) -> None:
+    def fill(file: h5py.File) -> None:
         del file["piezo"]
         file.create_dataset("piezo", (10**6, 10**6, 1), "f4", **more)
 
     check_refused(hdf5(tmp_path / "x.h5", fill), "declares")
 
 
-def test_repeated_long_text_is_refused(tmp_path, check_refused):
-    def fill(file):
-        file.create_dataset("object", data=["x" * 100_000] * 3, dtype=h5py.string_dtype())
-
-    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' has a text of 100000 bytes")
-
-
-def test_other_types_are_refused_by_name(tmp_path, check_refused):
-    def references(file):
-        file["object"] = np.array([file.ref] * 3, dtype=h5py.ref_dtype)
-
-    check_refused(hdf5(tmp_path / "x.h5", references), "'object' holds neither")
-    check_refused(
-        hdf5(tmp_path / "y.h5", lambda f: f.update({"object": h5py.Empty("f4")})), "is empty"
-    )
-    records = np.zeros(3, [("a", "i4")])
-    check_refused(
-        hdf5(tmp_path / "z.h5", lambda f: f.update({"object": records})), "neither a text nor"
-    )
-
-
-def test_texts_of_any_layout_are_read(tmp_path):
-    def fill(file):
+def test_texts_of_any_layout_are_read(tmp_path: Path) -> None:
+    def fill(file: h5py.File) -> None:
         file.create_dataset("object", data=["Äpfel", "b", "c"], dtype=h5py.string_dtype())
         file["session"] = np.array([b"1", b"2", b"2"])
 

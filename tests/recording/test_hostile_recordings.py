@@ -20,10 +20,10 @@ from mcap.records import Chunk
 from firstcontact.cli.main import main
 from firstcontact.core import Block, Contact, Finger, InputError, Label, fingertip_layout
 from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, read_recording
-from firstcontact.recording import _samples as messages
 from firstcontact.recording._chunk_file import MAGIC, ChunkFile
-from firstcontact.recording._chunks import _candidates
-from firstcontact.recording._sizes import most_unpacked
+from firstcontact.recording._chunks import find_chunks
+from firstcontact.recording._messages import block_message
+from firstcontact.recording._untrusted import most_unpacked
 
 LAYOUT = fingertip_layout()
 HEADER = Header(LAYOUT, "synthetic").to_json()
@@ -63,7 +63,7 @@ def write_recording(
     path: Path, header: Any = HEADER, mark: Any = MARK, block: Block = BLOCK
 ) -> Path:
     head = header if isinstance(header, bytes) else packed(header)
-    samples = ("/samples", messages.encode(block, "int16"))
+    samples = ("/samples", block_message(block, "int16"))
     return write(path, ("/header", head), samples, ("/pinch", packed(mark)))
 
 
@@ -232,7 +232,7 @@ def test_compressed_chunks_are_read(tmp_path: Path, kind: str) -> None:
     original = read_recording(path)
     data = path.read_bytes()
     out = bytearray(MAGIC)
-    for start, stop in _candidates(data):  # type: ignore[arg-type]
+    for start, stop in find_chunks(data):  # type: ignore[arg-type]
         inside = data[start + 9 + 40 : stop]
         pack = zstandard.compress if kind == "zstd" else lz4.frame.compress
         out += _chunk(kind, pack(inside), len(inside), zlib.crc32(inside))
@@ -267,7 +267,7 @@ def test_unusable_samples_are_skipped(tmp_path: Path) -> None:
     path = write(
         tmp_path / "b.mcap",
         ("/header", packed(changed(HEADER, "dtype", to="float32"))),
-        ("/samples", messages.encode(nan, "float32")),
+        ("/samples", block_message(nan, "float32")),
         ("/samples", b"\0\1\0\0" + bytes(3)),
     )
     recording = read_recording(path)
@@ -279,7 +279,7 @@ def test_overlapping_pinches_are_refused(tmp_path: Path) -> None:
     path = write(
         tmp_path / "a.mcap",
         ("/header", packed(HEADER)),
-        ("/samples", messages.encode(BLOCK, "int16")),
+        ("/samples", block_message(BLOCK, "int16")),
         *(("/pinch", packed(changed(MARK, "number", to=k))) for k in range(100)),
     )
     with pytest.raises(InputError, match="overlap too much"):
@@ -290,7 +290,7 @@ def test_endless_pinch_is_dropped_alone(tmp_path: Path) -> None:
     path = write(
         tmp_path / "a.mcap",
         ("/header", packed(HEADER)),
-        ("/samples", messages.encode(BLOCK, "int16")),
+        ("/samples", block_message(BLOCK, "int16")),
         ("/pinch", packed(MARK)),
         ("/pinch", packed({**MARK, "number": 1, "end": 1 << 53})),
     )
@@ -305,6 +305,6 @@ def test_any_intact_header_is_used(tmp_path: Path) -> None:
         ("/header", b"{"),
         ("/header", packed(changed(HEADER, "source", to="martian"))),
         ("/header", packed(HEADER)),
-        ("/samples", messages.encode(BLOCK, "int16")),
+        ("/samples", block_message(BLOCK, "int16")),
     )
     assert read_recording(path).header == Header(LAYOUT, "synthetic")

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from firstcontact.recording._lost_samples import lost_samples
+from firstcontact.recording._runs import lost_samples
 
 RATE = 2000.0
 SAMPLES = 40_000

@@ -1,8 +1,5 @@
-import mmap
 import re
-import resource
 import shutil
-import signal
 import tempfile
 from contextlib import suppress
 from dataclasses import is_dataclass, replace
@@ -16,16 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import (
-    Contact,
-    Dataset,
-    Finger,
-    InputError,
-    Label,
-    Pinch,
-    Role,
-    parallel,
-)
+from firstcontact.core import Contact, Dataset, Finger, InputError, Label, Pinch, Role
 from firstcontact.recording import (
     EXPORTERS,
     Header,
@@ -71,12 +59,6 @@ def test_dataset_round_trips_through_its_folder(tmp_path, layout, pinches):
         assert pinch.data.dtype == np.int16
     by_files = load_dataset(list(files))
     assert by_files.specimens.tolist() == dataset.specimens.tolist()
-
-
-def test_samples_are_views_of_the_file_buffer(tmp_path, layout, pinches):
-    write_dataset(Dataset(pinches[:1]), tmp_path, Header(layout))
-    (pinch,) = load_dataset(tmp_path).pinches
-    assert pinch.data.base is not None  # a view, not a copy
 
 
 def test_pinch_across_a_gap_is_skipped_with_a_note(tmp_path, layout, counted):
@@ -172,12 +154,10 @@ def test_dataset_repr_has_counts_without_samples(pinches):
     assert "0 pinches" in repr(Dataset(()))
 
 
-@pytest.mark.parametrize("limit", [0, 1 << 30], ids=["mapped", "in memory"])
 @pytest.mark.parametrize("dtypes", [*permutations(("int16", "int32", "float32"), 2)])
 def test_recordings_of_one_layout_load_together_whatever_their_sample_types(
-    tmp_path, layout, pinches, monkeypatch, dtypes, limit
+    tmp_path, layout, pinches, dtypes
 ):
-    monkeypatch.setattr("firstcontact.recording._dataset._IN_MEMORY", limit)
     expected = []
     for number, dtype in enumerate(dtypes):
         of_type = [replace(p, data=p.data[: 99 + number].astype(dtype)) for p in pinches[::2]]
@@ -187,48 +167,16 @@ def test_recordings_of_one_layout_load_together_whatever_their_sample_types(
         expected += of_type
     for one, other in zip(load_dataset(tmp_path), expected, strict=True):
         assert one.data.dtype == other.data.dtype
-        assert one.data.flags.aligned
         assert np.array_equal(one.data, other.data)
 
 
-@pytest.mark.parametrize("is_full", [False, True], ids=["mapped", "disk full"])
-def test_samples_beyond_the_limit_are_in_a_mapped_file(
-    tmp_path, layout, pinches, monkeypatch, is_full
-):
-    write_dataset(Dataset(pinches), tmp_path, Header(layout))
-    expected = load_dataset(tmp_path)
-    size = pinches[0].data.nbytes
-    monkeypatch.setattr("firstcontact.recording._dataset._IN_MEMORY", 4 * size)
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        if is_full:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (size + size // 2, limits[1]))
-        loaded = load_dataset(tmp_path)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, ignored)
-    for one, other in zip(loaded, expected, strict=True):
-        assert np.array_equal(one.data, other.data)
-        assert (one.data.dtype, one.label, one.truth) == (
-            other.data.dtype,
-            other.label,
-            other.truth,
-        )
-    with parallel(2) as runner:
-        assert runner.map(total, loaded.pinches) == [int(p.data.sum()) for p in expected]
-    is_mapped = [isinstance(base(pinch.data), mmap.mmap) for pinch in loaded]
-    assert is_mapped == [*[False] * 3, True, *[not is_full] * 2]
-
-
-def total(pinch):
-    return int(pinch.data.sum())
-
-
-def base(data):
-    while getattr(data, "base", None) is not None:
-        data = data.base
-    return data.obj if isinstance(data, memoryview) else data
+def test_only_the_pinches_of_a_recording_stay_in_memory(tmp_path, layout, pinches, counted):
+    with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:
+        writer.write(counted(0, 10_000))
+        writer.mark(PinchMark(0, 100, 200))
+    (pinch,) = load_dataset(tmp_path / "a.mcap")
+    assert pinch.data.base is None
+    assert np.array_equal(pinch.data, counted(100, 100).data)
 
 
 def test_a_recording_named_twice_is_read_once(tmp_path, layout, pinches, monkeypatch):

@@ -8,14 +8,13 @@ from mcap.writer import Writer
 
 from firstcontact.core import Contact, Finger, InputError, Label, Pinch
 from firstcontact.recording import Header, RecordingWriter, read_recording
-from firstcontact.recording._chunks import MAGIC, _candidates
-from firstcontact.recording._unpack import Unpacker
+from firstcontact.recording._chunks import MAGIC, find_chunks, unpack_chunk
 
 
 def chunk_ends(path):
     """Return the bytes, the ends of all chunks and the recording of an intact file."""
     data = path.read_bytes()
-    ends = [stop for _, stop in _candidates(data)]
+    ends = [stop for _, stop in find_chunks(data)]
     recording = read_recording(path)
     return data, ends, recording
 
@@ -60,13 +59,12 @@ def test_file_cut_while_it_is_read_is_refused(tmp_path, layout, counted, monkeyp
     with RecordingWriter(path, Header(layout)) as writer:
         for first in range(0, 20_000, 1000):
             writer.write(counted(first, 1000))
-    read = Unpacker.records
 
-    def cut_and_read(self, body):
+    def cut_and_read(body, most):
         os.truncate(path, 100)
-        return read(self, body)
+        return unpack_chunk(body, most)
 
-    monkeypatch.setattr(Unpacker, "records", cut_and_read)
+    monkeypatch.setattr("firstcontact.recording._chunks.unpack_chunk", cut_and_read)
     with pytest.raises(InputError, match=re.escape(str(path))):
         read_recording(path)
 
@@ -75,14 +73,14 @@ def test_chunk_is_found_across_the_blocks_of_the_search(small, monkeypatch):
     data, ends, intact = chunk_ends(small)
     for block in (1, 50, 53, 300):
         monkeypatch.setattr("firstcontact.recording._chunks._BLOCK", block)
-        assert [stop for _, stop in _candidates(data)] == ends
+        assert [stop for _, stop in find_chunks(data)] == ends
     assert read_recording(small).samples == intact.samples
 
 
 @STEPS
 def test_flipped_bit_gives_no_wrong_sample(small, numbers_agree, step):
     data, ends, intact = chunk_ends(small)
-    starts = [start for start, _ in _candidates(data)]
+    starts = [start for start, _ in find_chunks(data)]
     flipped = small.with_name("flipped.mcap")
     for at in places([*starts, *ends, len(data)], 0, len(data), step):
         bad = bytearray(data)

@@ -1,21 +1,7 @@
-"""Importers of pinches from arrays in HDF5 and NPZ files.
+"""Importers of pinches from named arrays in HDF5 files and NumPy archives.
 
-The arrays and their shapes are:
-
-- ``piezo``: (pinches, samples, 1 or 2);
-- ``force``, optional: (pinches, samples, 2, 6);
-- ``strip``, optional: (pinches, samples, 2);
-- with one value per pinch: ``first_contact``, ``second_contact``, ``motor_start`` (-1 if unknown),
-  ``first_finger``, ``object``, ``shore_a`` or ``hardness_rank``, ``specimen``, ``session``,
-  ``role``.
-
-The file or its ``piezo`` has the attributes ``sample_rate_hz``, ``piezo_unit``, and optionally
-``force_unit``, ``smoothing_alpha`` and ``source``. In an NPZ, attributes are 0-d arrays. The
-attribute ``firstcontact_layout`` of exported files replaces all of them but ``source``.
-
-Other sensors use their own name instead of piezo: ``accelerometer``, ``microphone`` or
-``hydrophone``. Vectors have the shape (pinches, samples, 1 or 2, axes). The attribute ``axis`` is
-the number of the axis that detectors use.
+The page docs/how-to/import-recordings.md lists the names and shapes. The attribute
+``firstcontact_layout`` of exported files replaces all other settings but ``source``.
 """
 
 from __future__ import annotations
@@ -24,53 +10,73 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor, counted
-from firstcontact.recording._checks import (
+from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor, counted, open_regular
+from firstcontact.recording._formats import Importer
+from firstcontact.recording._hdf5 import read_hdf5
+from firstcontact.recording._labels import PINCH_COLUMNS, make_dataset, note_unknown
+from firstcontact.recording._messages import SOURCES
+from firstcontact.recording._settings import (
     LAYOUT,
     SETTINGS,
+    FileSettings,
     check_force,
     check_samples,
     check_vibration,
     find_sensor,
     joined,
     make_layout,
+    read_layout,
     read_settings,
 )
-from firstcontact.recording._formats import Importer
-from firstcontact.recording._hdf5 import read_hdf5
-from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
-from firstcontact.recording._npz import read_npz
-from firstcontact.recording._table_columns import unknown_columns
-
-_SHAPES = {"force": (2, TAXELS), "strip": (2,)}
-_KNOWN = {*VibrationSensor, *_SHAPES, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
-#: Shortest pinch, s. Shorter ones are probably samples of a column.
-_SHORTEST = 0.003
+from firstcontact.recording._table import Table
+from firstcontact.recording._untrusted import check_unpacked, library_errors, one_of
 
 Arrays = Mapping[str, NDArray[Any]]
 
+#: Shapes of the arrays of slower sensors, without pinches and samples.
+SHAPES = {"force": (2, TAXELS), "strip": (2,)}
+#: All names that have a meaning.
+NAMES = {*VibrationSensor, *SHAPES, *SETTINGS, LAYOUT, *PINCH_COLUMNS}
+#: Shortest pinch, s. Shorter ones are probably samples of a column.
+_SHORTEST = 0.003
+
 
 def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from an HDF5 file. The file states its rate, so ``rate`` is ignored."""
-    return from_arrays(path, *read_hdf5(path, _KNOWN, (*SETTINGS, LAYOUT)))
+    """Import pinches from an HDF5 file, which states its rate."""
+    return from_arrays(path, *read_hdf5(path, NAMES, (*SETTINGS, LAYOUT)))
 
 
 def import_npz(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a NumPy archive. The file states its rate, so ``rate`` is ignored."""
-    return from_arrays(path, *read_npz(path, _KNOWN))
+    """Import pinches from a NumPy archive, which states its rate."""
+    arrays = {}
+    remedy = "save it with numpy.savez and without objects"
+    with library_errors(path, "an NPZ of plain arrays", remedy), open_regular(path) as stream:
+        archive = np.load(stream, allow_pickle=False)
+        members = {i.filename.removesuffix(".npy"): i for i in archive.zip.infolist()}
+        names = [name for name in members if name in NAMES]
+        check_unpacked(path, sum(members[name].file_size for name in names))
+        for name in names:
+            with library_errors(f"{path}: '{name}'", "a plain array", remedy):
+                arrays[name] = archive[name]
+                if not isinstance(arrays[name], np.ndarray):
+                    raise ValueError("it is not in NumPy's format")
+                if arrays[name].dtype.kind == "U":
+                    arrays[name].tolist()  # raises an error for invalid characters
+    return from_arrays(path, arrays, sorted(set(members) - set(names)))
 
 
 def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Dataset:
-    """Build pinches from named arrays of an HDF5 file or NumPy archive.
+    """Build pinches from named arrays, such as those of an HDF5 file.
 
     Parameters
     ----------
     path
         Path of the file, for messages.
     arrays
-        Arrays with names that this module knows.
+        Arrays by name, with shapes as in HDF5 files.
     unknown
         Names of other arrays in the file, for the notes.
 
@@ -79,82 +85,116 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     InputError
         An array is invalid; the message names it.
     """
-    sensor = find_sensor(
-        str(path), arrays, "array 'piezo': add it, shape (pinches, samples, 1 or 2)"
-    )
-    given = {name: _one(path, arrays, name) for name in (*SETTINGS, LAYOUT) if name in arrays}
-    settings = read_settings(str(path), given, sensor)
-    data = _signals(path, arrays, sensor)
-    if "force" in arrays and settings.layout is None:
-        check_force(f"{path}: force", arrays["force"], settings.force_unit)
-    pinches, samples, width = data.shape
-    if samples < _SHORTEST * settings.rate:
-        raise InputError(
-            f"{path}: the array '{sensor}' has {counted(pinches, 'pinch')} of "
-            f"{counted(samples, 'sample')}, which is shorter than {1000 * _SHORTEST:g} ms: "
-            "transpose it, so that each row is one pinch"
-        )
-    sensors, *axes = arrays[sensor].shape[2:]
-    layout = settings.layout or make_layout(
-        settings,
-        sensors,
-        axes=axes[0] if axes else 1,
-        force="force" in arrays,
-        strip="strip" in arrays,
-    )
-    if layout.width != width:
-        raise InputError(
-            f"{path}: the arrays have {width} columns, but '{LAYOUT}' has {layout.width}: export "
-            "the recording again"
-        )
-    columns = {
-        name: list(_per_pinch(path, name, arrays[name], pinches))
-        for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
-        if name in arrays
-    }
-    notes = [*settings.notes, *unknown_columns(path, (*arrays, *unknown), arrays, "arrays")]
-    exported = settings.layout is not None
-    return labelled(
-        str(path), list(data), layout, columns, settings.source, notes, exported=exported
-    )
-
-
-def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any]:
-    """Return the columns of all arrays side by side, shape (pinches, samples, columns)."""
-    parts = []
-    shape: tuple[int, ...] = ()
-    for name in (sensor, *_SHAPES):
+    remedy = "array 'piezo': add it, shape (pinches, samples, 1 or 2)"
+    sensor = find_sensor(str(path), arrays, remedy)
+    given = {name: _single(path, arrays, name) for name in (*SETTINGS, LAYOUT) if name in arrays}
+    pinches, samples = arrays[sensor].shape[:2] if arrays[sensor].ndim > 1 else (0, 0)
+    signals = {}
+    for name in (sensor, *SHAPES):
         if name not in arrays:
             continue
         values = arrays[name]
         if name == sensor:
             wanted = "(pinches, samples, 1 or 2), or for vectors (pinches, samples, 1 or 2, axes)"
-            right = values.ndim in (3, 4) and values.shape[2] in (1, 2)
+            is_right = values.ndim in (3, 4) and values.shape[2] in (1, 2)
         else:
-            wanted = f"(pinches, samples, {', '.join(map(str, _SHAPES[name]))})"
-            right = values.shape[2:] == _SHAPES[name]
-        if not right or (shape and values.shape[:2] != shape):
+            wanted = str((pinches, samples, *SHAPES[name]))
+            is_right = values.shape == (pinches, samples, *SHAPES[name])
+        if not is_right:
             raise InputError(
                 f"{path}: the array '{name}' has the shape {values.shape} and must have {wanted}"
-                + (f" with {shape[0]} pinches of {shape[1]} samples, as {sensor}" if shape else "")
             )
-        shape = values.shape[:2]
-        check = check_vibration if name == sensor else check_samples
-        checked = check(f"{path}: {name}", values)
-        parts.append(checked.reshape(*shape, -1))
-    return joined(parts)
-
-
-def _per_pinch(path: Path, name: str, values: NDArray[Any], pinches: int) -> NDArray[Any]:
-    if values.shape != (pinches,):
-        raise InputError(
-            f"{path}: the array '{name}' has the shape {values.shape}, but there are {pinches} "
-            "pinches: give one value for each"
+        origin = f"{path}: {name}"
+        is_vibration = name == sensor
+        values = (
+            check_vibration(origin, values, list(values))
+            if is_vibration
+            else check_samples(origin, values)
         )
-    return values
+        signals[name] = values.reshape(pinches * samples, *values.shape[2:])
+    labels = {
+        name: _per_pinch(path, arrays, name, pinches) for name in PINCH_COLUMNS if name in arrays
+    }
+    bounds = [(start, start + samples) for start in range(0, pinches * samples, samples)]
+    table = Table(labels, range(pinches), "pinch")
+    notes = note_unknown(path, sorted({*arrays, *unknown} - NAMES), table, "arrays")
+    dataset = from_signals(path, signals, bounds, given, table, notes)
+    if samples < _SHORTEST * dataset.layout.rate:
+        raise InputError(
+            f"{path}: the array '{sensor}' has {counted(pinches, 'pinch')} of "
+            f"{counted(samples, 'sample')}, which is shorter than {1000 * _SHORTEST:g} ms: "
+            "transpose it, so that each row is one pinch"
+        )
+    return dataset
 
 
-def _one(path: Path, arrays: Arrays, name: str) -> Any:
+def from_signals(
+    path: Path,
+    signals: Arrays,
+    bounds: Sequence[tuple[int, int]],
+    given: Mapping[str, Any],
+    table: Table,
+    notes: Sequence[str],
+) -> Dataset:
+    """Build pinches from signals of our names, shape (rows of all pinches, ...), and settings.
+
+    The first signal is the vibration. ``bounds`` are the first row and the end of each pinch.
+    """
+    origin, (vibration, *_) = str(path), signals.values()
+    data = joined([values.reshape(len(values), -1) for values in signals.values()])
+    exported = LAYOUT in given
+    if exported:
+        layout = read_layout(origin, given[LAYOUT])
+        if layout.width != data.shape[1]:
+            raise InputError(
+                f"{path}: the signals have {data.shape[1]} columns, but '{LAYOUT}' has "
+                f"{layout.width}: export the recording again"
+            )
+        first, source = (
+            layout.vibration[0],
+            one_of(origin, "source", given.get("source", "unknown"), SOURCES),
+        )
+        settings = FileSettings(
+            first.sensor or VibrationSensor.PIEZO,
+            layout.rate,
+            first.unit,
+            first.smoothing_alpha,
+            source,
+            first.axis,
+        )
+    else:
+        settings = read_settings(origin, given, VibrationSensor(next(iter(signals))))
+        if "force" in signals:
+            check_force(f"{path}: force", signals["force"], settings.force_unit)
+        layout = make_layout(
+            settings,
+            vibration.shape[1],
+            axes=vibration.shape[2] if vibration.ndim > 2 else 1,
+            force="force" in signals,
+            strip="strip" in signals,
+        )
+    cuts = [data[start:stop] for start, stop in bounds]
+    return make_dataset(
+        path,
+        cuts,
+        layout,
+        table,
+        source=settings.source,
+        notes=[*settings.notes, *notes],
+        exported=exported,
+    )
+
+
+def _per_pinch(path: Path, arrays: Arrays, name: str, pinches: int) -> list[Any]:
+    if arrays[name].shape != (pinches,):
+        raise InputError(
+            f"{path}: the array '{name}' has the shape {arrays[name].shape}, but there are "
+            f"{pinches} pinches: give one value for each"
+        )
+    return list(arrays[name])
+
+
+def _single(path: Path, arrays: Arrays, name: str) -> Any:
     values = arrays[name]
     if values.size != 1:
         raise InputError(

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from io import BufferedRandom
 from os import pread
 
@@ -44,9 +45,9 @@ class ChunkFile:
     def __init__(self, stream: BufferedRandom, chunk_size: int, profile: str, library: str) -> None:
         self._stream = stream
         self._chunk_size = chunk_size
-        self._schemas: list[Schema] = []
+        self._schemas: dict[str, Schema] = {}
         self._channels: list[Channel] = []
-        self._counts: dict[int, int] = {}
+        self._counts: Counter[int] = Counter()
         self._chunks = 0
         self._times: tuple[int, int] | None = None  # first and last time of all messages
         self._span: tuple[int, int] | None = None  # first and last time in this chunk
@@ -57,17 +58,16 @@ class ChunkFile:
     def register(self, topic: str, encoding: str, schema: tuple[str, str, bytes]) -> int:
         """Declare a channel with a schema (name, encoding, text). Return its number, from 1."""
         name, kind, text = schema
-        ids = [s.id for s in self._schemas if s.name == name]
-        number = ids[0] if ids else len(self._schemas) + 1
-        if not ids:
-            self._schemas.append(Schema(data=text, encoding=kind, id=number, name=name))
-            self._schemas[-1].write(self._chunk)
+        if name not in self._schemas:
+            number = len(self._schemas) + 1
+            self._schemas[name] = Schema(data=text, encoding=kind, id=number, name=name)
+            self._schemas[name].write(self._chunk)
         channel = Channel(
             id=len(self._channels) + 1,
             topic=topic,
             message_encoding=encoding,
             metadata={},
-            schema_id=number,
+            schema_id=self._schemas[name].id,
         )
         self._channels.append(channel)
         channel.write(self._chunk)
@@ -82,54 +82,15 @@ class ChunkFile:
         message.write(self._chunk)
         self._span = _around(self._span, time)
         self._times = _around(self._times, time)
-        self._counts[channel] = self._counts.get(channel, 0) + 1
+        self._counts[channel] += 1
         if self._chunk.count > self._chunk_size:
-            self._end_chunk()
+            self.end_chunk()
 
     def end_chunk(self) -> None:
         """Write the current chunk even if it is not full."""
-        if self._entries:
-            self._end_chunk()
-
-    def finish(self) -> None:
-        """Write the last chunk, the index and the footer."""
-        self.end_chunk()
-        stop = self._stream.tell()
-        self._stream.write(_packed(DataEnd(0)))
-        start = self._stream.tell()
-        crc = 0
-        place = start
-        groups: list[SummaryOffset] = []
-        for kind, parts in (
-            (Opcode.SCHEMA, iter(self._schemas)),
-            (Opcode.CHANNEL, iter(self._channels)),
-            (Opcode.STATISTICS, iter([self._statistics()])),
-            (Opcode.CHUNK_INDEX, self._index(stop)),
-            (Opcode.ATTACHMENT_INDEX, iter(())),
-            (Opcode.METADATA_INDEX, iter(())),
-        ):
-            group_start = place
-            for record in parts:
-                data = _packed(record)
-                crc = zlib.crc32(data, crc)
-                place += self._stream.write(data)
-            groups.append(
-                SummaryOffset(
-                    group_length=place - group_start, group_opcode=kind, group_start=group_start
-                )
-            )
-        data = _packed(*groups)
-        crc = zlib.crc32(_FOOTER.pack(Opcode.FOOTER, 20, start, place), zlib.crc32(data, crc))
-        footer = Footer(summary_crc=crc, summary_offset_start=place, summary_start=start)
-        self._stream.write(data + _packed(footer) + MAGIC)
-
-    def _begin_chunk(self) -> None:
-        self._chunk = RecordBuilder()
-        self._entries: dict[int, list[tuple[int, int]]] = {}
-        self._span = None
-
-    def _end_chunk(self) -> None:
-        data = _bytes(self._chunk)
+        if not self._entries:
+            return
+        data = _contents(self._chunk)
         start, end = self._span or (0, 0)
         chunk = Chunk(
             compression="",
@@ -144,6 +105,41 @@ class ChunkFile:
         self._chunks += 1
         self._stream.write(_packed(chunk, *index))
 
+    def finish(self) -> None:
+        """Write the last chunk, the index and the footer."""
+        self.end_chunk()
+        stop = self._stream.tell()
+        self._stream.write(_packed(DataEnd(0)))
+        place = start = self._stream.tell()
+        crc = 0
+        offsets: list[SummaryOffset] = []
+        groups: list[tuple[Opcode, Iterable[McapRecord]]] = [
+            (Opcode.SCHEMA, self._schemas.values()),
+            (Opcode.CHANNEL, self._channels),
+            (Opcode.STATISTICS, [self._statistics()]),
+            (Opcode.CHUNK_INDEX, self._index(stop)),
+            (Opcode.ATTACHMENT_INDEX, ()),
+            (Opcode.METADATA_INDEX, ()),
+        ]
+        for kind, records in groups:
+            first = place
+            for record in records:
+                data = _packed(record)
+                crc = zlib.crc32(data, crc)
+                place += self._stream.write(data)
+            offsets.append(
+                SummaryOffset(group_length=place - first, group_opcode=kind, group_start=first)
+            )
+        data = _packed(*offsets)
+        crc = zlib.crc32(_FOOTER.pack(Opcode.FOOTER, 20, start, place), zlib.crc32(data, crc))
+        footer = Footer(summary_crc=crc, summary_offset_start=place, summary_start=start)
+        self._stream.write(data + _packed(footer) + MAGIC)
+
+    def _begin_chunk(self) -> None:
+        self._chunk = RecordBuilder()
+        self._entries: dict[int, list[tuple[int, int]]] = {}
+        self._span = None
+
     def _statistics(self) -> Statistics:
         start, end = self._times or (0, 0)
         return Statistics(
@@ -151,7 +147,7 @@ class ChunkFile:
             channel_count=len(self._channels),
             channel_message_counts=self._counts,
             chunk_count=self._chunks,
-            message_count=sum(self._counts.values()),
+            message_count=self._counts.total(),
             message_end_time=end,
             message_start_time=start,
             metadata_count=0,
@@ -166,13 +162,12 @@ class ChunkFile:
         while place < stop:
             start = place
             _, length = _FRAME.unpack(pread(file, _FRAME.size, place))
-            first, last, size, _, _, packed = _CHUNK.unpack(
-                pread(file, _CHUNK.size, place + _FRAME.size)
-            )
+            head = pread(file, _CHUNK.size, place + _FRAME.size)
+            first, last, size, _, _, packed = _CHUNK.unpack(head)
             place = behind = start + _FRAME.size + length
             offsets: dict[int, int] = {}
             while place < stop:
-                head = pread(file, _FRAME.size + 2, place)
+                head = pread(file, _FRAME.size + _CHANNEL.size, place)
                 kind, length = _FRAME.unpack_from(head)
                 if kind != Opcode.MESSAGE_INDEX:
                     break
@@ -195,13 +190,12 @@ def _packed(*records: McapRecord) -> bytes:
     builder = RecordBuilder()
     for record in records:
         record.write(builder)
-    return _bytes(builder)
+    return _contents(builder)
 
 
-def _bytes(builder: RecordBuilder) -> bytes:
-    """Return the builder's contents and empty it."""
-    out: bytes = builder.end()  # type: ignore[no-untyped-call]
-    return out
+def _contents(builder: RecordBuilder) -> bytes:
+    contents: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return contents
 
 
 def _around(span: tuple[int, int] | None, time: int) -> tuple[int, int]:

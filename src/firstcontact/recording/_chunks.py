@@ -1,8 +1,8 @@
-"""Scanner for the chunks of a damaged MCAP file, which trusts only their checksums.
+"""Search for the chunks of a damaged MCAP file, which trusts only their checksums.
 
-The readers of the library mcap stop at the first wrong length. This scanner accepts a chunk if its
-lengths are consistent and its CRC is right. After damage the search continues at the next byte.
-
+The readers of the library mcap stop at the first wrong length. This search accepts a chunk if its
+lengths are consistent and its CRC is right. After damage it continues at the next byte. It checks
+sizes before it allocates memory.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import re
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import IO
@@ -20,10 +19,11 @@ from typing import IO
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import McapRecord, Statistics
+from mcap.records import Chunk, McapRecord, Statistics
+from mcap.stream_reader import breakup_chunk
 
 from firstcontact.core import InputError, open_regular
-from firstcontact.recording._unpack import Unpacker
+from firstcontact.recording._untrusted import most_unpacked
 
 MAGIC = b"\x89MCAP0\r\n"
 # Record: opcode, length; chunk: start and end time, size, CRC, compression.
@@ -39,14 +39,8 @@ _MAGIC_LEFT = 6
 _BLOCK, _OVERLAP = 1 << 20, 52
 #: Limit on the search: false chunks may add up to this many times the size of the file.
 _PATIENCE = 16
-
-
-@dataclass(frozen=True, slots=True)
-class Scan:
-    """Records of all intact chunks in file order, and descriptions of the damage."""
-
-    records: tuple[McapRecord, ...]
-    skipped: tuple[str, ...]
+#: Largest window of a compressor, bytes.
+_WINDOW = 1 << 27
 
 
 class _FileBytes:
@@ -70,8 +64,8 @@ class _FileBytes:
         return data
 
 
-def scan(path: Path) -> Scan:
-    """Read all intact chunks of an MCAP file."""
+def read_chunks(path: Path) -> tuple[list[McapRecord], list[str]]:
+    """Return the records of all intact chunks in file order, and descriptions of the damage."""
     if path.is_dir():
         raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
     try:
@@ -81,14 +75,14 @@ def scan(path: Path) -> Scan:
                 raise InputError(f"{path} is empty: nothing was recorded in it")
             if sum(a == b for a, b in zip(start, MAGIC, strict=False)) < _MAGIC_LEFT:
                 raise _not_ours(path, start)
-            chunks = _scan(path, _FileBytes(path, stream))
+            records, damage = _search(path, _FileBytes(path, stream))
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
     if start == MAGIC:
-        return chunks
-    if not chunks.records:
+        return records, damage
+    if not records:
         raise _not_ours(path, start)
-    return Scan(chunks.records, (f"the first {len(MAGIC)} bytes are damaged", *chunks.skipped))
+    return records, [f"the first {len(MAGIC)} bytes are damaged", *damage]
 
 
 def _not_ours(path: Path, start: bytes) -> InputError:
@@ -103,40 +97,86 @@ def _not_ours(path: Path, start: bytes) -> InputError:
     )
 
 
-def _scan(path: Path, view: _FileBytes) -> Scan:
+def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
     records: list[McapRecord] = []
-    chunks = 0
-    skipped: list[str] = []
+    damage: list[str] = []
+    chunks = refused = 0
     end = len(MAGIC)  # end of the bytes processed
-    unpacker = Unpacker(len(view))
+    left = most_unpacked(len(view))  # bytes for all compressed chunks together
     patience = _PATIENCE * len(view)
-    for start, stop in _candidates(view):
+    for start, stop in find_chunks(view):
         if start < end:
             continue
-        inside = unpacker.records(view[start + _FRAME.size : stop])
-        if inside is None:
+        try:
+            inside, unpacked = unpack_chunk(view[start + _FRAME.size : stop], left)
+        except (McapError, ValueError, RuntimeError, OverflowError, struct.error) as error:
+            refused += isinstance(error, _SizeError)
             patience -= stop - start
             if patience < 0:
                 raise InputError(
                     f"{path} contains many false beginnings of chunks, so reading it would take "
                     "too long: choose another recording"
-                )
+                ) from error
             continue
-        if not _framed(view, end, start):
-            skipped.append(_bytes(end, start))
+        left -= unpacked
+        if not _is_framed(view, end, start):
+            damage.append(_describe(end, start))
         records += inside
         chunks += 1
         end = stop
-    skipped += _tail(view, end, chunks)
-    if unpacker.refused:
-        skipped.append(
-            f"{unpacker.refused} chunks would unpack to far more than the file could hold and were "
-            "skipped"
+    damage += _tail(view, end, chunks)
+    if refused:
+        damage.append(
+            f"{refused} chunks would unpack to far more than the file could hold and were skipped"
         )
-    return Scan(tuple(records), tuple(skipped))
+    return records, damage
 
 
-def _candidates(view: _FileBytes | bytes) -> Iterator[tuple[int, int]]:
+class _SizeError(ValueError):
+    """Error for a chunk that declares too many unpacked bytes."""
+
+
+def unpack_chunk(body: bytes, most: int) -> tuple[list[McapRecord], int]:
+    """Return the records of a chunk, and the number of bytes that were decompressed.
+
+    An error says that the checksum, form or size is wrong. ``most`` limits the decompressed bytes.
+    """
+    chunk = Chunk.read(ReadDataStream(BytesIO(body)))
+    unpacked = 0
+    if chunk.compression:
+        if chunk.uncompressed_size > most:
+            raise _SizeError
+        chunk.data = _decompressed(chunk)
+        chunk.compression = ""
+        unpacked = len(chunk.data)
+    # The library treats 0 as "not checked".
+    if zlib.crc32(chunk.data) != chunk.uncompressed_crc:
+        raise ValueError("the checksum is wrong")
+    return list(breakup_chunk(chunk)), unpacked
+
+
+def _decompressed(chunk: Chunk) -> bytes:
+    """Decompress a chunk up to one byte beyond its stated size."""
+    size = int(chunk.uncompressed_size)
+    data: bytes
+    if chunk.compression == "zstd":
+        from zstandard import ZstdDecompressor, ZstdError
+
+        try:
+            with ZstdDecompressor(max_window_size=_WINDOW).stream_reader(chunk.data) as reader:
+                data = reader.read(size + 1)
+        except ZstdError as error:
+            raise ValueError(str(error)) from error
+    else:
+        from lz4.frame import LZ4FrameDecompressor
+
+        data = LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
+    if len(data) != size:
+        raise ValueError("the compressed data have another size")
+    return data
+
+
+def find_chunks(view: _FileBytes | bytes) -> Iterator[tuple[int, int]]:
     """Yield start and end of all bytes that look like a chunk, also inside damaged chunks."""
     for first in range(len(MAGIC), len(view), _BLOCK):
         block, position = view[first : first + _BLOCK + _OVERLAP], 0
@@ -148,7 +188,7 @@ def _candidates(view: _FileBytes | bytes) -> Iterator[tuple[int, int]]:
             position = match.start() + 1
 
 
-def _framed(view: _FileBytes, position: int, stop: int) -> bool:
+def _is_framed(view: _FileBytes, position: int, stop: int) -> bool:
     """Return True if ``position`` to ``stop`` holds complete records, and no chunk among them."""
     while position < stop:
         if stop - position < _FRAME.size:
@@ -169,7 +209,7 @@ def _tail(view: _FileBytes, end: int, read: int) -> list[str]:
             "the file was not closed (no footer): its writer was killed or the file was cut; all "
             f"that is complete was read, the last {len(view) - end} bytes are not a complete chunk"
         ]
-    damaged = [] if _framed(view, end, footer) else [_bytes(end, footer)]
+    damaged = [] if _is_framed(view, end, footer) else [_describe(end, footer)]
     counted = _chunk_count(view, footer)
     if counted is None:
         return [*damaged, "the index at the end is damaged: some chunks may not have been read"]
@@ -196,5 +236,5 @@ def _chunk_count(view: _FileBytes, footer: int) -> int | None:
     return None
 
 
-def _bytes(start: int, stop: int) -> str:
+def _describe(start: int, stop: int) -> str:
     return f"{stop - start} bytes from byte {start} on are damaged and were skipped"

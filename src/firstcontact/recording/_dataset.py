@@ -4,43 +4,33 @@ from __future__ import annotations
 
 import filecmp
 import math
-import mmap
 import os
 import re
-import tempfile
 from bisect import bisect_right
 from collections.abc import Hashable, Sequence
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import AnyPath, Block, Dataset, InputError, Pinch, files_below, given_path
-from firstcontact.recording._header import Header, PinchMark
+from firstcontact.recording._messages import Header, PinchMark
 from firstcontact.recording._reader import Recording, read_recording
 from firstcontact.recording._writer import RecordingWriter
 
 #: Largest sum of the lengths of all marked pinches, as a multiple of the recording's length. A
 #: hand's closings do not overlap so much.
 _OVERLAP = 8
-#: Size of the recordings up to which a dataset has all samples in memory, bytes.
-_IN_MEMORY = 1 << 30
 
 
 def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     """Load all pinches of one recording, of several recordings, or of a folder and its subfolders.
 
-    The samples keep their type, and can be read-only. The dataset's notes include those of
-    the headers, and list damage and omissions. If there are several files, unreadable files are
-    skipped and named in the notes, and so are copies of a file. A file that is named twice is read
-    once.
-
-    Recordings beyond the first GiB of samples go into a temporary file (in ``TMPDIR``) that is
-    mapped into memory, so the system can take this memory back. The file vanishes with the dataset.
-    If the disk is full, these samples stay in memory. Worker processes get copies.
+    The samples keep their type. The dataset's notes include those of the headers, and list damage
+    and omissions. If there are several files, unreadable files are skipped and named in the notes,
+    and so are copies of a file. A file that is named twice is read once. One recording at a time is
+    in memory, besides all pinches.
 
     Raises
     ------
@@ -53,117 +43,58 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     files = list({os.path.realpath(file): file for file in named}.values())
     alike: dict[Hashable, list[Path]] = {}  # files that may be copies of each other
     pinches: list[Pinch] = []
-    notes: list[str] = []
+    notes: dict[str, None] = {}
     losses: list[str] = []
     assumed = False
-    first: Recording | None = None
-    with ExitStack() as stack:
-        store = _Store(stack)
-        for file in files:
-            try:
-                recording = read_recording(file)
-            except InputError as error:
-                if len(files) == 1:
-                    raise
-                losses.append(f"left out, since it cannot be read: {error}")
-                continue
-            if first is None:
-                first = recording
-            _same_kind(first, recording)
-            samples = recording.samples
-            key = (recording.header.session, samples, recording.pinches[:1])
-            earlier = alike.setdefault(key, [])
-            copied = next((f for f in earlier if filecmp.cmp(f, file, shallow=False)), None)
-            if copied is not None:
-                losses.append(f"{file}: left out, since it is a copy of {copied}")
-                continue
-            earlier.append(file)
-            assumed |= recording.header.session_assumed
-            lines = recording.header.notes.splitlines()
-            notes += [line for line in lines if line not in notes]
-            losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
-            lengths = (mark.end - mark.first_sample for mark in recording.pinches)
-            # A pinch that is longer than the recording spans missing samples, and overlaps no
-            # others.
-            marked = sum(length for length in lengths if length <= samples)
-            if marked > _OVERLAP * samples:
-                losses.append(f"{file.name}: its pinches overlap too much and are left out")
-                continue
-            store.begin(recording)
-            for mark in recording.pinches:
-                pinch = cut(recording, mark)
-                if pinch is None:
-                    losses.append(
-                        f"{file.name}: pinch {mark.number} has missing samples and is left out"
-                    )
-                else:
-                    pinches.append(store.put(pinch))
-        pinches = store.restored(pinches)
+    first: tuple[Path, Header] | None = None
+    for file in files:
+        try:
+            recording = read_recording(file)
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            losses.append(f"left out, since it cannot be read: {error}")
+            continue
+        header = recording.header
+        first = first or (file, header)
+        _check_same_kind(*first, file, header)
+        earlier = alike.setdefault((header.session, recording.samples, recording.pinches[:1]), [])
+        copied = next((f for f in earlier if filecmp.cmp(f, file, shallow=False)), None)
+        if copied is not None:
+            losses.append(f"{file}: left out, since it is a copy of {copied}")
+            continue
+        earlier.append(file)
+        assumed |= header.session_assumed
+        notes |= dict.fromkeys(header.notes.splitlines())
+        losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
+        # A pinch that is longer than the recording spans missing samples, and overlaps no others.
+        lengths = [mark.end - mark.first_sample for mark in recording.pinches]
+        if sum(n for n in lengths if n <= recording.samples) > _OVERLAP * recording.samples:
+            losses.append(f"{file.name}: its pinches overlap too much and are left out")
+            continue
+        for mark in recording.pinches:
+            pinch = cut(recording, mark)
+            if pinch is None:
+                losses.append(
+                    f"{file.name}: pinch {mark.number} has missing samples and is left out"
+                )
+            else:
+                # A view would keep the whole recording in memory.
+                pinches.append(replace(pinch, data=pinch.data.copy()))
     if first is None or not pinches:
+        name = ", ".join(map(str, paths)) or "an empty list of recordings"
+        reason = f" ({losses[0]})" if losses else ""
         raise InputError(
-            f"{_name(paths)} holds no whole pinch{_first_loss(losses)}: record some with their "
-            "marks, or use `firstcontact import` or `firstcontact simulate`"
+            f"{name} holds no whole pinch{reason}: record some with their marks, or use "
+            "`firstcontact import` or `firstcontact simulate`"
         )
-    source = first.header.source
     return Dataset(
         tuple(pinches),
-        source,
+        first[1].source,
         (*notes, *losses),
         losses=tuple(losses),
         sessions_assumed=assumed,
     )
-
-
-class _Store:
-    """Temporary file for the samples of recordings beyond ``_IN_MEMORY``."""
-
-    def __init__(self, stack: ExitStack) -> None:
-        self._stack = stack
-        self._file: IO[bytes] | None = None
-        self._places: list[tuple[int, int]] = []  # first byte and length of the pinches in the file
-        self._end = 0
-        self._size = 0
-        self._is_full = False
-
-    def begin(self, recording: Recording) -> None:
-        """Count all samples of a recording: its pinches are views that keep all of it in memory."""
-        self._size += sum(stretch.data.nbytes for stretch in recording.stretches)
-
-    def put(self, pinch: Pinch) -> Pinch:
-        """Return a pinch of the newest recording, without its samples if they are in the file."""
-        if self._size <= _IN_MEMORY or self._is_full:
-            return pinch
-        try:
-            if self._file is None:
-                file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115
-                self._file = self._stack.enter_context(file)
-            # Recordings can have samples of 2 and of 4 bytes.
-            start = self._file.seek(-(-self._end // 4) * 4)
-            left = np.ascontiguousarray(pinch.data).data.cast("B")
-            while left:
-                left = left[self._file.write(left) :]
-        except OSError:
-            self._is_full = True
-            return pinch
-        self._places.append((start, len(pinch.data)))
-        self._end = start + pinch.data.nbytes
-        return replace(pinch, data=pinch.data[:0].copy())
-
-    def restored(self, pinches: list[Pinch]) -> list[Pinch]:
-        """Return the pinches with all their samples."""
-        if self._file is None or not self._places:
-            return pinches
-        # Not numpy.memmap: joblib would tell its workers the name of the file, which has none.
-        # Read-only: the system reserves memory for all of a mapping that can be written.
-        view = mmap.mmap(self._file.fileno(), self._end, access=mmap.ACCESS_READ)
-        places = iter(self._places)
-
-        def mapped(empty: NDArray[Any]) -> NDArray[Any]:
-            start, length = next(places)
-            shape = (length, empty.shape[1])
-            return np.frombuffer(view, empty.dtype, math.prod(shape), start).reshape(shape)
-
-        return [p if len(p.data) else replace(p, data=mapped(p.data)) for p in pinches]
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
@@ -282,16 +213,7 @@ def find_recordings(path: Path) -> list[Path]:
     return files
 
 
-def _first_loss(losses: list[str]) -> str:
-    return f" ({losses[0]})" if losses else ""
-
-
-def _name(paths: Sequence[Path]) -> str:
-    return ", ".join(map(str, paths)) or "an empty list of recordings"
-
-
-def _same_kind(first: Recording, other: Recording) -> None:
-    a, b = first.header, other.header
+def _check_same_kind(first: Path, a: Header, path: Path, b: Header) -> None:
     for field, one, two in (
         ("rate", f"{a.layout.rate:g} Hz", f"{b.layout.rate:g} Hz"),
         ("layout", a.layout, b.layout),
@@ -300,6 +222,5 @@ def _same_kind(first: Recording, other: Recording) -> None:
         if one != two:
             detail = "" if field == "layout" else f" ({two}, not {one})"
             raise InputError(
-                f"{other.path}: its {field} differs from that of {first.path}{detail}: "
-                "study them separately"
+                f"{path}: its {field} differs from that of {first}{detail}: study them separately"
             )

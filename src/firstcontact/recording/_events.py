@@ -1,119 +1,211 @@
-"""Importer of long sound files as pinches around contacts from a table or label track.
+r"""Contacts in long files, from a CSV (one row per contact) or an Audacity label track.
 
-Without a table, a file becomes one pinch without known contacts, for `firstcontact label`.
+A CSV has ``onset_s`` (seconds from the start of the file) or ``onset_sample`` (from 0), and
+optionally ``file``, ``channel`` (from 0) and labels.
+
+A label track (.txt) has one line ``start<TAB>end<TAB>text`` per label, in seconds. The text of a
+label (or of an XDF marker) is the name of the object, or ``name=value`` for any column of labels.
+Semicolons separate several labels: ``eraser; shore_a=40``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
-from firstcontact.core import Dataset, InputError, VibrationSensor
-from firstcontact.recording._event_table import (
-    AFTER,
-    BEFORE,
-    CHANNEL,
-    Columns,
-    cut_events,
-    event_labels,
-    find_events,
-    read_event_table,
+from firstcontact.core import InputError, parse_float, read_regular
+from firstcontact.recording._labels import (
+    CONTACT_COLUMNS,
+    LABEL_COLUMNS,
+    note_unknown,
+    parse_number,
+    parse_whole,
 )
-from firstcontact.recording._file_rows import files_by_name
-from firstcontact.recording._formats import Importer
-from firstcontact.recording._labels import labelled
-from firstcontact.recording._quoting import quote
-from firstcontact.recording._sound import SUFFIXES, read_sound
-from firstcontact.recording._table_columns import stated_source
-from firstcontact.recording._wav import check_alike, sound_layout, wav_samples
+from firstcontact.recording._table import Table, read_columns
+from firstcontact.recording._untrusted import library_errors, quote
 
+#: Time before and after a contact that a pinch includes, s: quiet for the detector's noise, and a
+#: window with the look-ahead of filters. Closer contacts share the time between them.
+BEFORE, AFTER = 0.080, 0.060
+SECONDS, SAMPLE, CHANNEL = "onset_s", "onset_sample", "channel"
 #: Note about a file without a table of contacts.
 NO_CONTACTS = "no contacts are known: give --events, or mark them with `firstcontact label`"
-
-__all__ = ["AFTER", "BEFORE", "EVENTS", "import_events"]
-
-
-def import_events(
-    path: Path,
-    rate: float | None = None,
-    sensor: VibrationSensor | None = None,
-    events: Path | None = None,
-) -> Dataset:
-    """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files."""
-    if events is None:
-        return _as_one(path, sensor)
-    columns = read_event_table(events)
-    files, of_rows, notes = _files(path, events, columns)
-    sounds = [read_sound(file) for file in files]
-    one = CHANNEL in columns
-    check_alike(files, [(rate, data[:, :1] if one else data) for rate, data in sounds])
-    rate, first = sounds[0]
-    shapes = [data.shape for _, data in sounds]
-    contacts = find_events(events, columns, of_rows, files, shapes, [rate] * len(files))
-    signals = [wav_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
-    cuts, starts = cut_events(contacts, signals, rate)
-    given, left_out = event_labels(events, columns, contacts, starts)
-    if "session" not in given:
-        given["session"] = [files[event.file].stem for event in contacts]
-        notes.append("the table names no sessions: each sound file was taken as one")
-    source = stated_source(events, columns)
-    layout = sound_layout(sensor, rate, cuts[0].shape[1], first.dtype)
-    return labelled(str(events), cuts, layout, given, source, [*notes, *left_out])
+#: Largest track, bytes: more than a hundred thousand labels.
+_LONGEST_TRACK = 1 << 24
+#: Prefix of lines with the frequency range of the label on the line before.
+_FREQUENCIES = "\\"
 
 
-def _as_one(file: Path, sensor: VibrationSensor | None) -> Dataset:
-    rate, data = read_sound(file)
-    check_alike([file], [(rate, data)])
-    signal = wav_samples(file, data)
-    layout = sound_layout(sensor, rate, signal.shape[1], data.dtype)
-    return labelled(str(file), [signal], layout, {"session": [file.stem]}, "unknown", [NO_CONTACTS])
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Contact in a long file, with its table row, file number, channel (if named) and sample."""
+
+    row: int
+    file: int
+    channel: int | None
+    sample: int
 
 
-def _files(
-    path: Path, table: Path, columns: Columns
-) -> tuple[list[Path], list[int | None], list[str]]:
-    """Return the files with contacts, the file number of each row (None: unused), and notes."""
-    names = columns.get("file")
-    if not path.is_dir():
-        if names is None:
-            return [path], [], []
-        mine: list[int | None] = [0 if name.strip() == path.name else None for name in names]
-        if 0 not in mine:
-            raise InputError(f"{table}: no row is for {path.name!r}: correct the column 'file'")
-        foreign = mine.count(None)
-        return (
-            [path],
-            mine,
-            [f"{foreign} contacts of the table are in other files"] if foreign else [],
-        )
-    if names is None:
-        raise InputError(
-            f"{table} has no column 'file': add it, with the name of the sound file of each row"
-        )
-    sound_files, by_name = files_by_name(path, *SUFFIXES)
-    files: dict[Path, int] = {}
-    rows: list[int | None] = []
-    for row, name in enumerate(names):
-        matches = by_name.get(name.strip(), [])
-        if len(matches) != 1:
-            fault = "is in two folders" if matches else "is not in the folder"
+def read_events(path: Path) -> Table:
+    """Read a table of contacts or a label track."""
+    table = _read_track(path) if path.suffix.lower() == ".txt" else read_columns(path)
+    for name in CONTACT_COLUMNS:
+        if name in table and name != "first_finger":
             raise InputError(
-                f"{table}: 'file' of {columns.place(row)} is {quote(name)}, which {fault} {path}: "
-                "correct the row or the folder"
+                f"{path} has a column '{name}', which is relative to the start of a pinch: give "
+                f"each contact from the start of the file, as a time in a column '{SECONDS}' or "
+                f"as a sample's number in a column '{SAMPLE}'"
             )
-        rows.append(files.setdefault(matches[0], len(files)))
-    left = len(sound_files) - len(files)
-    return (
-        list(files),
-        rows,
-        [f"{left} sound files have no contact in {table.name}"] if left else [],
-    )
+    onset_column(path, table)
+    return table
 
 
-EVENTS = Importer(
-    "events",
-    "a .wav or .flac file, or a folder of them with --events",
-    import_events,
-    suffixes=SUFFIXES,
-    asks_sensor=True,
-    asks_events=True,
-)
+def onset_column(path: Path, table: Table) -> str:
+    """Return the name of the column with the contacts."""
+    given = [name for name in (SECONDS, SAMPLE) if name in table]
+    if len(given) != 1:
+        raise InputError(
+            f"{path} has {' and '.join(given) or f'neither {SECONDS} nor {SAMPLE}'}: give each "
+            f"contact either its time in a column '{SECONDS}' or its sample's number in a column "
+            f"'{SAMPLE}'"
+        )
+    return given[0]
+
+
+def find_events(
+    path: Path,
+    table: Table,
+    of_rows: Sequence[int | None],
+    files: Sequence[Path],
+    shapes: Sequence[tuple[int, ...]],
+    rates: Sequence[float],
+) -> list[Event]:
+    """Return the contacts in the order of the rows. ``of_rows`` has the file number of each row."""
+    name = onset_column(path, table)
+    used = {row: file for row, file in enumerate(of_rows) if file is not None}
+    onsets = table.parsed(path, name, parse_number if name == SECONDS else parse_whole, used)
+    channels: list[int | None] = [None] * len(used)
+    if CHANNEL in table:
+        channels = [*table.parsed(path, CHANNEL, parse_whole, used)]
+    events = []
+    for (row, file), onset, channel in zip(used.items(), onsets, channels, strict=True):
+        (end, width), rate = shapes[file], rates[file]
+        if channel is not None and not 0 <= channel < width:
+            raise InputError(
+                f"{path}: 'channel' of {table.place(row)} is {channel}, but {files[file].name} has "
+                f"{width}: give the channel's number, counted from 0"
+            )
+        at = onset * rate if name == SECONDS else onset
+        if not 0 <= at <= end - 1:
+            last = f"{(end - 1) / rate:g} s" if name == SECONDS else end - 1
+            raise InputError(
+                f"{path}: '{name}' of {table.place(row)} is {quote(table[name][row])}, outside "
+                f"{files[file].name} (0 to {last}): correct the row"
+            )
+        events.append(Event(row, file, channel, round(at)))
+    for one, other in pairwise(sorted(events, key=_place)):
+        if _place(one) == _place(other):
+            raise InputError(
+                f"{path}: {table.place(one.row)} and {table.place(other.row)} are the same "
+                f"contact, at sample {one.sample} of {files[one.file].name}: remove one"
+            )
+    return events
+
+
+def event_labels(
+    path: Path, table: Table, events: Sequence[Event], starts: Sequence[int]
+) -> tuple[Table, list[str]]:
+    """Return the labels of each event, and notes. ``starts`` has the first sample of each pinch."""
+    labels = table.of_rows([event.row for event in events])
+    labels["first_contact"] = [e.sample - start for e, start in zip(events, starts, strict=True)]
+    unknown = set(table) - {SECONDS, SAMPLE, CHANNEL}
+    return labels, note_unknown(path, sorted(unknown), table)
+
+
+def spans(
+    events: Sequence[Event], lengths: Sequence[int], rate: float
+) -> tuple[list[int], list[int]]:
+    """Return the first samples and the ends of the pinches to cut out around each contact.
+
+    Parameters
+    ----------
+    events
+        Contacts.
+    lengths
+        Number of samples of each file.
+    rate
+        Sampling rate, Hz.
+    """
+    lead, tail = round(BEFORE * rate), round(AFTER * rate)
+    starts = [max(0, event.sample - lead) for event in events]
+    stops = [min(lengths[event.file], event.sample + tail) for event in events]
+    for i, j in pairwise(sorted(range(len(events)), key=lambda i: _place(events[i]))):
+        one, other = events[i], events[j]
+        if one.file == other.file:
+            share = round((other.sample - one.sample) * AFTER / (BEFORE + AFTER))
+            border = min(other.sample, one.sample + max(1, share))
+            stops[i], starts[j] = min(stops[i], border), max(starts[j], border)
+    return starts, stops
+
+
+def _place(event: Event) -> tuple[int, int]:
+    return event.file, event.sample
+
+
+def _read_track(path: Path) -> Table:
+    """Read the labels of a track as a table of contacts."""
+    with library_errors(path, "an Audacity label track in UTF-8", "export it from Audacity again"):
+        text = read_regular(path, _LONGEST_TRACK).decode("utf-8-sig")
+    starts: list[float] = []
+    texts: list[str] = []
+    numbers: list[int] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip() or line.startswith(_FREQUENCIES):
+            continue
+        fields = line.split("\t")
+        try:
+            # Some languages use a decimal comma.
+            start, end = (parse_float(field.replace(",", ".")) for field in fields[:2])
+        except ValueError:
+            start, end = 1.0, 0.0
+        if not start <= end:
+            raise InputError(
+                f"{path}: line {number} is {quote(line)}, which is no label: give start and end in "
+                "seconds and a text, with tabs between"
+            )
+        numbers.append(number)
+        starts.append(start)
+        texts.append(" ".join(fields[2:]).strip())
+    if not starts:
+        raise InputError(f"{path} has no labels: give one line for each contact")
+    return add_labels(str(path), Table({SECONDS: starts}, numbers), texts)
+
+
+def add_labels(origin: str, table: Table, texts: Sequence[str]) -> Table:
+    """Return the table with a column added for each label in ``texts``, one text per row."""
+    rows: list[dict[str, str]] = []
+    for number, text in enumerate(texts):
+        row: dict[str, str] = {}
+        for part in filter(None, map(str.strip, text.split(";"))):
+            name, equals, value = (word.strip() for word in part.partition("="))
+            name, value = (name, value) if equals else ("object", part)
+            if name not in LABEL_COLUMNS or name in row:
+                raise InputError(
+                    f"{origin}: {table.place(number)} has the unknown or repeated label "
+                    f"{quote(part)}. Write the object's name, or name=value pairs separated by "
+                    f"semicolons; names: {', '.join(LABEL_COLUMNS)}"
+                )
+            row[name] = value
+        rows.append(row)
+    names = [name for name in LABEL_COLUMNS if any(name in row for row in rows)]
+    for name in names:
+        lacking = next((i for i, row in enumerate(rows) if name not in row), None)
+        if lacking is not None and name != "object":
+            raise InputError(
+                f"{origin}: {table.place(lacking)} has no '{name}', but other lines have one: "
+                "give it in all lines, or in none"
+            )
+    cells = {name: [row.get(name, "") for row in rows] for name in names}
+    return Table({**table, **cells}, table.numbers, table.word)

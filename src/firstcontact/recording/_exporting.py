@@ -1,4 +1,4 @@
-"""Export of datasets to other formats, written atomically.
+"""Export of datasets to CSV, Parquet and HDF5, written atomically.
 
 Signals are in their physical units. Positions of contacts count from the first sample of a pinch.
 If importers would assume another layout or other fingers, the file states its layout.
@@ -6,10 +6,13 @@ If importers would assume another layout or other fingers, the file states its l
 
 from __future__ import annotations
 
+import csv
 import json
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
+    TAXELS,
     AnyPath,
     Channel,
     ChannelKind,
@@ -27,7 +31,9 @@ from firstcontact.core import (
     Pinch,
     creating,
 )
-from firstcontact.recording._checks import (
+from firstcontact.recording._formats import EXPORTERS, Exporter
+from firstcontact.recording._labels import ASSUMED_SESSION, PINCH_COLUMNS
+from firstcontact.recording._settings import (
     LAYOUT,
     SETTINGS,
     UNITS,
@@ -35,11 +41,11 @@ from firstcontact.recording._checks import (
     is_rounded_away,
     make_layout,
 )
-from firstcontact.recording._formats import EXPORTERS, Exporter
-from firstcontact.recording._labels import ASSUMED_SESSION, CONTACT_COLUMNS, LABEL_COLUMNS
 
 #: Names of columns that are no signals.
-_NAMES = {"pinch", "time_s", *SETTINGS, LAYOUT, *LABEL_COLUMNS, *CONTACT_COLUMNS}
+_NAMES = {"pinch", "time_s", *SETTINGS, LAYOUT, *PINCH_COLUMNS}
+#: Number of pinches per row group of a Parquet file.
+_PINCHES_A_GROUP = 50
 
 
 def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
@@ -62,7 +68,102 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
         ) from error
 
 
-def table_values(
+def _write_csv(dataset: Dataset, path: Path) -> None:
+    of_pinch, of_file = _values(dataset, dataset.layout.channels)
+    # Long, so only once in each pinch.
+    layout = {LAYOUT: of_file.pop(LAYOUT)} if LAYOUT in of_file else {}
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["pinch", *_signals(dataset.pinches[0]), *of_pinch, *of_file, *layout])
+        for i, pinch in enumerate(dataset.pinches):
+            same = [*(column[i] for column in of_pinch.values()), *of_file.values()]
+            once = [*layout.values()]
+            time, *signals = _signals(pinch).values()
+            for now, *row in zip(time, *signals, strict=True):
+                # Nine digits restore every float32 exactly.
+                writer.writerow([i, f"{now:.9f}", *(f"{v:.9g}" for v in row), *same, *once])
+                once = [""] * len(layout)
+
+
+def _write_parquet(dataset: Dataset, path: Path) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    of_pinch, of_file = _values(dataset, dataset.layout.channels)
+    of_file.pop(LAYOUT, None)  # no importer reads it here
+
+    def table(first: int) -> Any:
+        parts = []
+        for i, pinch in enumerate(dataset.pinches[first : first + _PINCHES_A_GROUP], first):
+            labels = {**{name: column[i] for name, column in of_pinch.items()}, **of_file}
+            repeated = {name: [value] * len(pinch.data) for name, value in labels.items()}
+            numbers = {"pinch": np.full(len(pinch.data), i)}
+            parts.append(pa.table({**numbers, **_signals(pinch), **repeated}))
+        return pa.concat_tables(parts)
+
+    with parquet.ParquetWriter(path, table(0).schema) as writer:
+        for first in range(0, len(dataset), _PINCHES_A_GROUP):
+            writer.write_table(table(first))
+
+
+def _write_hdf5(dataset: Dataset, path: Path) -> None:
+    import h5py
+
+    remedy = "export to csv or parquet"
+    lengths = {len(p.data) for p in dataset.pinches}
+    if len(lengths) > 1:
+        raise InputError(
+            f"pinches have {min(lengths)} to {max(lengths)} samples and an HDF5 array needs one "
+            f"length: {remedy}"
+        )
+    layout, count = dataset.layout, len(dataset)
+    first = layout.vibration[0]
+    vectors = (first.axes,) if first.axes > 1 else ()
+    shapes: dict[ChannelKind, tuple[int, ...]] = {
+        ChannelKind.VIBRATION: (min(2, len(layout.vibration)), *vectors),
+        ChannelKind.FORCE: (2, TAXELS),
+        ChannelKind.STRIP: (2,),
+    }
+    columns = {kind: _by_finger(layout, kind) for kind in shapes}
+    for kind, shape in shapes.items():
+        if columns[kind] and len(columns[kind]) != math.prod(shape):
+            raise InputError(
+                f"the fingers have {len(columns[kind])} {kind} channels and an HDF5 array needs "
+                f"{math.prod(shape)}: {remedy}"
+            )
+    channels = layout.column_channels
+    ordered = dict.fromkeys(channels[i] for kind in shapes for i in columns[kind])
+    of_pinch, of_file = _values(dataset, list(ordered))
+    # The file is built in memory, because the library crashes the process on a full disk.
+    image = BytesIO()
+    with h5py.File(image, "w") as file:
+        for kind, shape in shapes.items():
+            if columns[kind]:
+                name = str(first.sensor) if kind is ChannelKind.VIBRATION else kind
+                size = (count, *lengths, *shape)
+                array = file.create_dataset(name, size, np.float32)
+                for i, pinch in enumerate(dataset.pinches):
+                    array[i] = _physical(pinch, columns[kind]).reshape(size[1:])
+        for name, column in of_pinch.items():
+            is_text = isinstance(column[0], str)
+            if is_text and any("\0" in text for text in column):
+                raise InputError(
+                    f"{name} of a pinch has a character 0, which no text in HDF5 can have: {remedy}"
+                )
+            file.create_dataset(name, data=column, dtype=h5py.string_dtype() if is_text else None)
+        file.attrs.update(of_file)
+    path.write_bytes(image.getbuffer())
+
+
+def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
+    """Return the columns of one kind in the order of an array: by finger, then by taxel or axis."""
+    channels = layout.column_channels
+    columns = [i for i, channel in enumerate(channels) if channel.kind is kind]
+    columns.sort(key=lambda i: (channels[i].finger or 0, channels[i].taxel or 0))
+    return tuple(columns)
+
+
+def _values(
     dataset: Dataset, channels: Sequence[Channel]
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
     """Return what a file of these channels holds besides samples: per pinch, and per file."""
@@ -81,8 +182,8 @@ def table_values(
 
 
 def _assumed_layout(layout: Layout) -> Layout | None:
-    """Return the layout that importers assume for these channels; None if they know no such."""
-    first, *others = layout.vibration
+    """Return the layout that importers assume for these channels; None if there is no such."""
+    first = layout.vibration[0]
     if first.unit not in UNITS or first.sensor is None:
         return None
     settings = FileSettings(
@@ -90,7 +191,7 @@ def _assumed_layout(layout: Layout) -> Layout | None:
     )
     return make_layout(
         settings,
-        1 + len(others),
+        len(layout.vibration),
         axes=first.axes,
         force=layout.has_force,
         strip=layout.has_strip,
@@ -100,27 +201,23 @@ def _assumed_layout(layout: Layout) -> Layout | None:
 def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
     """Return each label and contact that all pinches have, with one value per pinch."""
     pinches = dataset.pinches
+
+    def places(samples: Sequence[int | None]) -> list[int]:
+        pairs = zip(samples, pinches, strict=True)
+        return [-1 if at is None else at - pinch.first_sample for at, pinch in pairs]
+
     values: dict[str, list[Any]] = {
-        "object": [p.label.object for p in pinches],
-        "shore_a": [p.label.shore_a for p in pinches],
-        "hardness_rank": [p.label.hardness_rank for p in pinches],
-        "specimen": [p.label.specimen for p in pinches],
-        "session": [p.label.session for p in pinches],
-        "role": [str(p.label.role) for p in pinches],
-        "first_contact": [
-            -1 if p.first is None else p.first.sample - p.first_sample for p in pinches
-        ],
-        "second_contact": [
-            -1 if p.second is None else p.second.sample - p.first_sample for p in pinches
-        ],
-        "first_finger": [
-            Finger.INDEX.value if p.first is None else p.first.finger for p in pinches
-        ],
+        name: [getattr(p.label, name) for p in pinches]
+        for name in ("object", "shore_a", "hardness_rank", "specimen", "session", "role")
     }
+    values["role"] = [str(role) for role in values["role"]]
+    values["first_contact"] = places([p.first.sample if p.first else None for p in pinches])
+    values["second_contact"] = places([p.second.sample if p.second else None for p in pinches])
+    values["first_finger"] = [
+        Finger.INDEX.value if p.first is None else p.first.finger for p in pinches
+    ]
     if any(p.motor_start is not None for p in pinches):
-        values["motor_start"] = [
-            -1 if p.motor_start is None else p.motor_start - p.first_sample for p in pinches
-        ]
+        values["motor_start"] = places([p.motor_start for p in pinches])
     if any(p.closing_speed is not None for p in pinches):
         speeds = [p.closing_speed for p in pinches]
         values["closing_speed"] = [-1.0 if s is None else s.speed for s in speeds]
@@ -132,16 +229,15 @@ def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
 
 def _file_values(dataset: Dataset) -> dict[str, Any]:
     """Return the settings of all pinches, by the names that importers use."""
-    layout = dataset.layout
-    first, *second = layout.vibration
+    first, *others = dataset.layout.vibration
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
-        if any(getattr(c, name) != getattr(first, name) for c in second):
+        if any(getattr(c, name) != getattr(first, name) for c in others):
             raise InputError(
                 f"the vibration channels differ in {name}, but the format holds one value for "
                 "both: export to mcap-plot"
             )
     return {
-        "sample_rate_hz": layout.rate,
+        "sample_rate_hz": dataset.layout.rate,
         f"{first.sensor}_unit": first.unit,
         "smoothing_alpha": first.smoothing_alpha,
         "source": dataset.source,
@@ -149,28 +245,32 @@ def _file_values(dataset: Dataset) -> dict[str, Any]:
     }
 
 
-def sample_values(pinch: Pinch) -> dict[str, Any]:
+def _signals(pinch: Pinch) -> dict[str, Any]:
     """Return the time and the signals of a pinch by name, with one value per sample."""
-    layout = pinch.layout
-    clashes = sorted(_NAMES & {name.strip() for name in layout.column_names})
+    names = pinch.layout.column_names
+    clashes = sorted(_NAMES & set(map(str.strip, names)))
     if clashes:
         raise InputError(
             f"the channel {clashes[0]!r} has the name of another column: export to hdf5 or "
             "mcap-plot"
         )
-    physical = physical_values(pinch, tuple(range(layout.width)))
-    time = (pinch.first_sample + np.arange(len(pinch.data))) / layout.rate
-    signals = {name: physical[:, i] for i, name in enumerate(layout.column_names)}
-    return {"time_s": time, **signals}
+    physical = _physical(pinch, tuple(range(pinch.layout.width)))
+    time = (pinch.first_sample + np.arange(len(pinch.data))) / pinch.layout.rate
+    return {"time_s": time, **dict(zip(names, physical.T, strict=True))}
 
 
-def physical_values(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
+def _physical(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
     """Return columns of a pinch in their physical units."""
     channels = pinch.layout.column_channels
     values = pinch.layout.physical(pinch.data, columns)
     is_vibration = [channels[i].kind is ChannelKind.VIBRATION for i in columns]
-    if is_rounded_away(values[:, is_vibration]):
+    if is_rounded_away([values[:, is_vibration]]):
         raise InputError(
             "a vibration is too small for 32-bit floats beside its offset: export to mcap-plot"
         )
     return values.astype(np.float32)
+
+
+CSV = Exporter("csv", _write_csv)
+PARQUET = Exporter("parquet", _write_parquet, extra="parquet", modules=("pyarrow",))
+HDF5 = Exporter("hdf5", _write_hdf5)

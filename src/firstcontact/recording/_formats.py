@@ -24,23 +24,16 @@ class Importer:
     title
         Description of the accepted files, for messages: "a .csv file".
     read
-        Function from a path and a rate in Hz (or None) to a dataset. Other options come by keyword
-        (``sensor``, ``events``, ``channels``, ``labels``), None if not given. It raises
-        InputError with the file, the problem and the remedy.
+        Function from a path and a rate in Hz (or None) to a dataset. It gets the other ``options``
+        by keyword, None if not given. It raises InputError with the file, the problem and the
+        remedy.
     suffixes
         Suffixes of its files, in lower case; empty for folders.
     marker
         Name of a file that an accepted folder must hold.
-    asks_rate
-        True if some of its files do not state their rate.
-    asks_sensor
-        True if its files do not state their sensor.
-    asks_events
-        True if a table can give the contacts. Any folder is then accepted with a table.
-    asks_channels
-        True if a table can describe the signals. Any folder is then accepted with a table.
-    asks_labels
-        True if the labels of a folder's files can come from a file outside the folder.
+    options
+        Options of ``firstcontact import`` that it needs for some files: "rate", "sensor", or the
+        tables "events", "channels" and "labels". It accepts any folder with one of its tables.
     extra, modules
         Extra of this package that it needs, and the modules of that extra.
     """
@@ -50,22 +43,16 @@ class Importer:
     read: Callable[..., Dataset]
     suffixes: tuple[str, ...] = ()
     marker: str | None = None
-    asks_rate: bool = False
-    asks_sensor: bool = False
-    asks_events: bool = False
-    asks_channels: bool = False
-    asks_labels: bool = False
+    options: tuple[str, ...] = ()
     extra: str = ""
     modules: tuple[str, ...] = ()
 
-    def accepts(self, path: Path, given: Collection[str] = ()) -> bool:
-        """Return True if the importer accepts the path and the options with these names."""
-        tables = {"events", "channels", "labels"} & set(given)
-        if not all(getattr(self, f"asks_{name}") for name in tables):
+    def accepts(self, path: Path, tables: Collection[str] = ()) -> bool:
+        """Return True if the importer accepts the path and the tables with these names."""
+        if not set(tables) <= set(self.options):
             return False
         if path.is_dir():
-            marked = self.marker is not None and (path / self.marker).exists()
-            return marked or bool(tables)
+            return bool(tables) or (self.marker is not None and (path / self.marker).exists())
         return path.suffix.lower() in self.suffixes
 
 
@@ -99,8 +86,8 @@ IMPORTERS: Registry[Importer] = Registry(
     "importer",
     "firstcontact.importers",
     {
-        "wav": f"{_HERE}._wav:WAV",
-        "events": f"{_HERE}._events:EVENTS",
+        "wav": f"{_HERE}._sound:WAV",
+        "events": f"{_HERE}._sound:EVENTS",
         "hdf5": f"{_HERE}._arrays:HDF5",
         "npz": f"{_HERE}._arrays:NPZ",
         "csv": f"{_HERE}._csv:CSV",
@@ -115,9 +102,9 @@ EXPORTERS: Registry[Exporter] = Registry(
     "format",
     "firstcontact.exporters",
     {
-        "csv": f"{_HERE}._export_csv:CSV",
-        "parquet": f"{_HERE}._export_parquet:PARQUET",
-        "hdf5": f"{_HERE}._export_hdf5:HDF5",
+        "csv": f"{_HERE}._exporting:CSV",
+        "parquet": f"{_HERE}._exporting:PARQUET",
+        "hdf5": f"{_HERE}._exporting:HDF5",
         "mcap-plot": f"{_HERE}._export_mcap_plot:MCAP_PLOT",
     },
     base=f"{_HERE}._formats:Exporter",

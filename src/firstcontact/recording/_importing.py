@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Collection
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -19,7 +20,9 @@ from firstcontact.core import (
 )
 from firstcontact.recording._dataset import pinches_by_session, write_dataset
 from firstcontact.recording._formats import IMPORTERS, Importer
-from firstcontact.recording._header import Header
+from firstcontact.recording._messages import Header
+
+_log = logging.getLogger("firstcontact.recording")
 
 
 def import_path(
@@ -43,7 +46,7 @@ def import_path(
     rate
         Rate, Hz, for a file that does not state it.
     source
-        Source, one of :data:`firstcontact.recording._header.SOURCES`, for a file that does not
+        Source, one of :data:`firstcontact.recording._messages.SOURCES`, for a file that does not
         state it.
     sensor
         Sensor, for a file that does not state it.
@@ -72,31 +75,26 @@ def import_path(
     except OSError as error:
         raise _unwritable(out, error) from error
     named = {"events": events, "channels": channels, "labels": labels}
-    tables = {name: None if table is None else Path(table) for name, table in named.items()}
-    importer = find_importer(
-        path, rate, [name for name, table in tables.items() if table is not None]
-    )
-    if sensor is not None and not importer.asks_sensor:
+    tables = {name: Path(table) for name, table in named.items() if table is not None}
+    importer = find_importer(path, rate, tables)
+    if sensor is not None and "sensor" not in importer.options:
         raise InputError(f"{path} states its sensor: leave --sensor out")
     require_extra(importer)
-    given: dict[str, object] = {
-        name: value
-        for name, value in {"sensor": sensor, **tables}.items()
-        if getattr(importer, f"asks_{name}")
-    }
+    given = {"sensor": sensor, **dict.fromkeys(named), **tables}
+    options = {name: value for name, value in given.items() if name in importer.options}
+    _log.info("importing %s as %s", path, importer.name)
     with IMPORTERS.calling(importer.name):
-        dataset = importer.read(path, rate, **given)
+        dataset = importer.read(path, rate, **options)
         if not isinstance(dataset, Dataset):
             raise TypeError(f"{type(dataset).__name__} is not a Dataset")
     dataset = _with_source(dataset, path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
-    notes = "\n".join((f"imported from {name}", *dataset.notes))
     header = Header(
         first.layout,
         dataset.source,
         str(first.data.dtype),
-        notes=notes,
+        notes="\n".join((f"imported from {name}", *dataset.notes)),
         session_assumed=dataset.sessions_assumed,
     )
     try:
@@ -115,6 +113,57 @@ def import_path(
     return replace(dataset, pinches=tuple(written))
 
 
+def find_importer(path: Path, rate: float | None = None, tables: Collection[str] = ()) -> Importer:
+    """Return the first importer that accepts the path.
+
+    If no importer accepts a folder, the first importer for folders is returned, because its error
+    message names what the folder lacks.
+
+    Parameters
+    ----------
+    path
+        Path of the data.
+    rate
+        Rate that the user gave, Hz.
+    tables
+        Names of the options for tables that the user gave, such as ``events``.
+
+    Raises
+    ------
+    InputError
+        No importer accepts the path with these options.
+    """
+    if not path.exists():
+        raise InputError(f"{path} does not exist: check the path")
+    importer = _accepting(path, tables)
+    if importer is None and tables:
+        options = " and ".join(f"--{name}" for name in tables)
+        able = [i.title for i in IMPORTERS.values() if set(tables) <= set(i.options)]
+        remedy = f"give {' or '.join(able)}, or leave {options} out" if able else "leave one out"
+        raise InputError(f"{options} does not apply to {path}: {remedy}")
+    if importer is None and path.is_dir():
+        if not any(path.iterdir()):
+            raise InputError(f"{path} is an empty folder: check the path")
+        importer = next((i for i in IMPORTERS.values() if i.marker is not None), None)
+    if rate is not None and (importer is None or "rate" not in importer.options):
+        titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
+        raise InputError(f"{path} states its rate: leave --rate out (it is for {titles})")
+    if importer is None:
+        hint = ": it is a recording already" if path.suffix == ".mcap" else ""
+        *first, last = (i.title for i in IMPORTERS.values())
+        raise InputError(f"{path} cannot be imported{hint}: give {', '.join(first)}, or {last}")
+    return importer
+
+
+def _accepting(path: Path, tables: Collection[str]) -> Importer | None:
+    """Return the first importer that accepts a path. Plug-ins after it are not imported."""
+    for name in IMPORTERS:
+        with IMPORTERS.calling(name):
+            if IMPORTERS[name].accepts(path, tables):
+                return IMPORTERS[name]
+    return None
+
+
 def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     """Return the dataset with its source: the one that the file states, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
@@ -131,60 +180,3 @@ def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
 
 def _unwritable(out: Path, error: OSError) -> InputError:
     return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
-
-
-def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
-    """Return the first importer that accepts a path. Plug-ins after it are not imported."""
-    for name in IMPORTERS:
-        with IMPORTERS.calling(name):
-            if IMPORTERS[name].accepts(path, given):
-                return IMPORTERS[name]
-    return None
-
-
-def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = ()) -> Importer:
-    """Return the first importer that accepts the path.
-
-    If no importer accepts a folder, the first importer for folders is returned, because its error
-    message names what the folder lacks.
-
-    Parameters
-    ----------
-    path
-        Path of the data.
-    rate
-        Rate that the user gave, Hz.
-    given
-        Names of the options for tables that the user gave, such as ``events``.
-
-    Raises
-    ------
-    InputError
-        No importer accepts the path with these options.
-    """
-    if not path.exists():
-        raise InputError(f"{path} does not exist: check the path")
-    importer = _accepting(path, given)
-    every = list(IMPORTERS.values()) if importer is None else []
-    for name in given if importer is None else []:
-        able = [i for i in every if getattr(i, f"asks_{name}")]
-        if not any(i.accepts(path, [name]) for i in able):
-            titles = " or ".join(i.title for i in able)
-            raise InputError(
-                f"--{name} does not apply to {path}: give {titles}, or leave --{name} out"
-            )
-    if importer is None and len(given) > 1:
-        options = " and ".join(f"--{name}" for name in given)
-        raise InputError(f"{path} takes {options}, but not together: leave one of them out")
-    if importer is None and path.is_dir():
-        if not any(path.iterdir()):
-            raise InputError(f"{path} is an empty folder: check the path")
-        importer = next((i for i in every if i.marker is not None), None)
-    if rate is not None and (importer is None or not importer.asks_rate):
-        titles = " or ".join(i.title for i in IMPORTERS.values() if i.asks_rate)
-        raise InputError(f"{path} states its rate: leave --rate out (it is for {titles})")
-    if importer is None:
-        hint = ": it is a recording already" if path.suffix == ".mcap" else ""
-        *first, last = (i.title for i in IMPORTERS.values())
-        raise InputError(f"{path} cannot be imported{hint}: give {', '.join(first)}, or {last}")
-    return importer

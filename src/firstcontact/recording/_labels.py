@@ -1,15 +1,22 @@
-"""Conversion of table columns to labels and contacts, and of these and samples to pinches."""
+"""Conversion of a table of labels and contacts, and of cut samples, to a dataset of pinches."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
+    FASTEST,
+    HIGHEST_RANK,
+    LONGEST_NAME,
+    SLOWEST,
     Block,
     ChannelKind,
     ClosingSpeed,
@@ -21,73 +28,159 @@ from firstcontact.core import (
     Layout,
     Pinch,
     Role,
+    parse_float,
 )
-from firstcontact.recording import _cells as cells
-from firstcontact.recording._cells import Columns, each, place
 from firstcontact.recording._dataset import pause_between, shifted
-from firstcontact.recording._quoting import quote
+from firstcontact.recording._messages import SOURCES
+from firstcontact.recording._table import Table
+from firstcontact.recording._untrusted import as_text, listed, one_of, quote
 
-#: Columns that describe the object and how the hand closed on it.
-LABEL_COLUMNS = (
-    "object",
-    "material",
-    "shore_a",
-    "hardness_rank",
-    "hardness_class",
-    "specimen",
-    "session",
-    "role",
-    "closing_speed",
-    "closing_speed_error",
-)
-#: Columns with the contacts and the start of the motor.
-CONTACT_COLUMNS = (
-    "first_contact",
-    "pre_trigger_samples",
-    "second_contact",
-    "first_finger",
-    "motor_start",
-)
+#: Names of hardness classes, from soft to hard.
+CLASSES = ("soft", "medium", "hard")
 #: Largest voltage of a vibration sensor without a warning, V.
 MOST_VOLTS = 10.0
 #: Session of all pinches of a file without sessions.
 ASSUMED_SESSION = "1"
 #: Time after a contact in which the fingers are compared if the labels name none, s.
 _LISTEN = 0.005
+#: Smallest similarity, from 0 to 1, of two names of which one is taken for a misspelling.
+_ALIKE = 0.75
 
 
-def labelled(
-    origin: str,
+def parse_text(value: Any) -> str:
+    """Parse text, which may be empty."""
+    if isinstance(value, np.void | np.ndarray):  # a NumPy record, or untyped bytes
+        raise ValueError("which is neither a text nor a number")
+    if isinstance(value, float | np.floating) and value.is_integer():
+        value = int(value)  # MATLAB stores whole numbers as floats
+    text = as_text(value).strip()
+    if len(text) > LONGEST_NAME:
+        raise ValueError(f"which is longer than {LONGEST_NAME} characters")
+    return text
+
+
+def parse_number(value: Any) -> float:
+    """Parse a finite number."""
+    return parse_float(as_text(value))
+
+
+def parse_whole(value: Any) -> int:
+    """Parse a whole number."""
+    number = parse_number(value)
+    if number != int(number):
+        raise ValueError("which is not a whole number")
+    return int(number)
+
+
+def parse_finger(value: Any) -> Finger | None:
+    """Parse a finger. Return None if it is unknown."""
+    text = as_text(value).strip().lower()
+    with suppress(ValueError):
+        text = str(parse_whole(text))
+    for finger in Finger:
+        if text in (str(int(finger)), finger.name.lower()):
+            return finger
+    if text in ("", "-1"):
+        return None
+    raise ValueError("which is neither index (0) nor thumb (1)")
+
+
+def parse_name(value: Any) -> str:
+    text = parse_text(value)
+    if text in ("", "nan"):
+        raise ValueError("which is empty")
+    return text
+
+
+def _parse_class(value: Any) -> int:
+    text = as_text(value).strip().lower()
+    return CLASSES.index(text) if text in CLASSES else _parse_rank(text)
+
+
+def _parse_role(value: Any) -> Role:
+    try:
+        return Role(as_text(value).strip().lower())
+    except ValueError:
+        raise ValueError("which is not a role (train or test)") from None
+
+
+def _bounded(
+    parse: Callable[[Any], Any], low: float, high: float, *, or_unknown: bool = False
+) -> Callable[[Any], Any]:
+    """Return a parser of numbers from ``low`` to ``high``, and of -1 if it stands for unknown."""
+
+    def parse_bounded(value: Any) -> Any:
+        number = parse(value)
+        if not low <= number <= high and not (or_unknown and number == -1):
+            unknown = ", or -1 if unknown" if or_unknown else ""
+            raise ValueError(f"which must be from {low:g} to {high:g}{unknown}")
+        return number
+
+    return parse_bounded
+
+
+_parse_rank = _bounded(parse_whole, -HIGHEST_RANK, HIGHEST_RANK)
+#: Columns that describe the object and how the hand closed on it, with their parsers.
+LABEL_COLUMNS: Mapping[str, Callable[[Any], Any]] = {
+    "object": parse_text,
+    "material": parse_text,
+    "shore_a": _bounded(parse_number, 0.0, 100.0),
+    "hardness_rank": _parse_rank,
+    "hardness_class": _parse_class,
+    "specimen": parse_name,
+    "session": parse_name,
+    "role": _parse_role,
+    "closing_speed": _bounded(parse_number, SLOWEST, FASTEST, or_unknown=True),
+    "closing_speed_error": _bounded(parse_number, 0.0, FASTEST, or_unknown=True),
+}
+#: Columns with the contacts and the start of the motor, with their parsers.
+CONTACT_COLUMNS: Mapping[str, Callable[[Any], Any]] = {
+    "first_contact": parse_whole,
+    "pre_trigger_samples": parse_whole,
+    "second_contact": parse_whole,
+    "first_finger": parse_finger,
+    "motor_start": parse_whole,
+}
+PINCH_COLUMNS = {**LABEL_COLUMNS, **CONTACT_COLUMNS}
+
+
+def make_dataset(
+    path: Path,
     cuts: Sequence[NDArray[Any]],
     layout: Layout,
-    columns: Columns,
-    source: str,
-    notes: Sequence[str],
+    table: Table,
     *,
+    source: str | None = None,
+    notes: Sequence[str] = (),
     starts: Sequence[int] | None = None,
     groups: Sequence[Mapping[str, Block]] | None = None,
     exported: bool = False,
 ) -> Dataset:
-    """Build pinches from the data of an importer."""
-    labels, assumed = make_labels(origin, columns, len(cuts))
-    contacts, guessed = make_contacts(origin, columns, cuts, layout, exported)
-    motors = make_motor_starts(origin, columns, [len(c) for c in cuts], contacts)
-    speeds = make_closing_speeds(origin, columns, len(cuts))
+    """Build the pinches of an importer.
+
+    ``path`` is the file that holds the labels, ``cuts`` the samples of each pinch, and ``table``
+    the labels with one row for each pinch. ``source`` comes from the table by default. ``starts``
+    are the pinches' first samples if the pinches come from one long signal. ``exported`` is True if
+    the file states the layout and the fingers exactly.
+    """
+    labels, assumed = _labels(path, table, len(cuts))
+    contacts, guessed = _contacts(path, table, cuts, layout, exported)
+    motors = _motor_starts(path, table, [len(cut) for cut in cuts], contacts)
+    speeds = _closing_speeds(path, table, len(cuts))
     pinches = [
         Pinch(cut, layout, label, 0, truth, motor, closing_speed=speed)
         for cut, label, truth, motor, speed in zip(
             cuts, labels, contacts, motors, speeds, strict=True
         )
     ]
-    pieces = layout.columns(ChannelKind.VIBRATION)
-    peak = max((float(np.abs(layout.physical(c, pieces)).max(initial=0)) for c in cuts), default=0)
-    units = {c.unit for c in layout.channels if c.kind is ChannelKind.VIBRATION}
-    if units == {"V"} and peak > MOST_VOLTS and not exported:
-        notes = [
-            *notes,
-            f"warning: {origin} reaches {peak:.3g} V, and piezos rarely exceed {MOST_VOLTS:g} V: "
-            "if the numbers are mV, divide them by 1000 and import again",
-        ]
+    columns = layout.columns(ChannelKind.VIBRATION)
+    peak = max((float(np.abs(layout.physical(c, columns)).max(initial=0)) for c in cuts), default=0)
+    warnings = []
+    if {c.unit for c in layout.vibration} == {"V"} and peak > MOST_VOLTS and not exported:
+        warnings.append(
+            f"warning: {path} reaches {peak:.3g} V, and piezos rarely exceed {MOST_VOLTS:g} V: "
+            "if the numbers are mV, divide them by 1000 and import again"
+        )
     if starts is None:
         numbered = pause_between(pinches)
     else:
@@ -98,105 +191,113 @@ def labelled(
         )
     return Dataset(
         numbered,
-        source,
-        (*assumed, *guessed, *notes),
-        sessions_assumed="session" not in columns,
+        _stated_source(path, table) if source is None else source,
+        (*assumed, *guessed, *notes, *warnings),
+        sessions_assumed="session" not in table,
     )
 
 
-def make_labels(origin: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:
-    """Return the label of each pinch, and notes on assumptions."""
-    for one, other in (("object", "material"), ("hardness_rank", "hardness_class")):
-        if one in columns and other in columns:
-            raise InputError(f"{origin} has both '{one}' and '{other}': keep one of them")
-    notes = []
-    objects = (
-        each(origin, columns, "object", cells.words)
-        or each(origin, columns, "material", cells.words)
-        or [""] * pinches
-    )
-    shore = each(origin, columns, "shore_a", cells.shore)
-    rank = each(origin, columns, "hardness_rank", cells.ranked) or each(
-        origin, columns, "hardness_class", cells.rank
-    )
-    specimens = each(origin, columns, "specimen", cells.name)
-    if specimens is None:
-        unit, values = _assumed_specimens(objects, shore, rank)
-        specimens = [str(v) for v in values or ["unknown"] * pinches]
-        notes.append(
-            f"no specimen column: {f'one specimen for each {unit}' if unit else 'one specimen'} "
-            "was assumed"
+def note_unknown(
+    path: Path, names: Sequence[str], table: Mapping[str, Any], noun: str = "columns"
+) -> list[str]:
+    """Return a note that lists the names that are no labels, and asks about misspelt labels."""
+    unknown = sorted(set(names) - {*PINCH_COLUMNS, "file", "source", "comment"})
+    questions = [
+        f"did you mean {match} where it says {quote(name)}?"
+        for name in unknown
+        for match in get_close_matches(name.lower(), PINCH_COLUMNS, 1, _ALIKE)
+        if match not in table
+    ]
+    sentence = f"{path.name}: unknown {noun} were left out: {listed(unknown)}"
+    return ["; ".join([sentence, *questions])] if unknown else []
+
+
+def _stated_source(path: Path, table: Table) -> str:
+    sources = sorted(set(table.get("source", ["unknown"])))
+    if len(sources) > 1:
+        raise InputError(
+            f"{path}: the column 'source' must be the same in all rows: import each source "
+            "separately"
         )
-    sessions = each(origin, columns, "session", cells.name)
+    return one_of(str(path), "source", sources[0], SOURCES)
+
+
+def _parsed(path: Path, table: Table, name: str) -> list[Any] | None:
+    """Return the parsed values of a label or contact; None if the column does not exist."""
+    return table.parsed(path, name, PINCH_COLUMNS[name]) if name in table else None
+
+
+def _either(path: Path, table: Table, name: str, other: str) -> list[Any] | None:
+    """Return the parsed values of the one of two columns that exists."""
+    if name in table and other in table:
+        raise InputError(f"{path} has both '{name}' and '{other}': keep one of them")
+    return _parsed(path, table, other if other in table else name)
+
+
+def _labels(path: Path, table: Table, pinches: int) -> tuple[list[Label], list[str]]:
+    """Return the label of each pinch, and notes on assumptions."""
+    notes = []
+    objects = _either(path, table, "object", "material") or [""] * pinches
+    rank = _either(path, table, "hardness_rank", "hardness_class")
+    shore = _parsed(path, table, "shore_a")
+    specimens = _parsed(path, table, "specimen")
+    if specimens is None:
+        unit, specimens = "", ["unknown"] * pinches
+        if any(objects):
+            unit, specimens = "object", objects
+        elif shore is not None:
+            unit, specimens = "shore_a", [f"{s:g}" for s in shore]
+        elif rank is not None:
+            unit, specimens = "hardness rank", [str(r) for r in rank]
+        each = f"one specimen for each {unit}" if unit else "one specimen"
+        notes.append(f"no specimen column: {each} was assumed")
+    sessions = _parsed(path, table, "session")
     if sessions is None:
         sessions = [ASSUMED_SESSION] * pinches
         notes.append("no session column: all pinches were taken as one session")
     if shore is None and rank is None:
         notes.append("no shore_a, hardness_rank or hardness_class column: stiffness is not known")
-    roles = each(origin, columns, "role", cells.role) or [Role.TRAIN] * pinches
-    labels = [
-        Label(
-            objects[i],
-            None if shore is None else shore[i],
-            None if rank is None else rank[i],
-            specimens[i],
-            sessions[i],
-            roles[i],
-        )
-        for i in range(pinches)
-    ]
-    return labels, notes
+    roles = _parsed(path, table, "role") or [Role.TRAIN] * pinches
+    unknown = [None] * pinches
+    rows = zip(objects, shore or unknown, rank or unknown, specimens, sessions, roles, strict=True)
+    return [Label(*row) for row in rows], notes
 
 
-def make_contacts(
-    origin: str,
-    columns: Columns,
-    samples: Sequence[NDArray[Any]],
-    layout: Layout,
-    exported: bool = False,
+def _contacts(
+    path: Path, table: Table, cuts: Sequence[NDArray[Any]], layout: Layout, exported: bool
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
-    """Return the known contacts of each pinch, counted from its first sample."""
-    if "first_contact" in columns and "pre_trigger_samples" in columns:
-        raise InputError(
-            f"{origin} has both 'first_contact' and 'pre_trigger_samples': keep one of them"
-        )
-    name = "pre_trigger_samples" if "pre_trigger_samples" in columns else "first_contact"
-    unknown = [-1] * len(samples)
-    firsts = each(origin, columns, name, cells.integer) or unknown
-    seconds = each(origin, columns, "second_contact", cells.integer) or unknown
-    fingers = each(origin, columns, "first_finger", cells.finger) or [None] * len(samples)
-    vibration, owners = list(layout.columns(ChannelKind.VIBRATION)), layout.vibration_fingers
-    is_exact = exported and "first_finger" in columns
+    """Return the known contacts of each pinch, counted from its first sample, and notes."""
+    unknown = [-1] * len(cuts)
+    firsts = _either(path, table, "first_contact", "pre_trigger_samples") or unknown
+    name = "pre_trigger_samples" if "pre_trigger_samples" in table else "first_contact"
+    seconds = _parsed(path, table, "second_contact") or unknown
+    fingers = _parsed(path, table, "first_finger") or [None] * len(cuts)
+    owners, vibration = layout.vibration_fingers, list(layout.columns(ChannelKind.VIBRATION))
+    is_exact = exported and "first_finger" in table
     contacts = []
     guessed = moved = 0
-    for i, (first, second, finger, data) in enumerate(
-        zip(firsts, seconds, fingers, samples, strict=True)
+    for row, (first, second, finger, cut) in enumerate(
+        zip(firsts, seconds, fingers, cuts, strict=True)
     ):
         for field, sample in ((name, first), ("second_contact", second)):
-            if not -1 <= sample < len(data):
+            if not -1 <= sample < len(cut):
                 raise InputError(
-                    f"{origin}: '{field}' of {place(columns, i)} is {quote(sample)}, outside the "
-                    f"pinch's {len(data)} samples: count from 0 within it, or give -1 if unknown"
+                    f"{path}: '{field}' of {table.place(row)} is {quote(sample)}, outside the "
+                    f"pinch's {len(cut)} samples: count from 0 within it, or give -1 if unknown"
                 )
-        if second >= 0 > first:
+        if second >= 0 and not 0 <= first <= second:
             raise InputError(
-                f"{origin}: {place(columns, i)} has a 'second_contact' ({second}) but no "
-                f"'{name}': give '{name}', or -1 as 'second_contact'"
+                f"{path}: 'second_contact' of {table.place(row)} is {second}, but '{name}' is "
+                f"{first}: give a '{name}' that is not later, or -1 as 'second_contact'"
             )
-        if 0 <= second < first:
-            raise InputError(
-                f"{origin}: 'second_contact' of {place(columns, i)} ({second}) is before its "
-                f"'{name}' ({first}): correct one of them"
-            )
-        touched = finger
         if len(owners) == 1 and not is_exact:
-            touched = owners[0]
-            moved += touched is Finger.INDEX and finger is Finger.THUMB and first >= 0
-        elif touched is None and first >= 0 and not is_exact:
-            touched = _louder_finger(data[:, vibration], first, second, layout.rate)
+            moved += finger is Finger.THUMB and owners[0] is Finger.INDEX and first >= 0
+            finger = owners[0]
+        elif finger is None and first >= 0 and not is_exact:
+            finger = _louder_finger(cut[:, vibration], first, second, layout.rate)
             guessed += 1
-        marks = [(touched, first), (None if touched is None else touched.other, second)]
-        contacts.append(tuple(Contact(f, s, s) for f, s in marks if s >= 0))
+        marks = [(finger, first), (None if finger is None else finger.other, second)]
+        contacts.append(tuple(Contact(f, sample, sample) for f, sample in marks if sample >= 0))
     notes = []
     if guessed:
         notes.append(
@@ -211,44 +312,37 @@ def make_contacts(
     return contacts, notes
 
 
-def make_motor_starts(
-    origin: str, columns: Columns, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
+def _motor_starts(
+    path: Path, table: Table, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
 ) -> list[int | None]:
     """Return the start of the motor in each pinch, counted from its first sample."""
-    starts = each(origin, columns, "motor_start", cells.integer) or [-1] * len(lengths)
-    for i, (start, length, pinch_contacts) in enumerate(
-        zip(starts, lengths, contacts, strict=True)
-    ):
-        end = pinch_contacts[0].sample if pinch_contacts else length
+    starts = _parsed(path, table, "motor_start") or [-1] * len(lengths)
+    for row, (start, length, truth) in enumerate(zip(starts, lengths, contacts, strict=True)):
+        end = truth[0].sample if truth else length
         if not -1 <= start < max(end, 0):
             raise InputError(
-                f"{origin}: 'motor_start' of {place(columns, i)} is {quote(start)}, outside the "
-                f"{end} samples before its {('first contact' if pinch_contacts else 'end')}: "
-                "count from 0 within the pinch, or give -1 if unknown"
+                f"{path}: 'motor_start' of {table.place(row)} is {quote(start)}, outside the "
+                f"{end} samples before its {'first contact' if truth else 'end'}: count from 0 "
+                "within the pinch, or give -1 if unknown"
             )
     return [None if start < 0 else start for start in starts]
 
 
-def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[ClosingSpeed | None]:
+def _closing_speeds(path: Path, table: Table, pinches: int) -> list[ClosingSpeed | None]:
     """Return the measured closing speed of each pinch."""
-    speeds = each(origin, columns, "closing_speed", cells.speed)
-    errors = each(origin, columns, "closing_speed_error", cells.speed_error)
+    speeds = _parsed(path, table, "closing_speed")
+    errors = _parsed(path, table, "closing_speed_error")
     if speeds is None:
         return [None] * pinches
-    if errors is None:
-        raise InputError(
-            f"{origin}: there is 'closing_speed' but no 'closing_speed_error': give the standard "
-            "error in m/s, 0 if the speed is exact"
-        )
-    for i, (speed, error) in enumerate(zip(speeds, errors, strict=True)):
+    for row, (speed, error) in enumerate(zip(speeds, errors or [-1] * pinches, strict=True)):
         if speed >= 0 > error:
             raise InputError(
-                f"{origin}: 'closing_speed_error' of {place(columns, i)} is {quote(error)}, but "
-                "the speed is known: give the standard error in m/s, 0 if the speed is exact"
+                f"{path}: {table.place(row)} has a 'closing_speed' but no 'closing_speed_error': "
+                "give the standard error in m/s, 0 if the speed is exact"
             )
     return [
         None if speed < 0 else ClosingSpeed(speed, error)
-        for speed, error in zip(speeds, errors, strict=True)
+        for speed, error in zip(speeds, errors or speeds, strict=True)
     ]
 
 
@@ -262,16 +356,3 @@ def _louder_finger(signals: NDArray[Any], first: int, second: int, rate: float) 
     moved = np.abs(volts[first:end] - quiet.mean(axis=0)).max(axis=0)
     scale = np.maximum(quiet.std(axis=0), 1e-9 * max(float(moved.max()), 1e-30))
     return Finger(int(np.argmax(moved / scale)))
-
-
-def _assumed_specimens(
-    objects: list[str], shore: list[float] | None, rank: list[int] | None
-) -> tuple[str, list[Any] | None]:
-    """Return the name and the values of the label that stands in for the specimen, if any."""
-    if any(objects):
-        return "object", objects
-    if shore is not None:
-        return "shore_a", [f"{s:g}" for s in shore]
-    if rank is not None:
-        return "hardness rank", rank
-    return "", None

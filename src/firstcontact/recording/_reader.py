@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, pairwise
@@ -11,19 +13,21 @@ from typing import TypeVar
 import numpy as np
 from mcap.records import Channel, McapRecord, Message
 
-from firstcontact.core import MOST_GROUPS, AnyPath, Block, InputError, counted, merge_blocks
-from firstcontact.recording import _samples as samples
-from firstcontact.recording._chunks import scan
-from firstcontact.recording._header import (
+from firstcontact.core import AnyPath, Block, InputError, counted, merge_blocks
+from firstcontact.recording._chunks import read_chunks
+from firstcontact.recording._messages import (
+    LARGEST,
     LAST_SAMPLE,
     Header,
     Marker,
     PinchMark,
+    read_block,
     read_header,
     read_mark,
     read_marker,
 )
 
+_log = logging.getLogger("firstcontact.recording")
 T = TypeVar("T")
 
 #: Channel numbers fixed by the format, for files whose first chunk is lost.
@@ -76,17 +80,6 @@ class Recording:
         return self.samples / self.header.layout.rate
 
 
-@dataclass(slots=True)
-class _Messages:
-    """Contents of messages by topic, in file order."""
-
-    headers: list[bytes] = field(default_factory=list)
-    blocks: list[bytes] = field(default_factory=list)
-    pinches: list[bytes] = field(default_factory=list)
-    markers: list[bytes] = field(default_factory=list)
-    groups: dict[str, list[bytes]] = field(default_factory=dict)
-
-
 def read_recording(path: AnyPath) -> Recording:
     """Read every complete chunk of a recording.
 
@@ -100,55 +93,38 @@ def read_recording(path: AnyPath) -> Recording:
         header.
     """
     path = Path(path)
-    scanned = scan(path)
-    messages_by_topic = _sorted(scanned.records)
-    header = _header(path, messages_by_topic.headers)
-    blocks, bad = _blocks(
-        path, "/samples", messages_by_topic.blocks, header.dtype, header.layout.width
-    )
-    stretches, losses = join(blocks)
+    records, damage = read_chunks(path)
+    messages = _by_topic(records)
+    header = _header(path, messages["/header"])
+    layout = header.layout
+    stretches, losses = _stretches(path, "/samples", messages["/samples"], header, layout.width)
     groups = {}
-    for number, group in enumerate(header.layout.groups, FIRST_GROUP):
+    for number, group in enumerate(layout.groups, FIRST_GROUP):
         topic = f"/samples/{group.name}"
-        messages = messages_by_topic.groups.get(str(number), []) + messages_by_topic.groups.get(
-            topic, []
+        # Without the first chunk, a channel has only its number.
+        of_group = messages[str(number)] + messages[topic]
+        groups[group.name], group_losses = _stretches(
+            path, topic, of_group, header, group.layout.width
         )
-        group_blocks, group_bad = _blocks(path, topic, messages, header.dtype, group.layout.width)
-        groups[group.name], group_losses = join(group_blocks)
-        losses += tuple(f"group {group.name}: {note}" for note in (*group_bad, *group_losses))
-    pinches, lost_marks = _read(messages_by_topic.pinches, read_mark, "pinch marks")
-    markers, lost_markers = _read(messages_by_topic.markers, read_marker, "markers")
-    skipped = (
-        *scanned.skipped,
-        *bad,
-        *losses,
-        *_lost_marks(pinches),
-        *lost_marks,
-        *lost_markers,
-    )
+        losses += [f"group {group.name}: {loss}" for loss in group_losses]
+    pinches, lost_marks = _read(messages["/pinch"], read_mark, "pinch marks")
+    markers, lost_markers = _read(messages["/marker"], read_marker, "markers")
+    skipped = (*damage, *losses, *_missing_marks(pinches), *lost_marks, *lost_markers)
+    for sentence in skipped:
+        _log.info("%s: %s", path, sentence)
     return Recording(path, header, stretches, pinches, markers, skipped, groups)
 
 
-def _sorted(records: Iterable[McapRecord]) -> _Messages:
-    messages_by_topic = _Messages()
-    lists = {
-        "/header": messages_by_topic.headers,
-        "/samples": messages_by_topic.blocks,
-        "/pinch": messages_by_topic.pinches,
-        "/marker": messages_by_topic.markers,
-    }
+def _by_topic(records: Iterable[McapRecord]) -> Mapping[str, list[bytes]]:
+    """Return the contents of messages by topic, in file order."""
+    messages: defaultdict[str, list[bytes]] = defaultdict(list)
     topics = dict(TOPICS)
     for record in records:
         if isinstance(record, Channel):
             topics[record.id] = record.topic
         elif isinstance(record, Message):
-            topic = topics.get(record.channel_id, str(record.channel_id))
-            target = lists.get(topic)
-            if target is not None:
-                target.append(record.data)
-            elif record.channel_id < FIRST_GROUP + MOST_GROUPS:
-                messages_by_topic.groups.setdefault(topic, []).append(record.data)
-    return messages_by_topic
+            messages[topics.get(record.channel_id, str(record.channel_id))].append(record.data)
+    return messages
 
 
 def _header(path: Path, headers: list[bytes]) -> Header:
@@ -165,15 +141,15 @@ def _header(path: Path, headers: list[bytes]) -> Header:
     )
 
 
-def _blocks(
-    path: Path, topic: str, messages: list[bytes], dtype: str, columns: int
-) -> tuple[list[Block], list[str]]:
-    """Return the blocks in the messages of a topic, and a note on messages without samples."""
+def _stretches(
+    path: Path, topic: str, messages: list[bytes], header: Header, columns: int
+) -> tuple[tuple[Block, ...], list[str]]:
+    """Return the unbroken samples in the messages of a topic, and descriptions of losses."""
     blocks = []
     bad = 0
     for data in messages:
         try:
-            block = samples.decode(data, dtype)
+            block = read_block(data, header.dtype)
         except ValueError:
             bad += 1
             continue
@@ -182,19 +158,21 @@ def _blocks(
                 f"{path}: {topic} does not have the {columns} columns of the header's layout: "
                 "write the file again from its source"
             )
-        if block.end > LAST_SAMPLE or not _finite(block):
+        if block.end <= LAST_SAMPLE and _is_finite(block):
+            blocks.append(block)
+        else:
             bad += 1
-            continue
-        blocks.append(block)
-    return blocks, [f"{bad} messages hold no samples and were left out"] if bad else []
+    stretches, losses = join(blocks)
+    unusable = [f"{bad} messages hold no samples and were left out"] if bad else []
+    return stretches, [*unusable, *losses]
 
 
-def _finite(block: Block) -> bool:
+def _is_finite(block: Block) -> bool:
     """Return True if all values are finite and not too large, as integers always are."""
     if block.data.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):
-        return bool((np.abs(block.data) <= samples.LARGEST).all())
+        return bool((np.abs(block.data) <= LARGEST).all())
 
 
 def _read(
@@ -202,18 +180,16 @@ def _read(
 ) -> tuple[tuple[T, ...], list[str]]:
     """Return the contents of the usable messages, and a note on the unusable ones."""
     good = []
-    bad = 0
-    why = ""
+    bad, reason = 0, ""
     for data in messages:
         try:
             good.append(read(data, "the first of them"))
         except InputError as error:
-            bad += 1
-            why = why or str(error)
-    return tuple(good), [f"{bad} {noun} cannot be used and were left out ({why})"] if bad else []
+            bad, reason = bad + 1, reason or str(error)
+    return tuple(good), [f"{bad} {noun} cannot be used and were left out ({reason})"] if bad else []
 
 
-def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
+def _missing_marks(pinches: Iterable[PinchMark]) -> list[str]:
     numbers = [-1, *sorted({p.number for p in pinches})]
     gaps = [(a + 1, b - 1) for a, b in pairwise(numbers) if b > a + 1]
     if not gaps:
@@ -224,7 +200,7 @@ def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
-    """Join consecutive blocks epoch by epoch."""
+    """Join consecutive blocks epoch by epoch. Return them and descriptions of losses."""
     stretches: list[Block] = []
     losses: list[str] = []
     by_epoch = sorted(blocks, key=lambda b: b.epoch)  # stable: keeps file order within an epoch

@@ -1,36 +1,141 @@
-"""Assembly of a file's signals: columns of one rate, slower groups, and pinches."""
+"""Signals that a table of channels describes, as columns of one rate and slower groups.
+
+A signal with a ``sensor`` is a vibration. A signal without a ``sensor`` and with the vibration's
+rate becomes further columns beside it. Slower signals become groups, one for each rate.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
     MOST_CHANNELS,
+    SCALES,
     Block,
     Channel,
     ChannelKind,
     Dataset,
+    Finger,
     Group,
     InputError,
     Layout,
+    VibrationSensor,
 )
-from firstcontact.recording._cells import Columns
-from firstcontact.recording._channel_table import Signal
-from firstcontact.recording._checks import check_samples, check_vibration, joined
-from firstcontact.recording._labels import labelled
+from firstcontact.recording._labels import (
+    make_dataset,
+    parse_finger,
+    parse_name,
+    parse_number,
+    parse_text,
+    parse_whole,
+)
+from firstcontact.recording._settings import (
+    HIGHEST_RATE,
+    LOWEST_RATE,
+    check_samples,
+    check_vibration,
+    common_type,
+    joined,
+)
+from firstcontact.recording._table import Table, read_rows
 
+#: Lowest rate of a signal without a sensor, Hz.
+LOWEST_SIGNAL = 1.0
 #: Largest difference between the ends of two signals, in samples of the slower one.
 _ENDS_APART = 1.5
 
 
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """Row of a table of channels: a variable or stream, and its meaning."""
+
+    variable: str
+    rate: float | None = None
+    sensor: VibrationSensor | None = None
+    finger: Finger | None = None
+    column: int | None = None
+    unit: str = ""
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+def read_signals(path: Path) -> list[Signal]:
+    """Return the rows of a table of channels."""
+    rows = read_rows(path, ["variable"])
+    cells = {name: [row.get(name, "") for _, row in rows] for name in _PARSERS}
+    table = Table(cells, [line for line, _ in rows])
+    columns = [table.parsed(path, name, parse) for name, parse in _PARSERS.items()]
+    signals = [Signal(*row) for row in zip(*columns, strict=True)]
+    for row, signal in enumerate(signals):
+        if signal.sensor is not None and signal.rate is not None and signal.rate < LOWEST_RATE:
+            raise InputError(
+                f"{path}: 'rate_hz' of {table.place(row)} is {signal.rate:g}, but a vibration "
+                f"needs {LOWEST_RATE:g} Hz or more: give the rate in Hz"
+            )
+    kinds = {signal.sensor for signal in signals} - {None}
+    if len(kinds) != 1:
+        raise InputError(
+            f"{path} has {'more than one' if kinds else 'no'} kind of sensor: give all vibration "
+            f"signals the same 'sensor', one of {', '.join(VibrationSensor)}, and leave it empty "
+            "for other signals"
+        )
+    return signals
+
+
+def _optional(parse: Callable[[str], Any], absent: Any = None) -> Callable[[str], Any]:
+    return lambda cell: parse(cell) if cell else absent
+
+
+def _parse_sensor(cell: str) -> VibrationSensor:
+    try:
+        return VibrationSensor(cell.lower())
+    except ValueError:
+        raise ValueError(f"which is none of {', '.join(VibrationSensor)}") from None
+
+
+def _parse_rate(cell: str) -> float:
+    rate = parse_number(cell)
+    if not LOWEST_SIGNAL <= rate <= HIGHEST_RATE:
+        raise ValueError(f"which must be from {LOWEST_SIGNAL:g} to {HIGHEST_RATE:g}")
+    return rate
+
+
+def _parse_column(cell: str) -> int:
+    column = parse_whole(cell)
+    if not 0 <= column < 1 << 31:
+        raise ValueError("which is not a whole number from 0 on")
+    return column
+
+
+def _parse_scale(cell: str) -> float:
+    scale = parse_number(cell)
+    if not SCALES[0] <= abs(scale) <= SCALES[1]:
+        raise ValueError("which must be the units of one step of the converter, other than 0")
+    return scale
+
+
+#: Parsers of the columns, in the order of the fields of :class:`Signal`.
+_PARSERS: Mapping[str, Callable[[str], Any]] = {
+    "variable": parse_name,
+    "rate_hz": _optional(_parse_rate),
+    "sensor": _optional(_parse_sensor),
+    "finger": parse_finger,
+    "column": _optional(_parse_column),
+    "unit": parse_text,
+    "scale": _optional(_parse_scale, 1.0),
+    "offset": _optional(parse_number, 0.0),
+}
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Taken:
+class SignalSamples:
     """Samples of one signal, shape (samples, columns), with rate and column names."""
 
     signal: Signal
@@ -39,8 +144,39 @@ class Taken:
     names: tuple[str, ...]
 
 
+def select_samples(
+    origin: str,
+    signal: Signal,
+    rate: float,
+    values: NDArray[np.generic],
+    labels: Sequence[str] = (),
+) -> SignalSamples:
+    """Return the samples of a signal's columns in a type that recordings store, after checks.
+
+    ``labels`` are names of the columns, if the file states them.
+    """
+    width = values.shape[1]
+    columns: Sequence[int] = range(width)
+    if signal.column is not None:
+        if signal.column >= width:
+            raise InputError(
+                f"{origin} has {width} columns, but the table of channels asks for column "
+                f"{signal.column}: give the column's number, counted from 0"
+            )
+        columns, values = [signal.column], values[:, signal.column : signal.column + 1]
+    if signal.sensor is not None and len(columns) != 1:
+        raise InputError(
+            f"{origin} has {width} columns: give the number of the {signal.sensor}'s column, from "
+            "0, in the column 'column' of the table of channels"
+        )
+    values = (check_samples if signal.sensor is None else check_vibration)(origin, values)
+    ends = [f"_{(labels and labels[k]) or k}" for k in columns] if width > 1 else [""]
+    names = tuple(f"{signal.variable}{end}" for end in ends)
+    return SignalSamples(signal, rate, values, names)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Assembled:
+class Signals:
     """Signals of a file: columns of one rate, and slower groups that start at the same time."""
 
     layout: Layout
@@ -51,119 +187,83 @@ class Assembled:
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
         """Return the samples ``start`` to ``stop``, and each group's samples of the same time."""
-        rates = {group.name: group.layout.rate for group in self.layout.groups}
         blocks = {}
-        for name, values in self.groups.items():
-            pace = rates[name] / self.layout.rate
+        for group in self.layout.groups:
+            pace = group.layout.rate / self.layout.rate
             first, end = math.ceil(start * pace), math.ceil(stop * pace)
-            blocks[name] = Block(np.ascontiguousarray(values[first:end].astype(dtype)), first)
+            values = self.groups[group.name][first:end]
+            blocks[group.name] = Block(np.ascontiguousarray(values.astype(dtype)), first)
         return np.ascontiguousarray(self.data[start:stop].astype(dtype)), blocks
 
 
-def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
+def combine(origin: str, parts: Sequence[SignalSamples]) -> Signals:
     """Return signals as columns and slower groups, all cut to the end of the shortest signal."""
-    rate = next(t.rate for t in taken if t.signal.sensor is not None)
-    other = next((t for t in taken if t.signal.sensor is not None and t.rate != rate), None)
-    if other is not None:
-        raise InputError(
-            f"{origin}: the vibration signals have different rates, {rate:g} and {other.rate:g} "
-            "Hz: import them separately"
-        )
-    faster = next((t for t in taken if t.rate > rate), None)
-    if faster is not None:
-        raise InputError(
-            f"{origin}: {faster.names[0]} comes at {faster.rate:g} Hz, faster than the vibration "
-            f"({rate:g} Hz): leave it out of the table of channels"
-        )
-    end = min(len(t.values) / t.rate for t in taken)
-    for signal in taken:
-        if len(signal.values) / signal.rate > end + _ENDS_APART / min(t.rate for t in taken):
+    rate = next(part.rate for part in parts if part.signal.sensor is not None)
+    end = min(len(part.values) / part.rate for part in parts)
+    slowest = min(part.rate for part in parts)
+    by_rate: dict[float, list[SignalSamples]] = {}
+    for part in parts:
+        seconds = len(part.values) / part.rate
+        by_rate.setdefault(part.rate, []).append(part)
+        if part.rate > rate or (part.signal.sensor is not None and part.rate != rate):
             raise InputError(
-                f"{origin}: {signal.names[0]} lasts {len(signal.values) / signal.rate:g} s, but "
-                f"another signal lasts {end:g} s: correct the 'rate_hz' of one of them, or leave "
-                "one out"
+                f"{origin}: {part.names[0]} comes at {part.rate:g} Hz, but vibrations have "
+                f"{rate:g} Hz and no other signal is faster: leave it out of the table of channels"
             )
-    samples = math.floor(end * rate + 1e-9)
-    by_rate: dict[float, list[Taken]] = {}
-    for signal in taken:
-        by_rate.setdefault(signal.rate, []).append(signal)
-    slower = sorted((r for r in by_rate if r != rate), reverse=True)
-    groups = tuple(Group(f"{r:g}_hz", Layout(_channels(by_rate[r]), r)) for r in slower)
+        if seconds > end + _ENDS_APART / slowest:
+            raise InputError(
+                f"{origin}: {part.names[0]} lasts {seconds:g} s, but another signal lasts {end:g} "
+                "s: correct the 'rate_hz' of one of them, or leave one out"
+            )
+    slower = {f"{r:g}_hz": r for r in sorted(by_rate, reverse=True) if r != rate}
+    groups = tuple(Group(name, Layout(_channels(by_rate[r]), r)) for name, r in slower.items())
     layout = Layout(_channels(by_rate[rate]), rate, groups=groups)
     if layout.fault:
         raise InputError(
             f"{origin}: the signals have {layout.fault}: correct the table of channels"
         )
-    counts = {r: math.ceil(samples * r / rate) for r in slower}
-    return Assembled(
-        layout,
-        joined([t.values[:samples] for t in by_rate[rate]]),
-        {
-            group.name: joined([t.values[: counts[r]] for t in by_rate[r]])
-            for group, r in zip(groups, slower, strict=True)
-        },
-    )
+    samples = math.floor(end * rate + 1e-9)
+
+    def columns(r: float) -> NDArray[np.generic]:
+        count = samples if r == rate else math.ceil(samples * r / rate)
+        return joined([part.values[:count] for part in by_rate[r]])
+
+    return Signals(layout, columns(rate), {name: columns(r) for name, r in slower.items()})
 
 
-def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the samples of a signal's column in a type that recordings store, after checks."""
-    if signal.column is not None:
-        if signal.column >= values.shape[1]:
-            raise InputError(
-                f"{origin} has {values.shape[1]} columns, but the table of channels asks for "
-                f"column {signal.column}: give the column's number, counted from 0"
-            )
-        values = values[:, signal.column : signal.column + 1]
-    if signal.sensor is not None and values.shape[1] != 1:
-        raise InputError(
-            f"{origin} has {values.shape[1]} columns: give the number of the {signal.sensor}'s "
-            "column, from 0, in the column 'column' of the table of channels"
+def _channels(parts: Sequence[SignalSamples]) -> tuple[Channel, ...]:
+    return tuple(
+        Channel(
+            name,
+            ChannelKind.FORCE if part.signal.sensor is None else ChannelKind.VIBRATION,
+            part.signal.finger,
+            part.signal.unit,
+            part.signal.scale,
+            part.signal.offset,
+            sensor=part.signal.sensor,
+            taxel=None if len(part.names) == 1 else k % MOST_CHANNELS,
         )
-    return (check_samples if signal.sensor is None else check_vibration)(origin, values)
+        for part in parts
+        for k, name in enumerate(part.names)
+    )
 
 
 def cut_pinches(
-    table: Path,
-    recordings: Sequence[Assembled],
+    path: Path,
+    files: Sequence[Signals],
     places: Sequence[tuple[int, int, int]],
-    columns: Columns,
-    source: str,
+    table: Table,
     notes: Sequence[str],
 ) -> Dataset:
-    """Cut pinches from assembled signals, all in one sample type."""
-    one_each = [
-        values[:1, :1] for signal in recordings for values in (signal.data, *signal.groups.values())
-    ]
-    dtype = joined([np.asarray(v) for v in one_each]).dtype
-    cuts = [recordings[k].cut(start, stop, dtype) for k, start, stop in places]
-    return labelled(
-        str(table),
+    """Cut pinches from files, each at a place (file, start, stop), all in one sample type."""
+    dtype = common_type([v for file in files for v in (file.data, *file.groups.values())])
+    cuts = [files[k].cut(start, stop, dtype) for k, start, stop in places]
+    return make_dataset(
+        path,
         [data for data, _ in cuts],
-        recordings[0].layout,
-        columns,
-        source,
-        notes,
+        files[0].layout,
+        table,
+        notes=notes,
         starts=[start for _, start, _ in places],
         groups=[groups for _, groups in cuts],
     )
-
-
-def _channels(taken: Sequence[Taken]) -> tuple[Channel, ...]:
-    channels = []
-    for samples in taken:
-        signal = samples.signal
-        vibration = signal.sensor is not None
-        channels += [
-            Channel(
-                name,
-                ChannelKind.VIBRATION if vibration else ChannelKind.FORCE,
-                signal.finger,
-                signal.unit,
-                signal.scale,
-                signal.offset,
-                sensor=signal.sensor,
-                taxel=None if vibration or len(samples.names) == 1 else k % MOST_CHANNELS,
-            )
-            for k, name in enumerate(samples.names)
-        ]
-    return tuple(channels)

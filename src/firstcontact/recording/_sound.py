@@ -1,56 +1,234 @@
-"""Reader of sound files: WAV by SciPy, FLAC by libsndfile."""
+"""Importers of sound files: a folder of short WAV files, and long files with their contacts."""
 
 from __future__ import annotations
 
+import struct
+import warnings
+from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, open_regular, require_modules
-from firstcontact.recording._quoting import reason
-from firstcontact.recording._sizes import check_unpacked
-from firstcontact.recording._wav import read_wav
+from firstcontact.core import (
+    Dataset,
+    InputError,
+    Layout,
+    VibrationSensor,
+    counted,
+    open_regular,
+    read_regular,
+    require_modules,
+)
+from firstcontact.recording._events import (
+    CHANNEL,
+    NO_CONTACTS,
+    event_labels,
+    find_events,
+    read_events,
+    spans,
+)
+from firstcontact.recording._formats import Importer
+from firstcontact.recording._labels import make_dataset, note_unknown
+from firstcontact.recording._settings import (
+    FileSettings,
+    check_rate,
+    check_vibration,
+    make_layout,
+)
+from firstcontact.recording._table import Table, match_each_file, match_files, read_columns
+from firstcontact.recording._untrusted import check_unpacked, library_errors
 
-FLAC = ".flac"
-SUFFIXES = (".wav", FLAC)
-_DAMAGE = (OSError, RuntimeError, ValueError, TypeError, OverflowError, MemoryError)
+LABELS = "labels.csv"
+SUFFIXES = (".wav", ".flac")
+#: Largest WAV file, bytes, as limited by the format's length fields.
+LONGEST = (1 << 32) - 1
+#: Types of samples, with full scale in raw steps.
+FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
+
+Sound = tuple[float, NDArray[Any]]
 
 
-def read_sound(file: Path) -> tuple[int, NDArray[Any]]:
-    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels)."""
-    return _read_flac(file) if file.suffix.lower() == FLAC else read_wav(file)
-
-
-def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
-    require_modules("files", "soundfile")
-    try:
-        open_regular(file).close()
-        rate, values, declared = _decode(file)
-    except InputError:
-        raise
-    except _DAMAGE as error:
+def import_wav(
+    folder: Path,
+    rate: float | None = None,
+    sensor: VibrationSensor | None = None,
+    labels: Path | None = None,
+) -> Dataset:
+    """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``."""
+    path = labels or folder / LABELS
+    if labels is None and not path.exists():
         raise InputError(
-            f"{file} cannot be read as FLAC ({reason(error).rstrip('.')}): copy it again, or "
-            "convert it to WAV"
-        ) from error
+            f"{folder} has no {LABELS}: add it, name a table of labels elsewhere with --labels, or "
+            "a table of the contacts in long files with --events"
+        )
+    table = read_columns(path)
+    files = match_each_file(folder, path, table, ".wav")
+    layout, signals = _alike(files, [read_sound(file) for file in files], sensor)
+    for row, cell in enumerate(table.get("sample_rate_hz", [])):
+        if check_rate(f"{path}: sample_rate_hz of {table.place(row)}", cell) != layout.rate:
+            raise InputError(
+                f"{path}: 'sample_rate_hz' of {table.place(row)} is {cell}, but the file has "
+                f"{layout.rate:g} Hz: correct the table"
+            )
+    notes = note_unknown(path, sorted(set(table) - {"sample_rate_hz"}), table)
+    return make_dataset(path, signals, layout, table, notes=notes)
+
+
+def import_events(
+    path: Path,
+    rate: float | None = None,
+    sensor: VibrationSensor | None = None,
+    events: Path | None = None,
+) -> Dataset:
+    """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files."""
+    if events is None:
+        layout, signals = _alike([path], [read_sound(path)], sensor)
+        table = Table({"session": [path.stem]}, [0], "pinch")
+        return make_dataset(path, signals, layout, table, notes=[NO_CONTACTS])
+    table = read_events(events)
+    files, of_rows, notes = _files(path, events, table)
+    sounds = [read_sound(file) for file in files]
+    shapes = [data.shape for _, data in sounds]
+    layout, signals = _alike(files, sounds, sensor, is_chosen=CHANNEL in table)
+    contacts = find_events(events, table, of_rows, files, shapes, [layout.rate] * len(files))
+    starts, stops = spans(contacts, [len(data) for data in signals], layout.rate)
+    cuts = []
+    for event, start, stop in zip(contacts, starts, stops, strict=True):
+        columns = slice(None) if event.channel is None else slice(event.channel, event.channel + 1)
+        cuts.append(np.ascontiguousarray(signals[event.file][start:stop, columns]))
+    given, left_out = event_labels(events, table, contacts, starts)
+    if "session" not in given:
+        given["session"] = [files[event.file].stem for event in contacts]
+        notes.append("the table names no sessions: each sound file was taken as one")
+    return make_dataset(events, cuts, layout, given, notes=[*notes, *left_out])
+
+
+def _files(
+    path: Path, events: Path, table: Table
+) -> tuple[list[Path], Sequence[int | None], list[str]]:
+    """Return the files with contacts, the file number of each row (None: unused), and notes."""
+    if path.is_dir():
+        files, numbers, left = match_files(path, events, table, *SUFFIXES)
+        note = f"{len(left)} sound files have no contact in {events.name}"
+        return files, numbers, [note] if left else []
+    names = table.get("file", [path.name] * len(table.numbers))
+    rows = [0 if name.strip() == path.name else None for name in names]
+    if 0 not in rows:
+        raise InputError(f"{events}: no row is for {path.name!r}: correct the column 'file'")
+    others = rows.count(None)
+    return [path], rows, [f"{others} contacts of the table are in other files"] if others else []
+
+
+def _alike(
+    files: Sequence[Path],
+    sounds: Sequence[Sound],
+    sensor: VibrationSensor | None,
+    *,
+    is_chosen: bool = False,
+) -> tuple[Layout, list[NDArray[Any]]]:
+    """Return the layout that all files share, and their samples in a type that recordings store.
+
+    ``is_chosen`` is True if a table chooses one channel of each file.
+    """
+    rate, first = sounds[0]
+    width = 1 if is_chosen else first.shape[1]
+    for file, (other, data) in zip(files, sounds, strict=True):
+        channels = 1 if is_chosen else data.shape[1]
+        if not 1 <= channels <= 2:
+            raise InputError(
+                f"{file} has {channels} channels, but only one, or two of index finger and thumb, "
+                "can be imported: choose one in the column 'channel' of a table of contacts "
+                "(--events)"
+            )
+        if (other, data.dtype, channels) != (rate, first.dtype, width):
+            raise InputError(
+                f"{file} has {counted(channels, 'channel')} of {data.dtype} at {other:g} Hz, "
+                f"{files[0].name} has {width} of {first.dtype} at {rate:g} Hz: convert one, import "
+                "them separately, or choose one channel in the column 'channel' of a table of "
+                "contacts (--events)"
+            )
+    check_rate(f"{files[0]}: the sample rate", rate)
+    kind = sensor or VibrationSensor.MICROPHONE
+    settings = FileSettings(kind, rate, "full scale", 1.0, "unknown", None)
+    layout = make_layout(settings, width, scale=1.0 / FULL_SCALE[str(first.dtype)])
+    return layout, [_stored(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
+
+
+def _stored(file: Path, data: NDArray[Any]) -> NDArray[Any]:
+    if data.dtype == np.uint8:
+        return data.astype(np.int16) - np.int16(128)
+    if data.dtype.kind == "i":
+        return data  # keeps the type of the file: all pinches have one type
+    return check_vibration(f"{file}: the signal", data)
+
+
+def read_sound(file: Path) -> Sound:
+    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels)."""
+    rate, values = _read_flac(file) if file.suffix.lower() == ".flac" else _read_wav(file)
+    if str(values.dtype) not in FULL_SCALE:
+        raise InputError(f"{file} holds {values.dtype}: convert it to PCM WAV of at most 32 bits")
     if not len(values):
         raise InputError(f"{file} holds no samples: leave it out")
-    if len(values) != declared:
-        raise InputError(
-            f"{file} declares {declared} samples but holds {len(values)}: copy it again"
-        )
-    return rate, values
+    return float(rate), values.reshape(len(values), -1)
 
 
-def _decode(file: Path) -> tuple[int, NDArray[Any], int]:
-    """Return the rate, the samples and the declared number of samples of a FLAC file."""
-    import soundfile
+def _read_wav(file: Path) -> Sound:
+    from scipy.io import wavfile
 
-    with soundfile.SoundFile(file) as sound:
-        wide = sound.subtype != "PCM_16"
-        size = np.dtype(np.int32 if wide else np.int16).itemsize
-        check_unpacked(file, sound.frames * sound.channels * size)
-        values = sound.read(dtype="int32" if wide else "int16", always_2d=True)
-        return int(sound.samplerate), values, int(sound.frames)
+    with library_errors(file, "WAV", "convert it to PCM WAV"):
+        data = read_regular(file, LONGEST)
+        _check_length(file, data)
+        warnings.simplefilter("error", wavfile.WavFileWarning)
+        warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
+        # From memory: for files, the library allocates the size that a header declares.
+        sound: Sound = wavfile.read(BytesIO(data))
+        return sound
+
+
+def _check_length(file: Path, data: bytes) -> None:
+    """Raise an error for a truncated file, which the library accepts."""
+    order = ">" if data[:4] == b"RIFX" else "<"
+    start = 12
+    while len(head := data[start : start + 8]) == 8:
+        kind, size = struct.unpack(order + "4sI", head)
+        start += 8
+        if kind == b"data" and size > len(data) - start:
+            raise InputError(
+                f"{file} declares {size} bytes of samples but holds {len(data) - start}: copy it "
+                "again"
+            )
+        start += size + size % 2
+
+
+def _read_flac(file: Path) -> Sound:
+    require_modules("files", "soundfile")
+    with library_errors(file, "FLAC", "copy it again, or convert it to WAV"):
+        open_regular(file).close()
+        import soundfile
+
+        with soundfile.SoundFile(file) as sound:
+            dtype = "int16" if sound.subtype == "PCM_16" else "int32"
+            check_unpacked(file, sound.frames * sound.channels * np.dtype(dtype).itemsize)
+            values = sound.read(dtype=dtype, always_2d=True)
+            if len(values) != sound.frames:
+                raise ValueError(f"{len(values)} of {sound.frames} samples are left")
+            return sound.samplerate, values
+
+
+WAV = Importer(
+    "wav",
+    f"a folder of WAV files with {LABELS}",
+    import_wav,
+    marker=LABELS,
+    options=("sensor", "labels"),
+)
+EVENTS = Importer(
+    "events",
+    "a .wav or .flac file, or a folder of them with --events",
+    import_events,
+    suffixes=SUFFIXES,
+    options=("sensor", "events"),
+)

@@ -5,27 +5,29 @@ from __future__ import annotations
 import csv
 from array import array
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from io import BytesIO, TextIOWrapper
 from pathlib import Path
+from typing import Any, TypeVar
 
-from firstcontact.core import InputError, open_regular, read_regular
+from firstcontact.core import InputError, counted, files_below, open_regular, read_regular
+from firstcontact.recording._untrusted import quote
+
+T = TypeVar("T")
 
 #: Largest number of columns.
 MOST_COLUMNS = 1000
 #: Largest list that people write, bytes.
 LONGEST_LIST = 1 << 20
-
-
 #: Other separators that programs write between fields.
 _OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
-class Table(dict[str, list[str]]):
+class Table(dict[str, Sequence[Any]]):
     """Columns by name, with the line of each row for messages."""
 
     def __init__(
-        self, columns: Mapping[str, list[str]], numbers: Sequence[int], word: str = "line"
+        self, columns: Mapping[str, Sequence[Any]], numbers: Sequence[int], word: str = "line"
     ) -> None:
         super().__init__(columns)
         self.numbers, self.word = numbers, word
@@ -34,9 +36,30 @@ class Table(dict[str, list[str]]):
         """Return the position of a row for messages: "line 7"."""
         return f"{self.word} {self.numbers[row]}"
 
-    def of_rows(self, columns: Mapping[str, list[str]], rows: Sequence[int]) -> Table:
-        """Return a table of ``columns``, whose cells come from the rows ``rows`` of this table."""
+    def of_rows(self, rows: Sequence[int]) -> Table:
+        """Return a table of some rows."""
+        columns = {name: [cells[row] for row in rows] for name, cells in self.items()}
         return Table(columns, [self.numbers[row] for row in rows], self.word)
+
+    def parsed(
+        self,
+        origin: object,
+        name: str,
+        parse: Callable[[Any], T],
+        rows: Iterable[int] | None = None,
+    ) -> list[T]:
+        """Return the parsed cells of a column. An error of ``parse`` becomes one about the cell."""
+        values = []
+        cells = self[name]
+        for row in range(len(cells)) if rows is None else rows:
+            try:
+                values.append(parse(cells[row]))
+            except (ValueError, TypeError, OverflowError) as error:
+                raise InputError(
+                    f"{origin}: '{name}' of {self.place(row)} is {quote(cells[row])}, {error}: "
+                    "correct it"
+                ) from None
+        return values
 
 
 def read_columns(path: Path) -> Table:
@@ -55,7 +78,7 @@ def read_columns(path: Path) -> Table:
         numbers.append(line)
         for column, cell in zip(columns, row, strict=True):
             column.append(same.setdefault(cell, cell))
-    if not columns or not columns[0]:
+    if not numbers:
         raise InputError(f"{path} has no rows: give a header and one row at least")
     doubled = sorted(name for name, times in Counter(header).items() if times > 1)
     if doubled:
@@ -106,7 +129,12 @@ def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str
                     f"{path} has {len(header)} columns, more than {MOST_COLUMNS}: give a table "
                     "with a header"
                 )
-            _check_separator(path, header)
+            for separator, name in _OTHER_SEPARATORS.items():
+                if len(header) == 1 and separator in header[0]:
+                    raise InputError(
+                        f"{path}: line 1 has {name} and no comma: save it with commas between the "
+                        "fields, and with decimal points in numbers"
+                    )
             yield reader.line_num, header
             for row in reader:
                 if row:
@@ -119,14 +147,42 @@ def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str
         ) from error
 
 
-def _check_separator(path: Path, header: Sequence[str]) -> None:
-    """Raise an error for a header that uses a separator other than the comma."""
-    if len(header) != 1:
-        return
-    for separator, name in _OTHER_SEPARATORS.items():
-        if separator in header[0]:
+def match_files(
+    folder: Path, path: Path, table: Table, *suffixes: str
+) -> tuple[list[Path], list[int], list[Path]]:
+    """Return the files that the rows name, the file number of each row, and the other files."""
+    if "file" not in table:
+        raise InputError(
+            f"{path} has no column 'file': add it, with the name of a file in each row"
+        )
+    available = [file for suffix in suffixes for file in files_below(folder, suffix)]
+    by_name: dict[str, list[Path]] = {}
+    for file in available:
+        for name in {file.name, file.relative_to(folder).as_posix()}:
+            by_name.setdefault(name, []).append(file)
+    files: dict[Path, int] = {}
+    numbers = []
+    for row, name in enumerate(table["file"]):
+        matches = by_name.get(name.strip(), [])
+        if len(matches) != 1:
+            fault = "is in two folders" if matches else f"is not in {folder}"
             raise InputError(
-                f"{path}: line 1 has no comma and {header[0].count(separator)} {name}, which seem "
-                "to separate the fields: save it with commas between, and with decimal points in "
-                "numbers"
+                f"{path}: 'file' of {table.place(row)} is {quote(name)}, which {fault}: correct "
+                "the row or the folder"
             )
+        numbers.append(files.setdefault(matches[0], len(files)))
+    return list(files), numbers, [file for file in available if file not in files]
+
+
+def match_each_file(folder: Path, path: Path, table: Table, suffix: str) -> list[Path]:
+    """Return the file of each row. Each file with the suffix must have exactly one row."""
+    files, numbers, left = match_files(folder, path, table, suffix)
+    if len(files) < len(numbers):
+        (number, _), *_ = Counter(numbers).most_common(1)
+        raise InputError(f"{path}: file {files[number].name!r} has two rows: remove one")
+    if left:
+        raise InputError(
+            f"{path} has no row for {counted(len(left), f'{suffix} file')} (first: "
+            f"{left[0].name!r}): add the rows or remove the files"
+        )
+    return files

@@ -12,14 +12,15 @@ from typing import Any, Self
 import numpy as np
 
 from firstcontact.core import AnyPath, Block, InputError, Pinch
-from firstcontact.recording import _samples as samples
 from firstcontact.recording._chunk_file import ChunkFile
-from firstcontact.recording._header import (
+from firstcontact.recording._messages import (
     LAST_SAMPLE,
     LONGEST_TEXT,
     Header,
     Marker,
     PinchMark,
+    block_message,
+    block_schema,
     read_header,
     read_mark,
     read_marker,
@@ -127,7 +128,7 @@ class RecordingWriter:
         for start in range(0, len(block.data), longest):
             first = block.first_sample + start
             piece = Block(block.data[start : start + longest], first, block.epoch)
-            data = samples.encode(piece, self.header.dtype)
+            data = block_message(piece, self.header.dtype)
             self._add(self._samples[group], data, round(first * pace))
             if group:
                 continue
@@ -224,7 +225,7 @@ class RecordingWriter:
             return self._file.register(topic, "json", (name, "jsonschema", _JSON_SCHEMA))
 
         self._headers = json_channel("/header", "firstcontact.Header")
-        kind = ("firstcontact_msgs/msg/Samples", "ros2msg", samples.schema(self.header.dtype))
+        kind = ("firstcontact_msgs/msg/Samples", "ros2msg", block_schema(self.header.dtype))
         self._samples = {"": self._file.register("/samples", "cdr", kind)}
         self._pinches = json_channel("/pinch", "firstcontact.PinchMark")
         self._markers = json_channel("/marker", "firstcontact.Marker")

@@ -7,32 +7,76 @@ from a table of events.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from logging.handlers import BufferingHandler
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, VibrationSensor, counted, parse_float
-from firstcontact.recording._channel_table import LOWEST_SIGNAL, read_signals
-from firstcontact.recording._checks import HIGHEST_RATE
-from firstcontact.recording._event_table import (
-    SAMPLE,
+from firstcontact.core import Dataset, InputError, VibrationSensor, counted, open_regular
+from firstcontact.recording._events import (
+    NO_CONTACTS,
     SECONDS,
-    Columns,
+    add_labels,
     event_labels,
     find_events,
-    read_event_table,
+    onset_column,
+    read_events,
     spans,
 )
-from firstcontact.recording._events import NO_CONTACTS
 from firstcontact.recording._formats import Importer
-from firstcontact.recording._label_track import label_columns
-from firstcontact.recording._quoting import listed, quote
-from firstcontact.recording._signals import cut_pinches
-from firstcontact.recording._stamps import Run, check_stamps
-from firstcontact.recording._table_columns import stated_source
-from firstcontact.recording._xdf_file import Stream, read_xdf
-from firstcontact.recording._xdf_signals import Part, guessed_signals, unbroken_parts
+from firstcontact.recording._labels import parse_number
+from firstcontact.recording._runs import Nearest, Run, even_runs, overlaps
+from firstcontact.recording._settings import HIGHEST_RATE, LOWEST_RATE, check_rate
+from firstcontact.recording._signals import (
+    LOWEST_SIGNAL,
+    Signal,
+    Signals,
+    combine,
+    cut_pinches,
+    read_signals,
+    select_samples,
+)
+from firstcontact.recording._table import Table
+from firstcontact.recording._untrusted import library_errors, listed, quote
+
+#: Latest time, s: 300 years, at which a stamp still resolves microseconds.
+LATEST = 1e10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stream:
+    """Contents of one XDF stream."""
+
+    name: str
+    rate: float
+    labels: tuple[str, ...]
+    stamps: NDArray[np.float64]
+    values: NDArray[Any]
+    is_closed: bool
+
+    @property
+    def is_text(self) -> bool:
+        """Return True if the samples are texts."""
+        return self.values.dtype.kind == "U"
+
+    @property
+    def is_regular(self) -> bool:
+        """Return True if the stream has numbers at a regular rate."""
+        return not self.is_text and self.rate >= LOWEST_SIGNAL and len(self.stamps) > 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """Unbroken samples of all signals. ``run`` gives the times of the vibration's samples."""
+
+    signals: Signals
+    run: Run
 
 
 def import_xdf(
@@ -43,120 +87,233 @@ def import_xdf(
     channels: Path | None = None,
 ) -> Dataset:
     """Import pinches around the markers of an XDF file."""
-    if path.is_dir():
-        raise InputError(f"{path} is a folder: give one .xdf file")
-    streams = read_xdf(path)
-    _check(path, streams)
-    signals = guessed_signals(path, streams, sensor) if channels is None else read_signals(channels)
     if channels is not None and sensor is not None:
         raise InputError(f"{channels} already states the sensor: leave --sensor out")
+    streams = read_xdf(path)
+    signals = _guess_signals(path, streams, sensor) if channels is None else read_signals(channels)
     notes = [
         f"stream {s.name}: its recording did not end properly, so samples may be missing at the end"
-        for s in streams
-        if not s.closed
+        for s in streams.values()
+        if not s.is_closed
     ]
     irregular = [
-        s.name for s in streams if not s.is_text and s.rate < LOWEST_SIGNAL and len(s.stamps)
+        s.name for s in streams.values() if not s.is_text and not s.is_regular and len(s.stamps)
     ]
     if irregular:
         notes.append(
             f"streams of numbers without a regular rate of {LOWEST_SIGNAL:g} Hz or more were left "
             f"out: {listed(irregular)}; if they mark contacts, give the times with --events"
         )
-    parts, vibration = unbroken_parts(path, streams, signals, notes)
-    columns, table = _contacts(path, streams, vibration.begin, events, notes)
-    source = stated_source(table, columns)
-    pace = parts[0].signals.layout.rate
+    parts, vibration = _unbroken_parts(path, streams, signals, notes)
+    origin = events or path
+    table = _markers(path, streams, vibration, notes) if events is None else read_events(events)
     lengths = [len(part.signals.data) for part in parts]
-    if not columns:
+    if table is None:
         notes.append(NO_CONTACTS)
-        starts, stops, of = [0] * len(parts), lengths, list(range(len(parts)))
-        given = Columns({}, ())
+        given = Table({"session": [path.stem] * len(parts)}, range(len(parts)), "part")
+        places = [(k, 0, length) for k, length in enumerate(lengths)]
     else:
-        rows, local = _placed(table, columns, parts, vibration, notes)
+        rows, local = _placed(origin, table, parts, vibration, notes)
         shapes, rates = [(n, 1) for n in lengths], [part.run.rate for part in parts]
-        contacts = find_events(table, local, rows, [path] * len(parts), shapes, rates)
-        starts, stops = spans(contacts, lengths, pace)
-        of = [event.file for event in contacts]
-        given, left_out = event_labels(table, columns, contacts, starts)
+        contacts = find_events(origin, local, rows, [path] * len(parts), shapes, rates)
+        starts, stops = spans(contacts, lengths, parts[0].signals.layout.rate)
+        given, left_out = event_labels(origin, local, contacts, starts)
+        given.setdefault("session", [path.stem] * len(contacts))
         notes += left_out
-    given.setdefault("session", [path.stem] * len(of))
-    places = list(zip(of, starts, stops, strict=True))
-    return cut_pinches(table, [part.signals for part in parts], places, given, source, notes)
+        places = list(zip([event.file for event in contacts], starts, stops, strict=True))
+    return cut_pinches(origin, [part.signals for part in parts], places, given, notes)
 
 
-def _check(path: Path, streams: Sequence[Stream]) -> None:
-    names = [s.name for s in streams]
-    doubled = sorted({name for name in names if names.count(name) > 1})
+def read_xdf(path: Path) -> dict[str, Stream]:
+    """Read all streams of a file, with times on one clock."""
+    complaints = BufferingHandler(1 << 20)  # of pyxdf, about damage
+    complaints.setLevel(logging.ERROR)
+    log = logging.getLogger("pyxdf")
+    before = log.handlers, log.propagate
+    # The library does not close a file that it refuses.
+    with library_errors(path, "XDF", "copy it again"), open_regular(path) as file:
+        import pyxdf
+
+        log.handlers, log.propagate = [complaints], False
+        try:
+            # Stamps are smoothed later, when gaps are known.
+            loaded, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=None)
+        finally:
+            log.handlers, log.propagate = before
+        if complaints.buffer:
+            raise ValueError(complaints.buffer[0].getMessage())
+        streams = [_stream(stream) for stream in loaded]
+    doubled = [name for name, count in Counter(s.name for s in streams).items() if count > 1]
     if doubled:
         raise InputError(
-            f"{path} has two streams named {quote(doubled[0])}: record them again under "
-            "different names, or remove one"
+            f"{path} has two streams named {quote(doubled[0])}: record them again under different "
+            "names, or remove one"
         )
     for stream in streams:
+        origin = f"{path}: stream {quote(stream.name)}"
         if not 0 <= stream.rate <= HIGHEST_RATE:
             raise InputError(
-                f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, which is outside "
-                f"of 0 (no regular rate) to {HIGHEST_RATE:g} Hz: record it again"
+                f"{origin} states {stream.rate:g} Hz, which is outside of 0 (no regular rate) to "
+                f"{HIGHEST_RATE:g} Hz: record it again"
             )
-        check_stamps(f"{path}: stream {quote(stream.name)}", stream.stamps)
+        wrong = np.flatnonzero(~(np.abs(stream.stamps) <= LATEST))
+        if len(wrong):
+            raise InputError(
+                f"{origin} has the time stamp {stream.stamps[wrong[0]]:g} at sample "
+                f"{int(wrong[0])}, which is no time within {LATEST:g} s: give stamps in seconds"
+            )
+    return {stream.name: stream for stream in streams}
 
 
-def _contacts(
-    path: Path,
-    streams: Sequence[Stream],
-    begin: float,
-    events: Path | None,
-    notes: list[str],
-) -> tuple[Columns, Path]:
-    """Return the table of the contacts, and the path of the file that it comes from."""
-    if events is not None:
-        return read_event_table(events), events
-    text_streams = [s for s in streams if s.is_text and len(s.stamps)]
-    if len(text_streams) > 1:
+def _stream(stream: Mapping[str, Any]) -> Stream:
+    info, values = stream["info"], stream["time_series"]
+    if isinstance(values, list):
+        texts = [" ".join(map(str, row)) for row in values]
+        values = np.array(texts, dtype=np.str_).reshape(-1, 1)
+    return Stream(
+        info["name"][0] or "",
+        float(info["nominal_srate"][0]),
+        tuple(_label(info, k) for k in range(values.shape[1])),
+        np.asarray(stream["time_stamps"], dtype=np.float64),
+        values,
+        "footer" in stream,
+    )
+
+
+def _label(info: Mapping[str, Any], channel: int) -> str:
+    """Return the label of a channel; "" if it is missing."""
+    try:
+        return str(info["desc"][0]["channels"][0]["channel"][channel]["label"][0] or "")
+    except (KeyError, IndexError, TypeError):
+        return ""
+
+
+def _guess_signals(
+    path: Path, streams: Mapping[str, Stream], sensor: VibrationSensor | None
+) -> list[Signal]:
+    """Return the signals: the fast stream as the vibration, and all other streams of numbers."""
+    numbers = [s for s in streams.values() if s.is_regular]
+    fast = [s for s in numbers if s.rate >= LOWEST_RATE]
+    if len(fast) != 1 or fast[0].values.shape[1] > 1:
+        kind = f"{len(fast)} streams of numbers at {LOWEST_RATE:g} Hz or more"
+        if len(fast) == 1:
+            kind = f"a stream {quote(fast[0].name)} of {fast[0].values.shape[1]} channels"
         raise InputError(
-            f"{path} has several streams of texts ({listed([s.name for s in text_streams])}): give "
-            "the contacts with --events"
+            f"{path} has {kind} ({listed(list(streams))}): name the vibration stream in a CSV file "
+            "for --channels"
         )
-    if not text_streams:
-        return Columns({}, ()), path
-    (stream,) = text_streams
-    texts = [str(text) for text in stream.values[:, 0]]
-    seconds = [f"{float(stamp - begin)!r}" for stamp in stream.stamps]
-    notes.append(f"contacts are the {counted(len(texts), 'marker')} of stream {stream.name}")
-    marks = Columns({SECONDS: seconds}, range(1, len(texts) + 1), "marker")
-    return label_columns(f"{path}: stream {stream.name}", marks, texts), path
+    others = [Signal(s.name) for s in numbers if s is not fast[0]]
+    return [Signal(fast[0].name, sensor=sensor or VibrationSensor.PIEZO), *others]
+
+
+def _unbroken_parts(
+    path: Path, streams: Mapping[str, Stream], signals: Sequence[Signal], notes: list[str]
+) -> tuple[list[Part], Run]:
+    """Return the parts in which all signals have samples, and one run over the whole vibration."""
+    used = {signal.variable: _find_stream(path, streams, signal) for signal in signals}
+    origins = {name: f"{path}: stream {quote(name)}" for name in used}
+    main = next(used[signal.variable] for signal in signals if signal.sensor is not None)
+    check_rate(f"{path}: the rate of stream {quote(main.name)}", main.rate)
+    runs = {name: even_runs(origins[name], s.stamps, s.rate) for name, s in used.items()}
+    samples = [
+        select_samples(origins[s.name], signal, s.rate, s.values, s.labels)
+        for signal, s in ((signal, used[signal.variable]) for signal in signals)
+    ]
+    whole = common = runs.pop(main.name)
+    if len(whole) > 1:
+        notes.append(f"stream {main.name} has {len(whole) - 1} gaps: nothing is joined across them")
+    for others in runs.values():
+        common = overlaps(common, others)
+    if not common:
+        raise InputError(
+            f"{path}: the streams have no time in common: remove from the table of channels each "
+            "stream that was recorded at another time"
+        )
+    left = sum(r.end - r.first for r in whole) - sum(r.end - r.first for r in common)
+    if left:
+        notes.append(
+            f"{left / whole[0].rate:.3g} s of {main.name} are left out: another stream has no "
+            "samples there"
+        )
+    nearest = {name: Nearest(others) for name, others in runs.items()}
+    parts = []
+    for run in common:
+        rows: dict[str, slice | NDArray[np.int64]] = {main.name: slice(run.first, run.end)}
+        for name, stream in nearest.items():
+            rows[name] = stream.samples(run.moments(used[name].rate / main.rate))
+        cut = [replace(s, values=s.values[rows[s.signal.variable]]) for s in samples]
+        parts.append(Part(combine(str(path), cut), run))
+    return parts, Run(whole[0].first, whole[-1].end, whole[0].begin, whole[-1].last)
+
+
+def _find_stream(path: Path, streams: Mapping[str, Stream], signal: Signal) -> Stream:
+    """Return the stream of a signal. Raise an error unless it has numbers at a regular rate."""
+    stream = streams.get(signal.variable)
+    if stream is None:
+        raise InputError(
+            f"{path} has no stream {quote(signal.variable)} (it has {listed(list(streams))}): "
+            "correct the table of channels"
+        )
+    if not stream.is_regular:
+        raise InputError(
+            f"{path}: stream {quote(stream.name)} has no numbers at a regular rate of "
+            f"{LOWEST_SIGNAL:g} Hz or more: leave it out of the table of channels"
+        )
+    if signal.rate not in (None, stream.rate):
+        raise InputError(
+            f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, but the table of "
+            f"channels states {signal.rate:g} Hz: correct the table"
+        )
+    return stream
+
+
+def _markers(
+    path: Path, streams: Mapping[str, Stream], vibration: Run, notes: list[str]
+) -> Table | None:
+    """Return the markers of the only stream of texts as a table of contacts."""
+    texts = [s for s in streams.values() if s.is_text and len(s.stamps)]
+    if len(texts) > 1:
+        raise InputError(
+            f"{path} has several streams of texts ({listed([s.name for s in texts])}): give the "
+            "contacts with --events"
+        )
+    if not texts:
+        return None
+    (stream,) = texts
+    count = len(stream.stamps)
+    notes.append(f"contacts are the {counted(count, 'marker')} of stream {stream.name}")
+    seconds = {SECONDS: (stream.stamps - vibration.begin).tolist()}
+    table = Table(seconds, range(1, count + 1), "marker")
+    return add_labels(f"{path}: stream {stream.name}", table, list(map(str, stream.values[:, 0])))
 
 
 def _placed(
-    table: Path, columns: Columns, parts: Sequence[Part], vibration: Run, notes: list[str]
-) -> tuple[list[int | None], Columns]:
-    """Return the number of the part in which each contact lies, and the columns."""
-    unbroken = len(parts) == 1 and parts[0].run == vibration
-    if unbroken or (SECONDS in columns) == (SAMPLE in columns):
-        return [0] * len(next(iter(columns.values()))), columns
-    name = SECONDS if SECONDS in columns else SAMPLE
-    bounds = [_bounds(name, part.run, vibration) for part in parts]
-    end = _bounds(name, vibration, vibration)[1]
+    path: Path, table: Table, parts: Sequence[Part], vibration: Run, notes: list[str]
+) -> tuple[list[int | None], Table]:
+    """Return the number of the part in which each contact lies, with onsets within the parts."""
+    name = onset_column(path, table)
+
+    def bounds(run: Run) -> tuple[float, float]:
+        if name == SECONDS:
+            return run.begin - vibration.begin, run.last - vibration.begin
+        return run.first, run.end - 1
+
+    places = [bounds(part.run) for part in parts]
     rows: list[int | None] = []
-    local: list[str] = []
-    for row, cell in enumerate(columns[name]):
-        try:
-            at = parse_float(cell)
-        except ValueError:
-            at = np.nan
-        place = next((k for k, (a, b) in enumerate(bounds) if a <= at <= b), None)
-        if place is None and not 0 <= at <= end:
+    local: list[float] = []
+    for row, at in enumerate(table.parsed(path, name, parse_number)):
+        place = next((k for k, (first, last) in enumerate(places) if first <= at <= last), None)
+        if place is None and not 0 <= at <= bounds(vibration)[1]:
             raise InputError(
-                f"{table}: '{name}' of {columns.place(row)} is {quote(cell)}, where the vibration "
-                "has no samples: correct or remove the row"
+                f"{path}: '{name}' of {table.place(row)} is {quote(table[name][row])}, where the "
+                "vibration has no samples: correct or remove the row"
             )
         rows.append(place)
-        local.append(cell if place is None else f"{at - bounds[place][0]!r}")
+        local.append(at if place is None else at - places[place][0])
     left = rows.count(None)
     if left == len(rows):
         raise InputError(
-            f"{table}: each of its {left} contacts lies in a gap, or where another stream has no "
+            f"{path}: each of its {left} contacts lies in a gap, or where another stream has no "
             "samples: record the streams together, or leave one out of the table of channels"
         )
     if left:
@@ -164,14 +321,7 @@ def _placed(
             f"{left} of {len(rows)} contacts lie in a gap, or where another stream has no samples: "
             "they are left out"
         )
-    return rows, columns.of_rows({**columns, name: local}, range(len(rows)))
-
-
-def _bounds(name: str, run: Run, vibration: Run) -> tuple[float, float]:
-    """Return the positions of a run's first and last sample, counted from the vibration's start."""
-    if name == SECONDS:
-        return run.begin - vibration.begin, run.last - vibration.begin
-    return run.first, run.end - 1
+    return rows, Table({**table, name: local}, table.numbers, table.word)
 
 
 XDF = Importer(
@@ -179,9 +329,7 @@ XDF = Importer(
     "an .xdf file",
     import_xdf,
     suffixes=(".xdf",),
-    asks_sensor=True,
-    asks_events=True,
-    asks_channels=True,
+    options=("sensor", "events", "channels"),
     extra="files",
     modules=("pyxdf",),
 )

@@ -13,7 +13,6 @@ import pytest
 
 from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role, Serial, to_tree
 from firstcontact.models import DURATION, distinct_specimens
-from firstcontact.recording._labels import make_labels
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report.findings import Findings, PartResult
 from firstcontact_lab.report.results import NOTHING
@@ -170,8 +169,8 @@ def test_windows_of_one_session_only(make_shore: Callable[..., Dataset], tmp_pat
 def test_unnamed_sessions_may_be_shared_with_a_note(
     make_shore: Callable[..., Dataset], tmp_path: Path
 ) -> None:
-    labels, _ = make_labels("labels.csv", {"shore_a": ["10", "20"]}, 2)
-    dataset = relabel(make_shore(), lambda i, label: replace(label, session=labels[0].session))
+    # The session that importers assume.
+    dataset = relabel(make_shore(), lambda i, label: replace(label, session="1"))
     steps = ("data", "contact detection", "objects")
     tree = whole_study(replace(dataset, sessions_assumed=True), tmp_path, *steps)
     assert tree["objects"]["svm"]["n"] == 12

@@ -1,9 +1,9 @@
-"""Checks of signals, rates and layouts for all importers."""
+"""Settings, samples and layouts of imported files whose signals have our names."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,9 +27,8 @@ from firstcontact.core import (
     parse_float,
     read_record,
 )
-from firstcontact.recording._header import SOURCES
-from firstcontact.recording._quoting import as_text, quote
-from firstcontact.recording._samples import LARGEST
+from firstcontact.recording._messages import LARGEST, SOURCES
+from firstcontact.recording._untrusted import as_text, one_of, quote
 
 #: Settings of all pinches of a file. The rate and the sensor's unit are required, and the axis for
 #: vectors.
@@ -58,7 +57,6 @@ UNITS = {
 #: Units of a force channel, in volts per step, and the largest voltage of a taxel, V.
 FORCE_UNITS = {"V": 1.0, "counts": ADC_VOLTS / ADC_COUNTS}
 FORCE_MOST = 10.0
-
 #: Largest RMS of a vibration's rounding errors, as a share of its own RMS.
 ROUNDING = 1e-3
 
@@ -72,8 +70,7 @@ def check_rate(origin: str, rate: Any) -> float:
         The rate is not a number, or outside 2 kHz to 1 MHz.
     """
     try:
-        # Conversion would drop the imaginary part of a complex number with a warning.
-        value = math.nan if np.iscomplexobj(rate) else parse_float(as_text(rate))
+        value = parse_float(as_text(rate))
     except ValueError:
         value = math.nan
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
@@ -95,7 +92,6 @@ class FileSettings:
     source: str  # "unknown" if not stated
     axis: int | None  # axis of vectors, if stated
     force_unit: str = "V"
-    layout: Layout | None = None  # layout that an exported file states
 
     @property
     def notes(self) -> list[str]:
@@ -123,39 +119,12 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
     return sensors[0]
 
 
-def read_settings(
-    origin: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
-) -> FileSettings:
+def read_settings(origin: str, given: Mapping[str, Any], sensor: VibrationSensor) -> FileSettings:
     """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``."""
-    source = check_source(origin, given.get("source", "unknown"))
-    if LAYOUT in given:
-        layout = read_layout(origin, given[LAYOUT])
-        first = layout.vibration[0]
-        return FileSettings(
-            first.sensor or sensor,
-            layout.rate,
-            first.unit,
-            first.smoothing_alpha,
-            source,
-            first.axis,
-            layout=layout,
-        )
-    of_unit = f"{sensor}_unit"
-    for name in ("sample_rate_hz", of_unit):
+    unit_name = f"{sensor}_unit"
+    for name in ("sample_rate_hz", unit_name):
         if name not in given:
             raise InputError(f"{origin} does not state '{name}': add it")
-    rate = check_rate(f"{origin}: 'sample_rate_hz'", given["sample_rate_hz"])
-    unit = as_text(given[of_unit])
-    if unit not in UNITS:
-        raise InputError(
-            f"{origin}: '{of_unit}' is {quote(unit)} and must be one of {', '.join(UNITS)}"
-        )
-    force_unit = as_text(given.get("force_unit", "V"))
-    if force_unit not in FORCE_UNITS:
-        raise InputError(
-            f"{origin}: 'force_unit' is {quote(force_unit)} and must be one of "
-            f"{', '.join(FORCE_UNITS)}: convert force to volts, or leave it out"
-        )
     alpha = as_text(given.get("smoothing_alpha", "1"))
     try:
         smoothing = parse_float(alpha)
@@ -167,10 +136,17 @@ def read_settings(
             "(not smoothed)"
         )
     axis = as_text(given["axis"]) if "axis" in given else None
-    if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
+    if axis is not None and not (axis.isdecimal() and len(axis) <= 2):
         raise InputError(f"{origin}: 'axis' is {quote(axis)} and must be a whole number from 0 on")
-    axis_number = None if axis is None else int(axis)
-    return FileSettings(sensor, rate, unit, smoothing, source, axis_number, force_unit)
+    return FileSettings(
+        sensor,
+        check_rate(f"{origin}: 'sample_rate_hz'", given["sample_rate_hz"]),
+        one_of(origin, unit_name, given[unit_name], UNITS),
+        smoothing,
+        one_of(origin, "source", given.get("source", "unknown"), SOURCES),
+        None if axis is None else int(axis),
+        one_of(origin, "force_unit", given.get("force_unit", "V"), FORCE_UNITS),
+    )
 
 
 def read_layout(origin: str, text: Any) -> Layout:
@@ -181,22 +157,6 @@ def read_layout(origin: str, text: Any) -> Layout:
         raise InputError(f"{place} has {layout.fault}: {remedy}")
     check_rate(f"{place}: rate", layout.rate)
     return layout
-
-
-def check_source(origin: str, value: Any) -> str:
-    """Return the source that a file states, if recordings allow it.
-
-    Raises
-    ------
-    InputError
-        The source is not in :data:`firstcontact.recording._header.SOURCES`.
-    """
-    source = as_text(value)
-    if source not in SOURCES:
-        raise InputError(
-            f"{origin}: 'source' is {quote(source)} and must be one of {', '.join(SOURCES)}"
-        )
-    return source
 
 
 def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
@@ -223,19 +183,21 @@ def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
     return single
 
 
-def is_rounded_away(values: NDArray[Any]) -> bool:
+def is_rounded_away(pinches: Sequence[NDArray[Any]]) -> bool:
     """Return True if float32 cannot hold a vibration, such as a small one on a large offset."""
-    if values.dtype.kind != "f" or values.dtype.itemsize <= 4:
+    if pinches[0].dtype.kind != "f" or pinches[0].dtype.itemsize <= 4:
         return False
-    values = values if values.ndim > 2 else values[None]
-    error = (values - values.astype(np.float32)).var(axis=1).max(axis=0)
-    return bool((error > ROUNDING**2 * values.var(axis=1).mean(axis=0)).any())
+    errors = [(values - values.astype(np.float32)).var(axis=0) for values in pinches]
+    variance = np.mean([values.var(axis=0) for values in pinches], axis=0)
+    return bool((np.max(errors, axis=0) > ROUNDING**2 * variance).any())
 
 
-def check_vibration(origin: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Convert the samples of a vibration as :func:`check_samples` does."""
+def check_vibration(
+    origin: str, values: NDArray[Any], pinches: Sequence[NDArray[Any]] = ()
+) -> NDArray[Any]:
+    """Convert a vibration as :func:`check_samples` does. ``pinches`` are its parts, if several."""
     samples = check_samples(origin, values)
-    if is_rounded_away(values):
+    if is_rounded_away(pinches or [values]):
         raise InputError(
             f"{origin} has a vibration that is too small for 32-bit floats beside values of "
             f"{float(np.abs(values).max()):.6g}: subtract the offset, the same one in all files"
@@ -254,14 +216,15 @@ def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
         )
 
 
-def joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+def common_type(parts: Sequence[NDArray[Any]]) -> np.dtype[Any]:
+    """Return the type of samples that holds all these samples."""
+    kinds = {part.dtype.type for part in parts}
+    return np.dtype(next((t for t in (np.float32, np.int32) if t in kinds), np.int16))
+
+
+def joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Return columns side by side, in a type that holds all of them."""
-    kinds = {p.dtype.type for p in parts}
-    dtype: type[Any] = np.int16
-    if np.float32 in kinds:
-        dtype = np.float32
-    elif np.int32 in kinds:
-        dtype = np.int32
+    dtype = common_type(parts)
     return np.concatenate([p.astype(dtype, copy=False) for p in parts], axis=-1)
 
 
@@ -303,16 +266,14 @@ def make_layout(
             f"{('missing' if axis is None else axis)}: give a number from 0 to {axes - 1}"
         )
     step, zero = UNITS[settings.unit]
-    step = step if scale is None else scale
-    unit = "V" if settings.unit == "counts" else settings.unit
     alone = sensors == 1 and sensor is not VibrationSensor.PIEZO
     channels = [
         Channel(
             sensor if finger is None else f"{sensor}_{finger_name(finger)}",
             ChannelKind.VIBRATION,
             finger,
-            unit,
-            step,
+            "V" if settings.unit == "counts" else settings.unit,
+            step if scale is None else scale,
             zero,
             sensor=sensor,
             smoothing_alpha=settings.smoothing_alpha,

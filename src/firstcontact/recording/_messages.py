@@ -1,13 +1,21 @@
-"""Header of a recording, its marks of pinches, and its markers (texts)."""
+"""Messages of a recording: header, samples, marks of pinches, and markers (texts).
+
+A message with samples is encoded as ROS 2 CDR, so that viewers can plot it. The page
+docs/reference/recording-format.md describes its bytes and the fields of the others.
+"""
 
 from __future__ import annotations
 
+import struct
 from dataclasses import asdict, dataclass, field, replace
 from typing import Annotated, Any
 
+import numpy as np
 from msgspec import Meta
+from numpy.typing import NDArray
 
 from firstcontact.core import (
+    Block,
     Calibration,
     ClosingSpeed,
     Contact,
@@ -36,9 +44,13 @@ LAST_SAMPLE = 1 << 53
 LONGEST_TEXT = 20_000
 #: Longest mark or marker, bytes.
 LONGEST_MARK = 1 << 17
-
+#: Largest float sample: its squares and sums stay finite in 32 bits.
+LARGEST = 1e12
 #: Note of importers from before ``session_assumed`` existed.
 _OLD_ASSUMPTION = "no session column: all pinches were taken as one session"
+_CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+#: Encoding, first sample, epoch, channels, number of values.
+_PREFIX = struct.Struct("<4sQIHxxI")
 
 Sample = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 Epoch = Annotated[int, Meta(ge=0, lt=1 << 32)]
@@ -112,7 +124,7 @@ class _Head:
 
 
 def read_header(data: bytes, origin: str) -> Header:
-    """Return the header in a message of the topic ``/header``."""
+    """Return the header in a message."""
     remedy = "write the file again from its source"
     data = data.rstrip(b" ")
     head = read_record(data, _Head, origin, remedy)
@@ -130,50 +142,6 @@ def read_header(data: bytes, origin: str) -> Header:
     if _OLD_ASSUMPTION in header.notes.splitlines():
         return replace(header, session_assumed=True)
     return header
-
-
-@dataclass(frozen=True, slots=True)
-class _Touch:
-    """Contact in a pinch mark: its finger and its sample."""
-
-    finger: Finger | None
-    sample: Sample
-
-
-@dataclass(frozen=True, slots=True)
-class _Mark:
-    """Pinch mark in the form in which a recording stores it; see :class:`PinchMark`."""
-
-    number: Count
-    first_sample: Sample
-    end: Sample
-    epoch: Epoch
-    label: Label
-    truth: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))]
-    motor_start: Sample | None = None
-    found: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))] = ()
-    found_by: Name = ""
-    closing_speed: ClosingSpeed | None = None
-
-    def __post_init__(self) -> None:
-        if self.end <= self.first_sample:
-            raise ValueError(
-                f"the pinch ends at sample {self.end}, but begins at sample {self.first_sample}"
-            )
-        samples = [c.sample for c in self.truth]
-        fingers = [c.finger for c in self.truth if c.finger is not None]
-        if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-            raise ValueError(
-                "the pinch has two contacts of one finger, or contacts that are not in the order "
-                "of time"
-            )
-        inside = [
-            *samples,
-            *(c.sample for c in self.found),
-            *([] if self.motor_start is None else [self.motor_start]),
-        ]
-        if not all(self.first_sample <= sample < self.end for sample in inside):
-            raise ValueError("a contact or the motor's start is outside of the pinch's samples")
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,23 +202,54 @@ class PinchMark:
         return tree
 
 
+@dataclass(frozen=True, slots=True)
+class _Touch:
+    """Contact in a stored mark."""
+
+    finger: Finger | None
+    sample: Sample
+
+
+@dataclass(frozen=True, slots=True)
+class _StoredMark:
+    """Pinch mark as a recording stores it; see :class:`PinchMark`."""
+
+    number: Count
+    first_sample: Sample
+    end: Sample
+    epoch: Epoch
+    label: Label
+    truth: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))]
+    motor_start: Sample | None = None
+    found: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))] = ()
+    found_by: Name = ""
+    closing_speed: ClosingSpeed | None = None
+
+    def __post_init__(self) -> None:
+        if self.end <= self.first_sample:
+            raise ValueError(
+                f"the pinch ends at sample {self.end}, but begins at sample {self.first_sample}"
+            )
+        samples = [c.sample for c in self.truth]
+        fingers = [c.finger for c in self.truth if c.finger is not None]
+        if samples != sorted(samples) or len(set(fingers)) < len(fingers):
+            raise ValueError(
+                "the pinch has two contacts of one finger, or contacts that are not in the order "
+                "of time"
+            )
+        samples += [c.sample for c in self.found]
+        samples += [] if self.motor_start is None else [self.motor_start]
+        if not all(self.first_sample <= sample < self.end for sample in samples):
+            raise ValueError("a contact or the motor's start is outside of the pinch's samples")
+
+
 def read_mark(data: bytes, origin: str) -> PinchMark:
-    """Return the pinch mark in a message of the topic ``/pinch``."""
-    m = read_record(data, _Mark, origin, "mark the pinch again", LONGEST_MARK)
-    truth = tuple(Contact(c.finger, c.sample, c.sample) for c in m.truth)
-    contacts = tuple(Contact(c.finger, c.sample, c.sample) for c in m.found)
-    return PinchMark(
-        m.number,
-        m.first_sample,
-        m.end,
-        m.epoch,
-        m.label,
-        truth,
-        m.motor_start,
-        contacts,
-        m.found_by,
-        m.closing_speed,
-    )
+    """Return the pinch mark in a message."""
+    stored = read_record(data, _StoredMark, origin, "mark the pinch again", LONGEST_MARK)
+    fields = {name: getattr(stored, name) for name in PinchMark.__slots__}
+    for name in ("truth", "found"):
+        fields[name] = tuple(Contact(c.finger, c.sample, c.sample) for c in fields[name])
+    return PinchMark(**fields)
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,5 +262,28 @@ class Marker:
 
 
 def read_marker(data: bytes, origin: str) -> Marker:
-    """Return the marker in a message of the topic ``/marker``."""
+    """Return the marker in a message."""
     return read_record(data, Marker, origin, "mark the sample again", LONGEST_MARK)
+
+
+def block_schema(dtype: str) -> bytes:
+    """Return the ros2msg schema of messages with samples."""
+    return f"uint64 first_sample\nuint32 epoch\nuint16 channels\n{dtype}[] data\n".encode()
+
+
+def block_message(block: Block, dtype: str) -> bytes:
+    """Return a message with samples. The block's data must already have the type ``dtype``."""
+    values = np.ascontiguousarray(block.data, dtype=DTYPES[dtype])
+    head = (block.first_sample, block.epoch, values.shape[1], values.size)
+    return _PREFIX.pack(_CDR_LITTLE_ENDIAN, *head) + values.tobytes()
+
+
+def read_block(data: bytes, dtype: str) -> Block:
+    """Return the block in a message. Its data are a view of ``data``."""
+    if len(data) < _PREFIX.size:
+        raise ValueError("a message with samples is too short")
+    kind, first_sample, epoch, channels, count = _PREFIX.unpack_from(data)
+    values: NDArray[np.generic] = np.frombuffer(data, DTYPES[dtype], offset=_PREFIX.size)
+    if kind != _CDR_LITTLE_ENDIAN or not channels or values.size != count or count % channels:
+        raise ValueError("a message with samples has another length than it declares")
+    return Block(values.reshape(-1, channels), first_sample, epoch)

@@ -1,4 +1,4 @@
-"""Long WAV files with a table of their contacts."""
+"""Long sound files with a table of their contacts, or an Audacity label track."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from scipy.io import wavfile
 
 from firstcontact.cli.main import main
 from firstcontact.core import Finger
-from firstcontact.recording import load_dataset
-from firstcontact.recording._events import AFTER, BEFORE, import_events
+from firstcontact.recording import import_path, load_dataset
+from firstcontact.recording._events import AFTER, BEFORE
+from firstcontact.recording._sound import import_events
 
 RATE = 8000
 SAMPLES = 20_000
@@ -34,20 +35,6 @@ def table(folder: Path, *lines: str) -> Path:
     path = folder / "events.csv"
     path.write_text("\n".join(lines) + "\n")
     return path
-
-
-@pytest.fixture
-def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
-    def check(path: Path, events: Path | None, *words: str) -> None:
-        options = [] if events is None else ["--events", str(events)]
-        assert main(["import", str(path), "--out", str(tmp_path / "out"), *options]) == 2
-        message = capsys.readouterr().err
-        assert message.count("\n") == 1
-        for word in words:
-            assert word in message, message
-        assert not (tmp_path / "out").exists()
-
-    return check
 
 
 def test_seconds_and_samples_give_the_same_contacts(folder: Path, tmp_path: Path) -> None:
@@ -93,8 +80,10 @@ def test_one_of_many_channels_is_selected(
 ) -> None:
     many = np.stack([np.arange(SAMPLES, dtype=np.int16) + k for k in range(4)], axis=1)
     wavfile.write(folder / "many.wav", RATE, many)
-    check_refused(folder / "many.wav", None, "4 channels", "column 'channel'", "--events")
-    check_refused(folder / "many.wav", table(folder, "onset_sample", "9000"), "column 'channel'")
+    path = folder / "many.wav"
+    check_refused(path, "4 channels", "column 'channel'", "--events")
+    events = table(folder, "onset_sample", "9000")
+    check_refused(path, "column 'channel'", events=events)
     events = table(folder, "onset_sample,channel", "9000,3")
     (pinch,) = import_events(folder / "many.wav", events=events).pinches
     assert pinch.first is not None
@@ -134,7 +123,7 @@ def test_skipped_rows_and_files_are_counted(folder: Path) -> None:
         (("file,onset_s", "mono.wav,2.5"), ("line 2", "outside mono.wav", "2.49987 s")),
         (("file,onset_sample", "mono.wav,-1"), ("line 2", "outside mono.wav", "19999")),
         (("file,onset_sample", "mono.wav,12.5"), ("line 2", "whole number")),
-        (("file,onset_sample", "other.wav,12"), ("line 2", "other.wav", "not in the folder")),
+        (("file,onset_sample", "other.wav,12"), ("line 2", "other.wav", "is not in")),
         (("onset_sample", "12"), ("no column 'file'",)),
         (("file,onset_sample", "mono.wav,9", "mono.wav,9"), ("line 2 and line 3", "same contact")),
         (("file,onset_sample,channel", "mono.wav,9,1"), ("'channel' of line 2", "has 1")),
@@ -149,7 +138,7 @@ def test_skipped_rows_and_files_are_counted(folder: Path) -> None:
 def test_invalid_event_table_is_refused(
     folder: Path, check_refused: Callable[..., None], lines: tuple[str, ...], words: tuple[str, ...]
 ) -> None:
-    check_refused(folder, table(folder, *lines), *words)
+    check_refused(folder, *words, events=table(folder, *lines))
 
 
 def test_file_without_events_is_one_unlabelled_pinch(folder: Path) -> None:
@@ -165,7 +154,80 @@ def test_events_are_for_sound_files_only(
 ) -> None:
     events = table(folder, "onset_s", "1")
     (tmp_path / "some.npz").write_bytes(b"")
-    check_refused(tmp_path / "some.npz", events, "--events")
-    check_refused(folder / "mono.wav", tmp_path / "none.csv", "none.csv")
+    check_refused(tmp_path / "some.npz", "--events", events=events)
+    check_refused(folder / "mono.wav", "none.csv", events=tmp_path / "none.csv")
     other_events = table(folder, "file,onset_s", "stereo.wav,1")
-    check_refused(folder / "mono.wav", other_events, "no row is for", "mono.wav")
+    check_refused(folder / "mono.wav", "no row is for", "mono.wav", events=other_events)
+
+
+@pytest.fixture
+def wav(folder: Path) -> Path:
+    return folder / "mono.wav"
+
+
+def flac(tmp_path: Path, subtype: str = "PCM_16") -> Path:
+    soundfile = pytest.importorskip("soundfile")
+    path = tmp_path / f"{subtype}.flac"
+    soundfile.write(path, np.arange(SAMPLES, dtype=np.int16), RATE, subtype)
+    return path
+
+
+def track(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "labels.txt"
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    return path
+
+
+LABELS = (
+    "0.250000\t0.250000\teraser; shore_a=40; session=monday\n\\\t100\t200\n"
+    "0,5\t0,75\tshore_a=20; object=foam; session=monday\r\n"
+)
+
+
+def test_points_and_ranges_become_labelled_contacts(wav: Path, tmp_path: Path) -> None:
+    dataset = import_path(wav, tmp_path / "out", events=track(tmp_path, LABELS))
+    assert dataset.objects.tolist() == ["eraser", "foam"]
+    assert dataset.shore_a.tolist() == [40, 20]
+    for pinch, at in zip(dataset.pinches, (2000, 4000), strict=True):
+        assert pinch.first is not None
+        assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == at
+
+
+@pytest.mark.parametrize("subtype", ["PCM_16", "PCM_24"])
+def test_flac_imports_like_its_wav(wav: Path, tmp_path: Path, subtype: str) -> None:
+    events = track(tmp_path, LABELS)
+    from_wav = import_path(wav, tmp_path / "wav", events=events)
+    from_flac = import_path(flac(tmp_path, subtype), tmp_path / "flac", events=events)
+    for a, b in zip(from_wav.pinches, from_flac.pinches, strict=True):
+        assert np.array_equal(a.vibration(), b.vibration())
+        assert a.truth == b.truth
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ("no labels",)),
+        ("one two three\n", ("line 1", "no label")),
+        ("0.5\t0.25\tback\n", ("line 1",)),
+        ("nan\tnan\tx\n", ("line 1",)),
+        ("2.5\t2.5\tx\n", ("line 1", "outside")),
+        ("0.1\t0.1\tsize=3\n", ("line 1", "size=3")),
+        ("0.1\t0.1\tshore_a=3\n0.2\t0.2\tfoam\n", ("line 2", "shore_a")),
+        ("0.1\t0.1\tshore_a=300\n", ("'shore_a' of line 1",)),
+        ("0.1\t0.1\n0.1\t0.1\n", ("same contact",)),
+        ("\udcff", ("UTF-8",)),
+    ],
+)
+def test_invalid_label_track_is_refused(
+    wav: Path, tmp_path: Path, check_refused: Callable[..., None], text: str, words: tuple[str, ...]
+) -> None:
+    check_refused(wav, *words, events=track(tmp_path, text))
+
+
+def test_a_damaged_flac_is_refused(tmp_path: Path, check_refused: Callable[..., None]) -> None:
+    content = flac(tmp_path).read_bytes()
+    events = track(tmp_path, LABELS)
+    for name, raw in (("cut", content[:-4000]), ("none", b""), ("noise", bytes(range(256)) * 20)):
+        path = tmp_path / f"{name}.flac"
+        path.write_bytes(raw)
+        check_refused(path, path.name, events=events)

@@ -1,0 +1,81 @@
+"""Files from others: their size, the errors of libraries that read them, and quoted text."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from firstcontact.core import InputError
+
+#: Unpacked size that any file may have, bytes, and largest ratio to its own size beyond that.
+#: Sensor samples shrink to a third at best; a malicious file shrinks a thousandfold.
+UNPACKED_BYTES = 64 << 20
+UNPACKED_TIMES = 100
+#: Longest quoted value and library message, in characters, and longest list, in names.
+_QUOTED = 60
+_REASON = 200
+_LISTED = 10
+
+
+@contextmanager
+def library_errors(origin: object, kind: str, remedy: str) -> Iterator[None]:
+    """Turn any error of a library that reads a file into one InputError. Hide its warnings."""
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            yield
+    except InputError:
+        raise
+    except Exception as error:  # damage can cause any error in a library
+        text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        text = text if text.isprintable() else ascii(text)[1:-1]
+        reason = text if len(text) <= _REASON else f"{text[:_REASON]}..."
+        raise InputError(f"{origin} cannot be read as {kind} ({reason}): {remedy}") from error
+
+
+def most_unpacked(size: int) -> int:
+    """Return the largest allowed unpacked size of a file of ``size`` bytes, bytes."""
+    return UNPACKED_BYTES + UNPACKED_TIMES * size
+
+
+def check_unpacked(path: Path, declared: int) -> None:
+    """Raise an error for a file that declares an impossible size, before it is unpacked."""
+    size = path.stat().st_size
+    if declared > most_unpacked(size):
+        raise InputError(
+            f"{path} has {size} bytes and declares {declared} unpacked bytes, more than "
+            f"{UNPACKED_BYTES >> 20} MiB and {UNPACKED_TIMES} times its size: save it without "
+            "compression"
+        )
+
+
+def as_text(value: Any) -> str:
+    """Return a value as text that UTF-8 can encode. Invalid bytes are replaced."""
+    text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    return text.encode("utf-8", "replace").decode()
+
+
+def quote(value: Any) -> str:
+    """Return a value for a message: one line of bounded length, and quotes around text."""
+    text = as_text(value)
+    if isinstance(value, str | bytes):
+        text = repr(text) if text.isprintable() else ascii(text)
+    return text if len(text) <= _QUOTED else f"{text[:_QUOTED]}..."
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return the first names as text, and the number of further ones."""
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(quote(n).strip("'") for n in names[:_LISTED]) + more
+
+
+def one_of(origin: str, name: str, value: Any, choices: Collection[str]) -> str:
+    """Return a value as text. Raise an error unless it is one of the choices."""
+    text = as_text(value)
+    if text not in choices:
+        raise InputError(
+            f"{origin}: '{name}' is {quote(text)} and must be one of {', '.join(choices)}"
+        )
+    return text

@@ -112,11 +112,16 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
             else check_samples(origin, values)
         )
         signals[name] = values.reshape(pinches * samples, *values.shape[2:])
-    labels = {
-        name: _per_pinch(path, arrays, name, pinches) for name in PINCH_COLUMNS if name in arrays
-    }
+    given_labels = [name for name in PINCH_COLUMNS if name in arrays]
+    wrong = next((name for name in given_labels if arrays[name].shape != (pinches,)), None)
+    if wrong is not None:
+        raise InputError(
+            f"{path}: the array '{wrong}' has the shape {arrays[wrong].shape}, but '{sensor}' has "
+            f"{pinches} pinches of {samples} samples: give one value for each pinch, or transpose "
+            f"'{sensor}'"
+        )
     bounds = [(start, start + samples) for start in range(0, pinches * samples, samples)]
-    table = Table(labels, range(pinches), "pinch")
+    table = Table({name: list(arrays[name]) for name in given_labels}, range(pinches), "pinch")
     notes = note_unknown(path, sorted({*arrays, *unknown} - NAMES), table, "arrays")
     dataset = from_signals(path, signals, bounds, given, table, notes)
     if samples < _SHORTEST * dataset.layout.rate:
@@ -183,15 +188,6 @@ def from_signals(
         notes=[*settings.notes, *notes],
         exported=exported,
     )
-
-
-def _per_pinch(path: Path, arrays: Arrays, name: str, pinches: int) -> list[Any]:
-    if arrays[name].shape != (pinches,):
-        raise InputError(
-            f"{path}: the array '{name}' has the shape {arrays[name].shape}, but there are "
-            f"{pinches} pinches: give one value for each"
-        )
-    return list(arrays[name])
 
 
 def _single(path: Path, arrays: Arrays, name: str) -> Any:

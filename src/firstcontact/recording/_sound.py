@@ -70,7 +70,7 @@ def import_wav(
     for row, cell in enumerate(table.get("sample_rate_hz", [])):
         if check_rate(f"{path}: sample_rate_hz of {table.place(row)}", cell) != layout.rate:
             raise InputError(
-                f"{path}: 'sample_rate_hz' of {table.place(row)} is {cell}, but the file has "
+                f"{path}: 'sample_rate_hz' of {files[row].name} is {cell}, but the file has "
                 f"{layout.rate:g} Hz: correct the table"
             )
     notes = note_unknown(path, sorted(set(table) - {"sample_rate_hz"}), table)

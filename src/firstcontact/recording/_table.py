@@ -165,7 +165,7 @@ def match_files(
     for row, name in enumerate(table["file"]):
         matches = by_name.get(name.strip(), [])
         if len(matches) != 1:
-            fault = "is in two folders" if matches else f"is not in {folder}"
+            fault = "is in two folders" if matches else f"is not in the folder {folder}"
             raise InputError(
                 f"{path}: 'file' of {table.place(row)} is {quote(name)}, which {fault}: correct "
                 "the row or the folder"

@@ -224,7 +224,7 @@ BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"force_index_0": [1] * 10}, ("force_index_1", "or none")),
     (
         {f"force_{f}_{k}": [0] * 9 + [200 * k] for f in ("index", "thumb") for k in range(6)},
-        ("force", "200 V", "'force_unit' to counts"),
+        ("force", "'force_unit' to counts"),
     ),
     ({"pinch": list(range(10)), "first_contact": [0] * 10}, ("one sample",)),
 ]

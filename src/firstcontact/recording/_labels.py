@@ -287,8 +287,8 @@ def _contacts(
                 )
         if second >= 0 and not 0 <= first <= second:
             raise InputError(
-                f"{path}: 'second_contact' of {table.place(row)} is {second} and must not be before "
-                f"'{name}', which is {first}: correct one, or give -1 as 'second_contact'"
+                f"{path}: 'second_contact' of {table.place(row)} is {second}, before '{name}' "
+                f"({first}): correct one of them, or give -1 as 'second_contact'"
             )
         if len(owners) == 1 and not is_exact:
             moved += finger is Finger.THUMB and owners[0] is Finger.INDEX and first >= 0

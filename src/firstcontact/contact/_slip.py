@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -61,6 +62,18 @@ class SlipDetector(ABC):
         """
 
 
+@dataclass(slots=True)
+class _Hold:
+    """State of a hold: the piece in progress, and the level at rest as it is learned."""
+
+    part: NDArray[np.float64]  # samples of the piece in progress
+    sum: NDArray[np.float64]
+    count: int = 0
+    rest: NDArray[np.float64] | None = None
+    loud: list[float] = field(default_factory=list)  # loudness of the newest pieces
+    silent: int = 0  # pieces until a slip that continues is reported again
+
+
 class PowerSlipDetector(SlipDetector):
     """Slip detector that fires if the fingers are loud above 400 Hz for 10 ms without a break.
 
@@ -78,6 +91,14 @@ class PowerSlipDetector(SlipDetector):
 
     def __init__(self, threshold: float = THRESHOLD) -> None:
         self.threshold = threshold
+        #: Least loudness of the newest pieces relative to rest; NaN while unknown.
+        self.loudness = float("nan")
+        self._volts: Physical | None = None
+        self._piece = 1  # length of a piece in samples
+        self._sections, self._state = np.zeros((0, 6)), np.zeros((0, 2, 0))
+        self._offset = np.zeros(0)
+        self._next: tuple[int, int] | None = None  # epoch and number of the next sample
+        self._held: _Hold | None = None
 
     def start(self, layout: Layout) -> None:
         """Start a stream of this layout. The hand holds no object yet."""
@@ -90,82 +111,72 @@ class PowerSlipDetector(SlipDetector):
         )
         self._state = np.zeros((len(self._sections), 2, len(columns)))
         self._piece = samples_in(PIECE, layout.rate)
-        self._learned = round(LEARNED / PIECE)
-        self._follow = PIECE / FOLLOWED
-        self._again = round(AGAIN / PIECE)
-        self._first = True
-        self._next = 0
-        self._epoch = 0
+        self._next = None
         self.release()
 
     def hold(self) -> None:
         """Begin a hold: learn the level without slip again, from the next sample on."""
-        self._is_holding = True
-        self._part = np.zeros((0, self._state.shape[2]))
-        self._rest: NDArray[np.float64] | None = None
-        self._sum = np.zeros(self._state.shape[2])
-        self._count = 0
-        self._loud: list[float] = []
-        self._silent = 0
-        #: Least loudness of the newest pieces relative to rest; NaN while unknown.
+        fingers = self._state.shape[2]
+        self._held = _Hold(np.zeros((0, fingers)), np.zeros(fingers))
         self.loudness = float("nan")
 
     def release(self) -> None:
         """Report that the hand holds no object any more."""
-        self.hold()
-        self._is_holding = False
+        self._held = None
+        self.loudness = float("nan")
 
     def update(self, block: Block) -> list[int]:
         """Process the next block. After missing samples, learn the level without slip again."""
         from scipy.signal import sosfilt
 
-        follows = block.first_sample == self._next and block.epoch == self._epoch
-        self._next, self._epoch = block.end, block.epoch
         if not len(block.data):
             return []
+        follows = self._next == (block.epoch, block.first_sample)
+        self._next = block.epoch, block.end
+        assert self._volts is not None, "start a stream first"
         volts = self._volts(block.data)
-        if self._first or not follows:
-            self._first = False
+        if not follows:
             # Start the filter as if the first sample had always been there.
             self._state[:] = 0.0
             gain = self._sections[:, :3].sum(axis=1) / self._sections[:, 3:].sum(axis=1)
             assert np.allclose(gain, 0.0), "a high-pass filter stops constant signals"
             self._offset = volts[0].copy()
-            if self._is_holding:
+            if self._held is not None:
                 self.hold()
         high, self._state = sosfilt(self._sections, volts - self._offset, axis=0, zi=self._state)
-        if not self._is_holding:
+        held = self._held
+        if held is None:
             return []
-        begin = block.end - len(block.data) - len(self._part)
-        self._part = np.concatenate([self._part, high])
+        begin = block.end - len(block.data) - len(held.part)
+        part = np.concatenate([held.part, high])
         slips = []
         end = 0
-        while end + self._piece <= len(self._part):
-            power = np.mean(self._part[end : end + self._piece] ** 2, axis=0)
+        while end + self._piece <= len(part):
+            power = np.mean(part[end : end + self._piece] ** 2, axis=0)
             end += self._piece
-            if self._slips(power):
+            if self._slips(held, power):
                 slips.append(begin + end - 1)
-        self._part = self._part[end:]
+        held.part = part[end:]
         return slips
 
-    def _slips(self, power: NDArray[np.float64]) -> bool:
+    def _slips(self, held: _Hold, power: NDArray[np.float64]) -> bool:
         """Return True to report a slip: at its start, then every 50 ms while it continues."""
-        if self._rest is None:
-            self._sum += power
-            self._count += 1
-            if self._count == self._learned:
-                self._rest = np.maximum(self._sum / self._count, np.finfo(float).tiny)
+        if held.rest is None:
+            held.sum += power
+            held.count += 1
+            if held.count == round(LEARNED / PIECE):
+                held.rest = np.maximum(held.sum / held.count, np.finfo(float).tiny)
             return False
-        ratio = power / self._rest
-        self._loud = [*self._loud[1 - PIECES :], float(ratio.mean())]
-        self._silent = max(self._silent - 1, 0)
-        if len(self._loud) < PIECES:
+        ratio = power / held.rest
+        held.loud = [*held.loud[1 - PIECES :], float(ratio.mean())]
+        held.silent = max(held.silent - 1, 0)
+        if len(held.loud) < PIECES:
             return False
-        self.loudness = min(self._loud)
+        self.loudness = min(held.loud)
         if self.loudness <= self.threshold:
-            self._rest *= 1.0 + self._follow * (np.minimum(ratio, 2.0) - 1.0)
+            held.rest *= 1.0 + PIECE / FOLLOWED * (np.minimum(ratio, 2.0) - 1.0)
             return False
-        if self._silent:
+        if held.silent:
             return False
-        self._silent = self._again
+        held.silent = round(AGAIN / PIECE)
         return True

@@ -19,7 +19,7 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
-from firstcontact.core import Command, _children
+from firstcontact.core import _children
 
 #: Module of the process that is forked.
 TWIN = "firstcontact.device._twin_process"
@@ -31,10 +31,7 @@ def load() -> None:
     from firstcontact.device import _twin_process
     from firstcontact.twin import DeviceFilter, TwinStream
 
-    stream = TwinStream(seed=0)
-    DeviceFilter().update(stream.read(_twin_process.REHEARSED))
-    stream.command(Command(0.0, 0.0))
-    stream.read(_twin_process.FRAME_SAMPLES)
+    DeviceFilter().update(TwinStream(seed=0).read(_twin_process.FRAME_SAMPLES))
 
 
 def fork_children() -> None:

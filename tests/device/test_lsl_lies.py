@@ -221,32 +221,6 @@ def test_clock_step_starts_an_epoch() -> None:
     assert (source.health.samples, source.health.lost_samples) == (4936, 0)
 
 
-@pytest.mark.parametrize("is_whole", [True, False])
-def test_stamps_that_run_backwards_are_refused(is_whole: bool) -> None:
-    outlet = Outlet()
-    zero = pylsl.local_clock()
-    count = 0
-    with LslSource(outlet.name) as source:
-
-        def send() -> None:
-            nonlocal count
-            stamps = zero + np.arange(count, count + 50) / outlet.rate
-            count += len(stamps)
-            # All of them run backwards, or those of each chunk.
-            outlet.push(np.zeros(50), 2 * zero - stamps if is_whole else stamps[::-1])
-
-        with pytest.raises(InputError, match="backwards"):
-            until_refused(source, send)
-
-
-def test_jittering_stamps_do_not_run_backwards() -> None:
-    outlet = Outlet()
-    stamps = np.random.default_rng(0).permutation(outlet.past(2 * 4936))
-    with LslSource(outlet.name) as source:
-        outlet.push(np.zeros(len(stamps)), stamps)
-        read_all(source, len(stamps))
-
-
 def test_library_logs_only_on_request(tmp_path: Path) -> None:
     program = (
         "from firstcontact.device._lsl_source import lsl_library\n"

@@ -114,7 +114,7 @@ def test_source_opens_although_the_device_is_disconnected_again(
     take = SerialSource._take
 
     def disconnect(source: SerialSource, data: bytes, now: float) -> Assembled:
-        with source._inbox.changed:
+        with source._changed:
             assembled = take(source, data, now)
             source._connected = False
         return assembled

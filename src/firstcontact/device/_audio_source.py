@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE, InputError, VibrationSensor, require_modules
-from firstcontact.device._clock import RateCheck
 from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._threaded import ThreadedSource
@@ -31,6 +30,8 @@ BLOCKS = 32
 STEADY = 31
 #: A gap is implausible if it exceeds the time since the previous block by more than this, s.
 SLACK = 1.0
+#: Largest number of waiting blocks: about a minute.
+MOST_WAITING = 15_000
 #: Longest wait for an input to close, s.
 CLOSING_TIME = 2.0
 
@@ -53,10 +54,6 @@ class AudioSource(ThreadedSource):
         super().__init__("audio" + (f":{input_name}" if input_name else ""))
         self._input_name, self._channels, self._rate = input_name, channels, rate
         self._blocks: SimpleQueue[_InputBlock] = SimpleQueue()
-        # The fields below belong to PortAudio's thread.
-        self._pace = RateCheck(rate)
-        self._frames = 0
-        self._is_too_fast = False
         self._stream: Any = None
 
     def _open(self) -> Descriptor:
@@ -68,7 +65,6 @@ class AudioSource(ThreadedSource):
                 "two: leave out the /2"
             )
         delay = self._resample(float(device["default_samplerate"]), self._rate)
-        self._pace = RateCheck(self._input_rate)
         try:
             self._stream = sound.InputStream(
                 device=device["index"],
@@ -101,24 +97,16 @@ class AudioSource(ThreadedSource):
         )
 
     def _callback(self, data: NDArray[np.float32], frames: int, times: Any, status: Any) -> None:
-        """Queue a block, in PortAudio's thread. Abort an input that is too fast."""
-        host = time.monotonic()
-        self._frames += frames
-        # A much too fast input would fill the queue faster than the source's thread empties it. An
-        # input that is too slow has lost samples, which the source's thread counts.
-        differs = self._pace.add(self._frames, host)
-        if differs and self._pace.rate > self._input_rate:
-            self._is_too_fast = True
+        """Queue a block, in PortAudio's thread."""
+        if self._blocks.qsize() > MOST_WAITING:  # the input has no pace
             raise portaudio().CallbackAbort
         taken, overflow = times.inputBufferAdcTime, bool(status.input_overflow)
-        self._blocks.put(_InputBlock(data.copy(), taken, host, overflow))
+        self._blocks.put(_InputBlock(data.copy(), taken, time.monotonic(), overflow))
 
     def _work(self) -> None:
         end, overflows, last = 0, 0, time.monotonic()
         starts: deque[float] = deque(maxlen=STEADY)  # time of sample 0, computed from each block
         while not self._closing.is_set():
-            if self._is_too_fast:
-                self._refuse_rate(self._pace.rate / self._input_rate, "this machine's")
             try:
                 block = self._blocks.get(timeout=0.05)
             except Empty:
@@ -178,14 +166,13 @@ def _latency() -> float:
     return LATENCY
 
 
-def inputs(sound: Any) -> list[dict[str, Any]]:
-    """Return the available sound inputs."""
+def _inputs(sound: Any) -> list[dict[str, Any]]:
     return [d for d in sound.query_devices() if d["max_input_channels"] > 0]
 
 
 def _device(sound: Any, name: str) -> dict[str, Any]:
     """Return the sound input with this name, or the default one."""
-    available = inputs(sound)
+    available = _inputs(sound)
     if not available:
         raise InputError(
             "there is no sound input: plug one in, and check that this user may open it (on "
@@ -211,7 +198,7 @@ def discover() -> Iterator[tuple[str, str]]:
         sound = portaudio()
     except InputError:
         return
-    for device in inputs(sound):
+    for device in _inputs(sound):
         channels = device["max_input_channels"]
         yield (
             f"audio:{device['name']}",

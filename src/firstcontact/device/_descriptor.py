@@ -45,10 +45,7 @@ class ModelSlot:
 
 
 def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
-    """Return the message for a device that does not use the newest model stored on it.
-
-    ``has_predictor`` is True if the device runs an older model instead.
-    """
+    """Return the message for a device that cannot use its newest model."""
     fallback = "runs the one before it" if has_predictor else "runs none"
     return (
         f"the device cannot use the newest model stored on it ({models.fault}) and {fallback}: "
@@ -58,7 +55,7 @@ def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _DescriptorJson:
-    """JSON form of a descriptor, as a device sends it. All fields are required."""
+    """JSON form of a descriptor, as a device sends it."""
 
     firmware: Name
     sensor: Name
@@ -71,10 +68,10 @@ class _DescriptorJson:
 
 
 def layout_to_send(layout: Layout) -> dict[str, Any]:
-    """Return a layout as JSON in the form of protocol version 1.
+    """Return a layout as JSON, in the form of protocol version 1 if that can express the layout.
 
-    In that form vibration channels have the kind ``piezo`` and share one smoothing factor. A layout
-    with other sensors is returned in the form that recordings use. Readers understand both forms.
+    In that form vibration channels have the kind ``piezo`` and share one smoothing factor. Readers
+    also understand the form of recordings.
     """
     alphas = {c.smoothing_alpha for c in layout.vibration}
     is_version_1 = all(
@@ -105,10 +102,8 @@ class Descriptor:
         Data type of the samples. A device on the wire sends int16.
     delay
         Delay of the source's own filter, s.
-    predictor
-        Model that predicts on the device itself; None if there is none.
-    model_slot
-        Models that the device accepts; None if it accepts none.
+    predictor, model_slot
+        Model that predicts on the device itself, and the models that the device accepts, if any.
     paced
         True if the device sends its samples in real time.
     """
@@ -126,13 +121,9 @@ class Descriptor:
 
     def to_text(self) -> str:
         """Return the descriptor as JSON, as it goes over the wire."""
-        tree: dict[str, Any] = {
-            "firmware": self.firmware,
-            "sensor": self.sensor,
-            "hand": self.hand,
-            "source": self.source,
-            "layout": layout_to_send(self.layout),
-        }
+        names = ("firmware", "sensor", "hand", "source")
+        tree: dict[str, Any] = {name: getattr(self, name) for name in names}
+        tree["layout"] = layout_to_send(self.layout)
         if self.predictor is not None:
             tree["answers"] = asdict(self.predictor)
         if self.model_slot is not None:
@@ -143,14 +134,7 @@ class Descriptor:
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """Create a descriptor from JSON, the inverse of :meth:`to_text`.
-
-        Raises
-        ------
-        InputError
-            The text is not JSON, a field is missing or out of bounds, or the layout has no
-            fingertips.
-        """
+        """Create a descriptor from JSON, the inverse of :meth:`to_text`. Check all fields."""
         fields = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
         fault = fields.layout.fault
         if not fault and fields.source not in SOURCES:

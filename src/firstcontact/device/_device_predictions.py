@@ -24,8 +24,8 @@ class DeviceContact:
     finger
         Finger that touched.
     sample, decided
-        ``sample`` is the sample at which the contact began. ``decided`` is the sample after which
-        the device detected the contact. Both are 64-bit numbers.
+        Numbers of the sample at which the contact began, and of the sample after which the device
+        detected it.
     first
         True for the first contact of a closing.
     epoch
@@ -56,16 +56,14 @@ class DeviceEstimate:
         Sample after which the device predicted.
     value, low, high
         Shore A, and the ends of the interval.
-    refused
-        True if there is no estimate.
+    refused, reason
+        True if there is no estimate, and the reason, a :class:`firstcontact.chain.Reason`.
     out_of_range
-        True if the contact is out of range: unlike the training data.
+        True if the contact is unlike the training data.
     compute_time
         Computing time on the device, s; 0 if the device does not measure it.
     epoch
         Epoch of the samples.
-    reason
-        Reason why there is no estimate, a value of :class:`firstcontact.chain.Reason`.
     """
 
     finger: Finger
@@ -91,9 +89,8 @@ DevicePrediction = DeviceContact | DeviceEstimate
 
 def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> bytes:
     """Return the payload of a contact frame."""
-    return _CONTACT.pack(
-        sample & 0xFFFFFFFF, decided & 0xFFFFFFFF, list(Finger).index(finger), first
-    )
+    numbers = sample & 0xFFFFFFFF, decided & 0xFFFFFFFF
+    return _CONTACT.pack(*numbers, list(Finger).index(finger), first)
 
 
 def read_contact(payload: bytes, epoch: int, *, withdrawn: bool = False) -> DeviceContact:

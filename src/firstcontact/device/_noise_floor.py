@@ -5,8 +5,6 @@ The stream is divided into parts of 0.1 s (:data:`PART`). Each part counts as at
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import numpy as np
@@ -41,26 +39,12 @@ PATIENCE = 30.0
 SILENCE, WAITS = 2.0, 4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Part:
-    """Statistics of one part of the stream. All shapes are (fingers,)."""
-
-    mean: NDArray[np.float64]
-    rms: NDArray[np.float64]
-    strip: NDArray[np.bool_]
-    force: tuple[NDArray[np.float64], ...]  # level of each finger's taxels, V
-
-    @property
-    def flat(self) -> NDArray[np.bool_]:
-        return np.asarray(self.rms == 0.0)
-
-
 class RestMeter:
     """Meter of the vibration sensors' noise in a stream. It uses only the parts at rest."""
 
     def __init__(self, layout: Layout, seconds: float = 2.0) -> None:
-        self._fingers = layout.vibration_fingers
-        if not self._fingers:
+        self._fingers = fingers = layout.vibration_fingers
+        if not fingers:
             raise InputError(
                 "the source has no vibration channel, so there is no noise to measure: leave the "
                 "calibration out"
@@ -68,38 +52,49 @@ class RestMeter:
         self._layout = layout
         self._length = max(2, round(PART * layout.rate))
         self._wanted = max(1, round(seconds / PART))
-        self._every = tuple(range(layout.width))
-        self._vibration = layout.columns(ChannelKind.VIBRATION)
-        self._parts: list[_Part] = []
-        self._waiting: NDArray[np.float64] | None = None
+        self._vibration = list(layout.columns(ChannelKind.VIBRATION))
+        self._strips = [list(layout.columns(ChannelKind.STRIP, f)) for f in fingers]
+        self._taxels = [list(layout.columns(ChannelKind.FORCE, f)) for f in fingers]
+        self._waiting = np.zeros((0, layout.width))
         self._next = (0, 0)
+        #: For each part: mean and RMS of the piezos, closed strips, and mean of each column.
+        self._means, self._rms = np.zeros((2, 0, len(fingers)))
+        self._closed = np.zeros((0, len(fingers)), np.bool_)
+        self._levels = np.zeros((0, layout.width))
         self.samples = 0  #: number of samples so far
 
     def update(self, block: Block) -> None:
         """Process the next block. A part never spans a gap."""
         self.samples += len(block.data)
-        x = self._layout.physical(block.data, self._every)
-        if self._waiting is not None and (block.first_sample, block.epoch) == self._next:
+        x = self._layout.physical(block.data, tuple(range(self._layout.width)))
+        if (block.first_sample, block.epoch) == self._next:
             x = np.concatenate([self._waiting, x])
         self._next = (block.end, block.epoch)
-        end = len(x) // self._length * self._length
-        for start in range(0, end, self._length):
-            self._parts.append(self._part(x[start : start + self._length]))
-        self._waiting = x[end:]
+        count = len(x) // self._length
+        self._waiting = x[count * self._length :]
+        if not count:
+            return
+        parts = x[: count * self._length].reshape(count, self._length, -1)
+        piezos = parts[:, :, self._vibration]
+        rms = np.where(np.ptp(piezos, axis=1) > 0, piezos.std(axis=1), 0.0)
+        closed = [(parts[:, :, strips] > 0).any(axis=(1, 2)) for strips in self._strips]
+        self._means = np.concatenate([self._means, piezos.mean(axis=1)])
+        self._rms = np.concatenate([self._rms, rms])
+        self._closed = np.concatenate([self._closed, np.stack(closed, axis=1)])
+        self._levels = np.concatenate([self._levels, parts.mean(axis=1)])
 
     @property
     def is_sufficient(self) -> bool:
         """Return True once enough of the stream was at rest."""
-        return int(self._rest_mask().sum()) >= self._wanted
+        return int(self._at_rest().sum()) >= self._wanted
 
     def calibration(self) -> Calibration:
         """Return noise floor and offset of each vibration sensor over all parts at rest so far."""
-        at_rest = self._rest_mask()
-        if int(at_rest.sum()) < self._wanted:
+        if not self.is_sufficient:
             raise InputError(f"the noise floor cannot be measured: {'; '.join(self.obstacles())}")
-        parts = [p for p, is_rest in zip(self._parts, at_rest, strict=True) if is_rest]
-        noise = np.sqrt(np.mean([p.rms**2 for p in parts], axis=0))
-        offset = np.mean([p.mean for p in parts], axis=0)
+        at_rest = self._at_rest()
+        noise = np.sqrt(np.mean(self._rms[at_rest] ** 2, axis=0))
+        offset = self._means[at_rest].mean(axis=0)
         piezo = tuple(
             VibrationCalibration(f, float(n), float(o))
             for f, n, o in zip(self._fingers, noise, offset, strict=True)
@@ -109,9 +104,9 @@ class RestMeter:
     def obstacles(self) -> list[str]:
         """Return one message for each finger that is not at rest: the reason and the remedy."""
         messages = []
-        faults = self._faults(self._parts)
         for column, finger in enumerate(self._fingers):
-            flat, strip, force, loud = (fault[:, column].mean() for fault in faults)
+            faults = self._faults()[:, :, column]
+            flat, strip, force, loud = faults.mean(axis=1) if faults.size else np.zeros(4)
             sensor = self._layout.vibration[column].sensor
             name = finger_name(finger)
             sensor_name = f"the {sensor}" if finger is None else f"the {name}'s {sensor}"
@@ -130,48 +125,24 @@ class RestMeter:
                 messages.append(f"{sensor_name} is not at rest: {remedy}")
         return messages or ["too few samples: check the connection"]
 
-    def _part(self, x: NDArray[np.float64]) -> _Part:
-        piezo = x[:, list(self._vibration)]
-        strip, force = [], []
-        for finger in self._fingers:
-            strips = self._layout.columns(ChannelKind.STRIP, finger)
-            strip.append(bool((x[:, list(strips)] > 0).any()))
-            force.append(x[:, list(self._layout.columns(ChannelKind.FORCE, finger))].mean(axis=0))
-        rms = np.where(np.ptp(piezo, axis=0) > 0, piezo.std(axis=0), 0.0)
-        return _Part(piezo.mean(axis=0), rms, np.array(strip), tuple(force))
+    def _faults(self) -> NDArray[np.bool_]:
+        """Return whether a part is flat, closed, loaded or loud; shape (4, parts, fingers)."""
+        flat = self._rms == 0.0
+        if not len(flat):
+            return np.zeros((4, *flat.shape), np.bool_)
+        is_loaded = self._levels > np.minimum(self._levels.min(axis=0) + RISEN, LOADED)
+        loaded = np.stack([is_loaded[:, taxels].any(axis=1) for taxels in self._taxels], axis=1)
+        free = ~(flat | self._closed | loaded).any(axis=1)
+        quietest = (self._rms[free] if free.any() else self._rms).min(axis=0)
+        return np.stack([flat, self._closed, loaded, self._rms > STEADY * quietest])
 
-    def _faults(self, parts: Sequence[_Part]) -> tuple[NDArray[np.bool_], ...]:
-        """Return four masks of faults, each of shape (parts, fingers)."""
-        none = np.zeros((0, len(self._fingers)), np.bool_)
-        if not parts:
-            return none, none, none, none
-        flat = np.array([p.flat for p in parts])
-        strip = np.array([p.strip for p in parts])
-        force = np.zeros_like(strip)
-        for column in range(len(self._fingers)):
-            levels = np.array([p.force[column] for p in parts])
-            if levels.shape[1]:
-                limit = np.minimum(levels.min(axis=0) + RISEN, LOADED)
-                force[:, column] = (levels > limit).any(axis=1)
-        rms = np.array([p.rms for p in parts])
-        free = ~(flat | strip | force).any(axis=1)
-        quietest = rms[free].min(axis=0) if free.any() else rms.min(axis=0)
-        return flat, strip, force, rms > STEADY * quietest
-
-    def _rest_mask(self) -> NDArray[np.bool_]:
+    def _at_rest(self) -> NDArray[np.bool_]:
         """Return True for each part at rest, shape (parts,)."""
-        flat, strip, force, loud = self._faults(self._parts)
-        return np.asarray(~(flat | strip | force | loud).any(axis=1))
+        return np.asarray(~self._faults().any(axis=(0, 2)))
 
 
 def wait_for_arrivals(source: Source) -> list[Arrival]:
-    """Return the next samples, at least one.
-
-    Raises
-    ------
-    InputError
-        No samples arrive within 2 s.
-    """
+    """Return the next samples, at least one. Raise InputError if none arrive within 2 s."""
     for _ in range(WAITS):
         if arrivals := source.read(SILENCE / WAITS):
             return arrivals
@@ -181,23 +152,11 @@ def wait_for_arrivals(source: Source) -> list[Arrival]:
     )
 
 
-def measure_noise(
-    source: Source,
-    seconds: float = REST,
-    patience: float = PATIENCE,
-) -> Calibration:
+def measure_noise(source: Source, seconds: float = REST, patience: float = PATIENCE) -> Calibration:
     """Measure noise floor and offset of each vibration sensor of an open source.
 
-    A hand that closes repeatedly is measured between its closings.
-
-    Parameters
-    ----------
-    source
-        Open source.
-    seconds
-        Time at rest that the measurement needs, s of the device's time.
-    patience
-        Longest time that may pass beyond ``seconds``, s of the device's time.
+    A hand that closes repeatedly is measured between its closings. The measurement needs
+    ``seconds`` at rest. At most ``patience`` may pass beyond it, s of the device's time.
 
     Raises
     ------

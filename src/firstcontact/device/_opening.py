@@ -41,15 +41,7 @@ class SourceOptions:
     objects: str = "paper"
 
     def check_own_speed(self, device: str) -> None:
-        """Refuse a speed option for a device with a fixed speed.
-
-        ``device`` names the device in the message.
-
-        Raises
-        ------
-        InputError
-            The speed is not 1.
-        """
+        """Raise InputError if the speed is not 1. ``device`` has a fixed speed."""
         if self.speed != 1.0:
             raise InputError(
                 f"--speed is {self.speed:g}, but {device} has a fixed speed: leave --speed out"
@@ -69,21 +61,16 @@ class SourceKind:
     make
         Function from device name and options to a source that is not open yet.
     takes
-        Predicate on the device name. By default, a kind accepts names that begin with its own name
-        and a colon.
-    recorded
-        True if the source replays a recording.
-    simulated
-        True if the hand is simulated: it takes orders and can run faster than real time.
-    is_port
-        True if the device name is the path of a port.
+        Predicate on the device name. By default, names begin with the kind's name and a colon.
+    recorded, simulated, is_port
+        True if the source replays a recording, if its hand is simulated, and if the device name is
+        the path of a port. A simulated hand takes orders and can run faster than real time.
     origin
         Value of ``source`` in the headers of recordings of this kind, if known in advance.
     shore_a
-        Function from an object's name to its Shore A, for a simulated hand. It raises InputError
-        for unknown names.
+        Function from an object's name to its Shore A, for a simulated hand.
     discover
-        Function that lists available devices: device name and description of each.
+        Function that returns name and description of each available device.
     """
 
     name: str
@@ -159,19 +146,14 @@ _BUILT_IN = (
 SOURCES: Registry[SourceKind] = Registry(
     "source",
     "firstcontact.sources",
-    {
-        **{kind.name: kind for kind in _BUILT_IN},
-    },
+    {kind.name: kind for kind in _BUILT_IN},
     base="firstcontact.device._opening:SourceKind",
     instances=True,
 )
 
 
 def source_kind(device: str) -> SourceKind:
-    """Return the kind of a device.
-
-    Plug-ins are imported in two cases only. Either the device name begins with the name of a
-    plug-in and a colon. Or no built-in kind accepts the name, and it is not the name of a port.
+    """Return the kind of a device. Import plug-ins only if no built-in kind accepts the name.
 
     Raises
     ------
@@ -182,19 +164,16 @@ def source_kind(device: str) -> SourceKind:
     if colon and named in (*SOURCES.names, *SOURCES.failed) and SOURCES.find(named).takes is None:
         return SOURCES.find(named)
     built_in = [SOURCES[name] for name in SOURCES.builtin_names if name != SOURCES.default]
-    kind = next((kind for kind in built_in if kind.accepts(device)), None)
-    if kind is None and not Path(device).is_char_device():
-        kind = _plugin_kind(device)
-    return kind or SOURCES[SOURCES.default]
-
-
-def _plugin_kind(device: str) -> SourceKind | None:
-    for name in SOURCES:
-        if name not in SOURCES.builtin_names:
-            with SOURCES.calling(name):
-                if SOURCES[name].accepts(device):
-                    return SOURCES[name]
-    return None
+    for kind in built_in:
+        if kind.accepts(device):
+            return kind
+    if not Path(device).is_char_device():
+        for name in SOURCES:
+            if name not in SOURCES.builtin_names:
+                with SOURCES.calling(name):
+                    if SOURCES[name].accepts(device):
+                        return SOURCES[name]
+    return SOURCES[SOURCES.default]
 
 
 def list_devices() -> list[tuple[str, str]]:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import grp
 import os
 import pwd
 import select
-import shutil
 import tempfile
 import termios
 import threading
@@ -34,10 +32,6 @@ WRITE = 1.0
 #: Baud rate, for UART bridges only; USB ports ignore it. Samples take 176 kB/s, and start and stop
 #: bits a quarter more.
 BAUD = 4_000_000
-#: Prefix of the folders for ports, inside the folder of temporary files.
-PREFIX = "firstcontact-port-"
-#: Age above which an unlocked folder counts as unused, s.
-NEW = 60.0
 #: Errors from opening a port. A terminal that vanishes meanwhile raises ``termios.error``.
 _FAULTS = (OSError, ValueError, termios.error)
 
@@ -175,50 +169,22 @@ def groups() -> list[str]:
 
 
 def _user(number: int) -> str:
-    try:
+    with suppress(KeyError):
         return pwd.getpwuid(number).pw_name
-    except KeyError:
-        return str(number)
+    return str(number)
 
 
 def _group(number: int) -> str:
-    try:
+    with suppress(KeyError):
         return grp.getgrgid(number).gr_name
-    except KeyError:
-        return str(number)
+    return str(number)
 
 
 @contextmanager
 def port_folder() -> Iterator[Path]:
-    """Create a temporary folder for a port's name, for the duration of a ``with`` block.
-
-    If the program is killed, its folder stays until another program calls this function.
-    """
-    parent = Path(tempfile.gettempdir())
-    for old in parent.glob(f"{PREFIX}*"):
-        _sweep(old)
-    with tempfile.TemporaryDirectory(prefix=PREFIX, ignore_cleanup_errors=True) as name:
-        lock = os.open(name, os.O_RDONLY | os.O_CLOEXEC)
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            yield Path(name)
-        finally:
-            os.close(lock)
-
-
-def _sweep(folder: Path) -> None:
-    """Remove the folder of a program that has ended."""
-    # Ignore folders of other users and folders that vanished meanwhile.
-    with suppress(OSError):
-        lock = os.open(folder, os.O_RDONLY | os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW)
-        try:
-            status = os.fstat(lock)
-            if status.st_uid != os.getuid() or time.time() - status.st_mtime < NEW:
-                return
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            shutil.rmtree(folder, ignore_errors=True)
-        finally:
-            os.close(lock)
+    """Create a temporary folder for a port's name, for the duration of a ``with`` block."""
+    with tempfile.TemporaryDirectory(prefix="firstcontact-port-") as name:
+        yield Path(name)
 
 
 class PseudoTerminal:

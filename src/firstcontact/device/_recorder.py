@@ -23,6 +23,7 @@ JOINED_SAMPLES = 500
 QUEUED = 40_000
 #: Time between two checks of whether to wait any longer, s.
 POLL = 0.05
+_Piece = Block | Marker | PinchMark
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +34,8 @@ class RecorderStatus:
     ----------
     path
         File that is being written; None if no recording runs.
-    samples
-        Number of samples written to ``path``. If no recording runs, those written to the last file.
-    waiting
-        Number of samples in the queue.
+    samples, waiting
+        Number of samples written to this or the last file, and in the queue.
     failed
         Reason why recording stopped by itself, or "".
     """
@@ -48,20 +47,18 @@ class RecorderStatus:
 
 
 class Recorder:
-    """Recorder of samples into one file at a time, in order.
+    """Recorder of samples into one file at a time, in order. Any thread can call its methods.
 
-    :meth:`put` never waits: samples queue up without a limit and are counted. Callers whose samples
-    come faster than the disk can write them also call :meth:`wait`. If the file cannot be written
-    (a full disk), the recorder stops and states the reason in its status. All complete parts of the
-    file stay readable.
-
-    All methods can be called from any thread. Leaving a ``with`` block closes the recorder.
+    :meth:`put` never waits: samples queue up without a limit. Callers whose samples come faster
+    than the disk can write them also call :meth:`wait`. If the file cannot be written (a full
+    disk), the recorder stops and states the reason in its status. All complete parts of the file
+    stay readable.
     """
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._starting = threading.Lock()
-        self._queue: deque[Block | Marker | PinchMark] = deque()
+        self._queue: deque[_Piece] = deque()
         self._thread: threading.Thread | None = None
         self._closing = False
         self._is_over = False
@@ -77,13 +74,7 @@ class Recorder:
             return RecorderStatus(self._path, self._samples, self._waiting, self._failed)
 
     def start(self, path: Path, header: Header) -> None:
-        """Start a recording.
-
-        Raises
-        ------
-        InputError
-            A recording is running, the recorder is closed, or the file exists or cannot be created.
-        """
+        """Start a recording into a new file. Raise InputError if one is running."""
         with self._starting:
             if self._is_over:
                 raise InputError(f"the session has ended without {path}: start it again")
@@ -94,16 +85,14 @@ class Recorder:
                 )
             self.stop()
             writer = RecordingWriter(path, header)
-            thread = threading.Thread(
+            self._thread = threading.Thread(
                 target=self._work, args=(writer,), name="recorder", daemon=True
             )
             with self._changed:
-                self._queue.clear()
                 self._closing = False
-                self._path, self._samples, self._waiting, self._failed = path, 0, 0, ""
-                self._thread = thread
+                self._path, self._samples, self._failed = path, 0, ""
             _log.info("recording into %s", path)
-            thread.start()
+            self._thread.start()
 
     def put(self, arrivals: Iterable[Arrival]) -> None:
         """Queue samples and their markers for writing. Do nothing if no recording is running."""
@@ -132,11 +121,10 @@ class Recorder:
     def stop(self) -> None:
         """Write the queue and close the file. Do nothing if no recording is running."""
         with self._changed:
-            thread = self._thread
             self._closing = True
             self._changed.notify_all()
-        if thread is not None:
-            thread.join()
+        if self._thread is not None:
+            self._thread.join()
 
     def close(self) -> None:
         """Stop the recording, and refuse to start another."""
@@ -158,10 +146,8 @@ class Recorder:
                     self._write(writer, piece)
             writer.close()
         except Exception as error:  # no error here may disturb the source
-            is_input_error = isinstance(error, InputError)
-            failed = (
-                str(error) if is_input_error else f"{writer.path} cannot be written ({error!r})"
-            )
+            known = isinstance(error, InputError)
+            failed = str(error) if known else f"{writer.path} cannot be written ({error!r})"
             with suppress(InputError, OSError):
                 writer.close()
         _log.info("%s ended with %d samples %s", writer.path, self._samples, failed)
@@ -170,7 +156,7 @@ class Recorder:
             self._queue.clear()
             self._waiting = 0
 
-    def _take(self) -> list[Block | Marker | PinchMark]:
+    def _take(self) -> list[_Piece]:
         """Wait for queued items, and return them all. The list is empty once the recording ends."""
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
@@ -178,7 +164,7 @@ class Recorder:
             self._queue.clear()
             return waiting
 
-    def _write(self, writer: RecordingWriter, piece: Block | Marker | PinchMark) -> None:
+    def _write(self, writer: RecordingWriter, piece: _Piece) -> None:
         if isinstance(piece, Marker):
             writer.marker(piece)
         elif isinstance(piece, PinchMark):
@@ -191,9 +177,7 @@ class Recorder:
                 self._waiting -= len(piece.data)
 
 
-def _joined(
-    pieces: list[Block | Marker | PinchMark],
-) -> Iterator[Block | Marker | PinchMark]:
+def _joined(pieces: list[_Piece]) -> Iterator[_Piece]:
     """Yield the queued items in order, with short consecutive blocks joined."""
     run: list[Block] = []
     for piece in pieces:

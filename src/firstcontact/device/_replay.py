@@ -10,7 +10,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -33,7 +32,7 @@ RING = 0.5
 TICK = 0.05
 #: Approximate number of bytes of frames prepared in advance.
 WIRE_BYTES = 4096
-#: Largest number of samples taken from the recording at a time.
+#: Number of samples that are due at a time at infinite speed.
 PIECE = 100
 #: Time for the host to read the last answer, s.
 LINGER = 1.0
@@ -61,7 +60,9 @@ def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
 class ReplaySource(Source):
     """Source that replays a recording as if its device were connected.
 
-    Epochs, gaps, markers and pinch marks come at their recorded samples. A gap takes no time.
+    Epochs, gaps, markers and pinch marks come at their recorded samples. A gap takes no time. The
+    recording begins to play at the first read. At a finite speed, the arrival time of a block is
+    the time at which it is due, however late it is read.
 
     Parameters
     ----------
@@ -71,17 +72,6 @@ class ReplaySource(Source):
         Multiple of real time; infinite to read as fast as possible.
     block
         Number of samples in a block, 1 or more.
-
-    Raises
-    ------
-    InputError
-        The file is no recording, has no samples, or the speed is not positive.
-
-    Notes
-    -----
-    The recording begins to play at the first read. At a finite speed, the arrival time of a block
-    is the time at which it is due, however late it is read. At infinite speed, it is the time of
-    the read.
     """
 
     recorded = True
@@ -205,22 +195,23 @@ class ReplaySource(Source):
             self._ended = True
 
 
-def _pieces(recording: Recording, length: int) -> Iterator[_Piece]:
-    """Yield blocks with their markers and pinch marks."""
-    markers = deque(sorted(recording.markers, key=lambda m: (m.epoch, m.sample)))
+def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iterator[_Piece]:
+    """Yield blocks with their markers and pinch marks; only of one epoch if it is given."""
+    stretches = [s for s in recording.stretches if epoch in (None, s.epoch)]
+    wanted = [m for m in recording.markers if epoch in (None, m.epoch)]
+    markers = deque(sorted(wanted, key=lambda m: (m.epoch, m.sample)))
     pinches = deque(sorted(recording.pinches, key=lambda m: (m.epoch, m.end)))
-    for stretch in recording.stretches:
-        last = stretch is recording.stretches[-1]
+    for stretch in stretches:
         for start in range(0, len(stretch.data), length):
             data = stretch.data[start : start + length]
             block = Block(data, stretch.first_sample + start, stretch.epoch)
-            until = (block.epoch, block.end)
             # Markers of samples after the last one come with the last block.
-            is_last = last and start + length >= len(stretch.data)
+            is_last = stretch is stretches[-1] and start + length >= len(stretch.data)
+            until = (math.inf, 0) if is_last else (block.epoch, block.end)
             block_markers, block_pinches = [], []
-            while markers and (is_last or (markers[0].epoch, markers[0].sample) < until):
+            while markers and (markers[0].epoch, markers[0].sample) < until:
                 block_markers.append(markers.popleft())
-            while pinches and (is_last or (pinches[0].epoch, pinches[0].end) <= until):
+            while pinches and (pinches[0].epoch, pinches[0].end) <= until:
                 block_pinches.append(pinches.popleft())
             yield _Piece(block, tuple(block_markers), tuple(block_pinches))
 
@@ -234,29 +225,19 @@ def from_path(path: str, options: SourceOptions) -> ReplaySource:
 
 
 class ReplayDevice:
-    """Device that sends a recording to its host, again and again.
+    """Device that sends a recording of int16 samples to its host, again and again.
 
     The recording plays after the host has sent a start frame, and pauses after a stop frame. At the
     end of an epoch the device falls silent. The host's next hello frame begins the next epoch, as
-    if the device had restarted.
-
-    Gaps and markers come at their recorded samples, and a gap takes no time. Pinch marks and the
-    calibration are not sent, because the protocol has no frames for them.
+    if the device had restarted. Pinch marks and the calibration are not sent, because the protocol
+    has no frames for them.
 
     Parameters
     ----------
-    path
-        Path of the recording. Its samples must be int16, as in the protocol.
-    terminal
-        Terminal with the host at its other end.
+    path, terminal
+        Recording, and the terminal with the host at its other end.
     speed
         Multiple of real time; infinite to send as fast as the host reads.
-
-    Raises
-    ------
-    InputError
-        The file is no recording, has no samples or a type other than int16, or the speed is not
-        positive.
     """
 
     def __init__(self, path: Path, terminal: PseudoTerminal, speed: float = 1.0) -> None:
@@ -267,9 +248,10 @@ class ReplayDevice:
                 f"{path} cannot be sent by a serial device: its samples are {header.dtype}, not "
                 "int16: give the recording itself to --device"
             )
-        self._epochs = list(_epochs(recording))
+        self._recording = recording
+        self._epochs = sorted({stretch.epoch for stretch in recording.stretches})
         # A gap takes no time, so a recording with many gaps sends samples at a higher rate.
-        paced = speed == 1.0 and all(len(blocks) == 1 for blocks, _ in self._epochs)
+        paced = speed == 1.0 and len(self._epochs) == len(recording.stretches)
         self.descriptor = replace(descriptor, paced=paced)
         #: True if the recording has a calibration, which is not sent.
         self.calibrated = header.calibration is not None
@@ -280,15 +262,10 @@ class ReplayDevice:
         self._begin(0)
 
     def run(self, stopped: Callable[[], bool] = lambda: False, once: bool = False) -> None:
-        """Run the device.
+        """Run the device until ``stopped`` returns True.
 
-        Parameters
-        ----------
-        stopped
-            Predicate that ends the run. It is called several times a second.
-        once
-            True to end the run once the whole recording was sent and the host has sent one more
-            frame: a stop frame, or a hello frame because no samples come.
+        If ``once``, also end when the whole recording was sent and the host has sent one more
+        frame: a stop frame, or a hello frame because no samples come.
         """
         deadline = math.inf
         while not stopped() and time.monotonic() < deadline:
@@ -303,10 +280,8 @@ class ReplayDevice:
         """Start the device at the beginning of an epoch."""
         self._epoch_index = epoch_index
         self._boot += 1
-        blocks, markers = self._epochs[epoch_index]
-        self._tape = deque(blocks)
-        self._markers = deque(markers)
-        self._position = 0  # position in the first block that is not sent yet
+        self._tape = _pieces(self._recording, FRAME_SAMPLES, self._epochs[epoch_index])
+        self._next = next(self._tape, None)
         self._due = 0.0
         self._last_look: float | None = None  # time of the last update, while samples are sent
         self._drained = True
@@ -325,24 +300,17 @@ class ReplayDevice:
         elif self._last_look is not None:
             self._due += (now - self._last_look) * self._rate
         self._last_look = now
-        while self._tape and self._due >= 1:
-            block = self._tape[0]
-            n = min(int(self._due), len(block.data) - self._position, PIECE)
-            self._responder.next_sample = block.first_sample + self._position
-            self._responder.sample(block.data[self._position : self._position + n])
-            self._due -= n
-            self._position += n
-            if self._position == len(block.data):
-                self._tape.popleft()
-                self._position = 0
-            while self._markers and (
-                not self._tape or self._markers[0].sample < self._responder.next_sample
-            ):
-                marker = self._markers.popleft()
+        while self._next is not None and self._due >= len(self._next.block.data):
+            block = self._next.block
+            self._responder.next_sample = block.first_sample
+            self._responder.sample(block.data)
+            for marker in self._next.markers:
                 self._responder.marker(marker.sample, marker.text)
+            self._due -= len(block.data)
+            self._next = next(self._tape, None)
             # Send now: a delay of this process must not make samples overflow.
             self._send()
-        self._responder.finished = not self._tape
+        self._responder.finished = self._next is None
 
     def _send(self) -> None:
         """Send as much of the prepared frames as the line accepts."""
@@ -361,7 +329,7 @@ class ReplayDevice:
     def _wait(self) -> bytes:
         """Wait for the host's bytes until samples are due. Return the bytes; b"" if none came."""
         wait = TICK
-        if self._responder.streaming and self._tape:
+        if self._responder.streaming and self._next is not None:
             until_due = (FRAME_SAMPLES - self._due) / self._rate
             wait = min(max(until_due, 0.0), TICK) if not self._wire else TICK
         listening = [self._terminal] if self._responder.listens else []
@@ -371,17 +339,10 @@ class ReplayDevice:
 
     def _hear(self, data: bytes, once: bool) -> bool:
         """Process bytes from the host. Return True once the whole recording was sent."""
-        sent = not self._tape and self._drained and not self._wire
+        sent = self._next is None and self._drained and not self._wire
         is_last_epoch = self._epoch_index + 1 == len(self._epochs)
         has_hello = any(frame.type == FrameType.HELLO for frame in self._decoder.feed(data))
         if has_hello and sent and not (once and is_last_epoch):
             self._begin((self._epoch_index + 1) % len(self._epochs))
         self._responder.hear(data)
         return sent and is_last_epoch
-
-
-def _epochs(recording: Recording) -> Iterator[tuple[list[Block], list[Marker]]]:
-    """Yield blocks and markers of each epoch that has samples."""
-    for epoch, blocks in groupby(recording.stretches, lambda block: block.epoch):
-        markers = [m for m in recording.markers if m.epoch == epoch]
-        yield list(blocks), sorted(markers, key=lambda m: m.sample)

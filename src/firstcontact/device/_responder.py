@@ -1,14 +1,14 @@
-"""Device side of the wire protocol. It takes samples and the host's bytes, and returns frames.
+"""Device side of the wire protocol, without I/O and clock, like ``firmware/core/fc_device.c``.
 
-It has no I/O and no clock, and behaves like ``firmware/core/fc_device.c``. Samples wait in a ring
-buffer until the line takes them. When the ring is full, samples are dropped and counted. The
-protocol is in ``docs/protocol.md``.
+Samples wait in a buffer until the line takes them. When it is full, samples are dropped and
+counted. The protocol is in ``docs/protocol.md``.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,16 @@ from firstcontact.device._protocol import FRAME_SAMPLES, FrameError, FrameType
 LONGEST_HEARD = 256
 #: Largest number of the device's own markers in the queue. More markers push out the oldest one.
 MARKERS_WAITING = 16
+
+
+@dataclass(slots=True)
+class _Run:
+    """Consecutive samples as bytes, and the number of samples dropped before them."""
+
+    first: int
+    end: int
+    overflow: int
+    data: bytearray = field(default_factory=bytearray)
 
 
 class Responder:
@@ -38,14 +48,13 @@ class Responder:
         self.streaming = False
         self.finished = False
         self._descriptor = descriptor
+        self._width = descriptor.layout.width
         self._boot = boot
         self._on_order = on_order
         self._counter = 0
-        self._ring = np.empty((room, descriptor.layout.width), np.int16)
-        self._numbers = np.zeros(room, np.int64)
-        self._overflows = np.zeros(room, np.int64)
-        self._tail = 0
-        self._used = 0
+        self._most = room
+        self._runs: deque[_Run] = deque()
+        self._waiting = 0  # number of samples in the runs
         self._heard = bytearray()
         self._reply: tuple[FrameType, bytes] | None = None
         self._markers: deque[tuple[int, str]] = deque(maxlen=MARKERS_WAITING)
@@ -57,22 +66,21 @@ class Responder:
 
     @property
     def room(self) -> int:
-        """Number of samples that still fit in the ring."""
-        return len(self._ring) - self._used if self.streaming else len(self._ring)
+        """Number of samples that still fit in the buffer."""
+        return self._most - self._waiting if self.streaming else self._most
 
     def sample(self, data: NDArray[np.int16]) -> None:
         """Add the next samples, shape (n, channels)."""
-        n = len(data)
+        taken = min(len(data), self.room) if self.streaming else 0
+        if taken:
+            if not self._runs or self._runs[-1].end != self.next_sample:
+                self._runs.append(_Run(self.next_sample, self.next_sample, self.overflow))
+            self._runs[-1].data += np.ascontiguousarray(data[:taken], "<i2").tobytes()
+            self._runs[-1].end += taken
+            self._waiting += taken
+        self.next_sample += len(data)
         if self.streaming:
-            room = len(self._ring)
-            taken = min(n, room - self._used)
-            slots = (self._tail + self._used + np.arange(taken)) % room
-            self._ring[slots] = data[:taken]
-            self._numbers[slots] = self.next_sample + np.arange(taken)
-            self._overflows[slots] = self.overflow
-            self._used += taken
-            self.overflow += n - taken
-        self.next_sample += n
+            self.overflow += len(data) - taken
 
     def marker(self, sample: int, text: str) -> None:
         """Send a marker that the device made itself, after all samples before ``sample``."""
@@ -89,12 +97,14 @@ class Responder:
         stopping = self._reply is not None and self._reply[0] is FrameType.STOPPED
         if self._reply is not None and not stopping:
             return self._answer()
-        if self._markers and not self._has_earlier_samples(self._markers[0][0]):
+        if self._markers and not (self._runs and self._runs[0].first < self._markers[0][0]):
             sample, text = self._markers.popleft()
             return self._encode(FrameType.MARKER, protocol.marker_payload(sample, text))
-        n = self._in_a_row()
-        if n == FRAME_SAMPLES or 0 < n < self._used or (n and (stopping or self.finished)):
-            return self._samples(n)
+        if self._runs:
+            run = self._runs[0]
+            n = min(FRAME_SAMPLES, run.end - run.first)
+            if n == FRAME_SAMPLES or len(self._runs) > 1 or stopping or self.finished:
+                return self._samples(run, n)
         return self._answer() if stopping else b""
 
     def _answer(self) -> bytes:
@@ -104,25 +114,16 @@ class Responder:
         self._obey()
         return out
 
-    def _has_earlier_samples(self, sample: int) -> bool:
-        """Return True if the ring holds samples before ``sample``."""
-        return self._used > 0 and int(self._numbers[self._tail]) < sample
-
-    def _in_a_row(self) -> int:
-        """Return how many consecutive samples go into the next frame, at most five."""
-        most = min(FRAME_SAMPLES, self._used)
-        first = int(self._numbers[self._tail])
-        room = len(self._ring)
-        while most > 1 and int(self._numbers[(self._tail + most - 1) % room]) != first + most - 1:
-            most -= 1
-        return most
-
-    def _samples(self, n: int) -> bytes:
-        first, overflow = int(self._numbers[self._tail]), int(self._overflows[self._tail])
-        data = self._ring.take(range(self._tail, self._tail + n), axis=0, mode="wrap")
-        self._tail = (self._tail + n) % len(self._ring)
-        self._used -= n
-        return self._encode(FrameType.SAMPLES, protocol.samples_payload(first, overflow, data))
+    def _samples(self, run: _Run, n: int) -> bytes:
+        size = 2 * n * self._width
+        data = np.frombuffer(bytes(run.data[:size]), "<i2").reshape(n, -1)
+        payload = protocol.samples_payload(run.first, run.overflow, data)
+        del run.data[:size]
+        run.first += n
+        if not run.data:
+            self._runs.popleft()
+        self._waiting -= n
+        return self._encode(FrameType.SAMPLES, payload)
 
     def _encode(self, kind: FrameType, payload: bytes) -> bytes:
         out = protocol.encode(kind, self._counter, payload)

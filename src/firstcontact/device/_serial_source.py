@@ -10,9 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Self
 
-import numpy as np
-
-from firstcontact.core import Block, InputError, check_text
+from firstcontact.core import InputError, check_text
 from firstcontact.device._assembler import Assembled, Assembler
 from firstcontact.device._clock import ClockFit, RateCheck
 from firstcontact.device._descriptor import Descriptor
@@ -37,9 +35,8 @@ LOOK = 6e-3
 SILENCE = 1.0
 #: ... and time without an answer after which the question is repeated.
 AGAIN = 0.5
-#: Shortest and longest wait between attempts to reopen a port, s. Each wait is twice the previous
-#: one.
-RETRY = (0.05, 1.0)
+#: Wait between attempts to reopen a port, s.
+RETRY = 0.2
 #: Longest wait for the end of the stream while data arrive, s.
 FAREWELL = 10.0
 #: Longest sleep while the reader waits for more samples, s, ...
@@ -63,12 +60,10 @@ SIMULATED = ("twin", "synthetic")
 class SerialSource(QueuedSource):
     """Device on a serial port, which may be unplugged and plugged in again.
 
-    The method :meth:`read` reads the port in the caller's thread, so samples are available as soon
-    as their last byte arrives. Between calls, a thread of the source reads the port and stores the
-    samples. That thread also connects. A port that comes back begins a new epoch, even if the
-    device kept its power. A device that was reset without losing its port also begins a new epoch;
-    the source recognises such a reset by the silence after it. If the device kept counting samples
-    during a disconnection, these samples count as lost.
+    :meth:`read` reads the port in the caller's thread, so samples are available as soon as their
+    last byte arrives. Between calls, a thread of the source reads the port and stores the samples.
+    A port that comes back begins a new epoch, and so does a device that was reset. If the device
+    kept counting samples during a disconnection, these samples count as lost.
 
     Parameters
     ----------
@@ -76,12 +71,6 @@ class SerialSource(QueuedSource):
         Path or name of the port.
     patience
         Longest time to wait for an answer on opening, s.
-
-    Raises
-    ------
-    InputError
-        On entering the ``with`` block: the port cannot be opened or is in use. Or the device does
-        not answer, has another protocol version or cannot be used.
     """
 
     #: Largest number of samples received ahead of the reader; None for no limit. Only a device that
@@ -99,7 +88,7 @@ class SerialSource(QueuedSource):
         self._rate_check = RateCheck(1.0)
         self._began = 0.0  # arrival of the first samples of an epoch
         self._has_warned = False  # about the rate, in this epoch
-        # The thread that holds this lock reads the port. It protects the next fields, too.
+        # The thread that holds this lock reads the port. The lock protects the next fields, too.
         self._turn = threading.Lock()
         self._opened = 0.0  # time at which the port was opened
         self._asked = -math.inf  # time of the last question to the device
@@ -108,7 +97,7 @@ class SerialSource(QueuedSource):
         self._read_bytes = 0  # size of the last read
         self._looked = -math.inf  # begin or end of the last call of ``read``
         self._interruption: Exception | None = None  # a reader's error, for the source's own thread
-        # The fields below are protected by the inbox's lock.
+        # The fields below are protected by ``_changed``.
         self._markers: list[Marker] = []  # waiting for their sample
         self._predictions: list[DevicePrediction] = []  # waiting for the next samples
         self._connected = False
@@ -123,7 +112,7 @@ class SerialSource(QueuedSource):
     @property
     def health(self) -> Health:
         """Current state and counts of the device."""
-        with self._inbox.changed:
+        with self._changed:
             counts = self._assembler.counts
             epoch = max(self._assembler.epoch, 0)
             return Health(
@@ -145,13 +134,11 @@ class SerialSource(QueuedSource):
         self._transport = SerialTransport(self.port)
         self._start()
         try:
-            with self._inbox.changed:
+            with self._changed:
                 # Not for ``_connected``: a device that sends no samples may be disconnected again.
-                self._inbox.changed.wait_for(
-                    lambda: self._assembler.epoch >= 0 or self._inbox.finished
-                )
-                if self._inbox.error is not None:
-                    raise self._inbox.error
+                self._changed.wait_for(lambda: self._assembler.epoch >= 0 or self._finished)
+                if self._error is not None:
+                    raise self._error
         except BaseException:
             self.close()
             raise
@@ -159,13 +146,13 @@ class SerialSource(QueuedSource):
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         """Return all samples received since the last call. See :meth:`Source.read`."""
-        self._check_readable(timeout, is_drained=self._inbox.is_drained)
+        self._check_readable(timeout, is_drained=self._is_drained)
         until = time.monotonic() + timeout
         remaining = timeout
         self._looked = until - timeout  # the source's own thread gives way
         if self._connected and self._turn.acquire(timeout=max(timeout, 0.0)):
             try:
-                while self._connected and self._inbox.waiting < least:
+                while self._connected and self._waiting < least:
                     self._look(least, remaining)
                     remaining = until - time.monotonic()
                     if remaining <= 0.0:
@@ -173,7 +160,7 @@ class SerialSource(QueuedSource):
                 self._looked = time.monotonic()
             finally:
                 self._turn.release()
-        return self._inbox.read(max(until - time.monotonic(), 0.0), least)
+        return super().read(max(until - time.monotonic(), 0.0), least)
 
     def _look(self, least: int, patience: float) -> None:
         """Sleep until ``least`` samples are due. Read the port once, in the reader's thread."""
@@ -182,7 +169,7 @@ class SerialSource(QueuedSource):
             self._connected = False  # the source's own thread goes on
             return
         if patience > 0.0 and self._read_bytes < PILE:
-            missing = least - self._inbox.waiting
+            missing = least - self._waiting
             nap = max(min(missing / self.descriptor.layout.rate - EARLY, NAP, patience), 0.0)
             if nap:
                 time.sleep(nap)
@@ -193,13 +180,7 @@ class SerialSource(QueuedSource):
             self._interruption, self._connected = error, False
 
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample.
-
-        Raises
-        ------
-        InputError
-            The device is not connected, or the marker is no text, or begins like the twin's own.
-        """
+        """Attach a marker to the next sample. Raise InputError if the device is not connected."""
         check_text(text)
         if text.startswith(TWIN.strip()) and self.descriptor.source == "twin":
             raise InputError(
@@ -213,20 +194,14 @@ class SerialSource(QueuedSource):
         self._send(FrameType.ORDER, marker_text(text), "the order was not given")
 
     def hint(self, speed: float, error: float, radius: float) -> None:
-        """Tell a device that predicts by itself the measured closing speed.
+        """Tell a device that predicts by itself the speed of this closing or of the next one.
 
         Parameters
         ----------
         speed, error
-            Speed of this closing or of the next one, m/s, and its relative error. A speed of 0 is
-            unknown.
+            Speed, m/s (0 if unknown), and its relative error.
         radius
             Radius of the object, m; infinite for a flat one, NaN if it is unknown.
-
-        Raises
-        ------
-        InputError
-            The device is not connected.
         """
         self._send(FrameType.HINT, hint_payload(speed, error, radius), "the speed was not sent")
 
@@ -274,9 +249,11 @@ class SerialSource(QueuedSource):
                 transport, self._transport = self._transport, None
                 if transport is not None:
                     transport.close()
-            with self._inbox.changed:
-                self._inbox.end(error)
-                self._flush_pending()
+            with self._changed:
+                markers, self._markers = self._markers, []
+                predictions, self._predictions = self._predictions, []
+                number = markers[-1].sample if markers else self._assembler.next_sample
+                self._end(error, markers, predictions, number, self._assembler.epoch)
 
     def _communicate(self, transport: SerialTransport) -> None:
         """Connect, then read the port whenever no reader does, until the source is closed."""
@@ -319,7 +296,7 @@ class SerialSource(QueuedSource):
                     "no device answers on this port: check that it is the fingertip "
                     "(`firstcontact ports --ask`), and flash its firmware"
                 )
-            with self._inbox.changed:
+            with self._changed:
                 # A device without a sample since the last question counts as disconnected.
                 self._connected &= self._asked < self._sampled
             self._assembler.expect_descriptor()
@@ -335,13 +312,13 @@ class SerialSource(QueuedSource):
         now = time.monotonic()
         if now - self._looked < LOOK:
             return False
-        if self.most is not None and self._inbox.waiting >= self.most:
+        if self.most is not None and self._waiting >= self.most:
             self._heard = now  # nothing is read meanwhile, so this is no silence
             return False
         return True
 
     def _take(self, data: bytes, now: float) -> Assembled:
-        with self._inbox.changed:
+        with self._changed:
             epoch = self._assembler.epoch
             assembled = self._assembler.feed(data)
             if self._assembler.epoch != epoch:
@@ -356,7 +333,7 @@ class SerialSource(QueuedSource):
                 due = self._due(block.epoch, block.end)
                 predictions = tuple(self._predictions)
                 self._predictions = []
-                self._inbox.put(Arrival(block, now, due, predictions=predictions))
+                self._enqueue(Arrival(block, now, due, predictions=predictions))
             if assembled.blocks and assembled.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(assembled.blocks[-1].end, now)
                 self._check_rate(assembled.blocks[-1].end, now)
@@ -365,17 +342,16 @@ class SerialSource(QueuedSource):
             if assembled.blocks or assembled.greeted:
                 self._heard = now
                 if assembled.greeted:  # ``__enter__`` waits for it
-                    self._inbox.changed.notify_all()
-                self._inbox.wake()
+                    self._changed.notify_all()
+                self._wake()
             return assembled
 
     def _check_rate(self, end: int, now: float) -> None:
         """Compare the measured rate of a real-time device with its stated rate."""
         self._began = min(self._began, now)
         descriptor = self.descriptor
-        if not descriptor.paced or descriptor.source in SIMULATED or self._has_warned:
-            return
-        if not self._rate_check.add(end, now):
+        has_pace = descriptor.paced and descriptor.source not in SIMULATED
+        if not has_pace or self._has_warned or not self._rate_check.add(end, now):
             return
         message = (
             f"the device sends {self._rate_check.rate:.0f} samples a second by this machine's "
@@ -394,22 +370,10 @@ class SerialSource(QueuedSource):
             self._markers = [m for m in self._markers if m not in due]
         return due
 
-    def _flush_pending(self) -> None:
-        """Deliver markers and predictions whose samples are lost, with the last samples."""
-        markers, self._markers = tuple(self._markers), []
-        predictions, self._predictions = tuple(self._predictions), []
-        descriptor = self._assembler.descriptor
-        if not (markers or predictions) or descriptor is None:
-            return
-        epoch, next_sample = self._assembler.epoch, self._assembler.next_sample
-        number = markers[-1].sample if markers else next_sample
-        no_samples = np.zeros((0, descriptor.layout.width), np.int16)
-        self._inbox.attach(markers, predictions, Block(no_samples, number, epoch))
-
     def _disconnect(self) -> None:
         _log.info("%s: lost", self.name)
         with self._turn:
-            with self._inbox.changed:
+            with self._changed:
                 self._connected = False
             transport, self._transport = self._transport, None
             self._interruption = None
@@ -419,9 +383,7 @@ class SerialSource(QueuedSource):
 
     def _reopen(self) -> SerialTransport | None:
         """Wait until the port is back and return it; None if the source is closed first."""
-        wait, longest = RETRY
-        while not self._closing.wait(wait):
-            wait = min(2 * wait, longest)
+        while not self._closing.wait(RETRY):
             # The port may be missing, not accessible yet, or in use by another program.
             with suppress(InputError):
                 return SerialTransport(self.port)

@@ -30,13 +30,12 @@ class Arrival:
     host
         Arrival time of the last byte by ``time.monotonic()``, s.
     markers
-        Markers of these samples. A marker whose sample was lost comes with the newest unread
-        samples, or with an empty block if there are none.
+        Markers of these samples. If the sample of a marker was lost, it comes with the newest
+        unread samples, or with an empty block.
     pinches
-        Marks of the pinches that end in these samples. Only replayed recordings have them.
+        Marks of the pinches that end in these samples, from a replayed recording.
     predictions
-        Contacts and estimates that the device predicted by itself, in the order received. They can
-        refer to the arrival's samples, to earlier samples, or to samples that have not arrived yet.
+        Contacts and estimates that the device predicted by itself, in the order received.
     """
 
     block: Block
@@ -56,20 +55,15 @@ class Health:
         True if the device is connected now.
     epoch
         Epoch of the newest sample.
-    samples
-        Number of received samples.
-    lost_samples
-        Number of samples missing in the device's count, for any reason. The count is exact between
-        two received samples and before a ``stopped`` frame.
+    samples, lost_samples
+        Number of received samples, and of samples missing in the device's count for any reason.
     overflow_samples
         Number of lost samples that the device itself dropped, by its report.
     unusable_samples
         Number of lost samples with a value that was NaN, infinite or beyond 32-bit integers, or
         with a time stamp that jumps.
-    lost_frames
-        Number of frames missing in the device's count.
-    bad_frames
-        Number of damaged frames. Each is also counted as lost.
+    lost_frames, bad_frames
+        Number of frames missing in the device's count, and of damaged frames, which are also lost.
     doubled_frames
         Number of ignored frames that were repeated or out of order.
     late_answers
@@ -163,21 +157,16 @@ class Source(ABC):
 
     @abstractmethod
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all samples received since the last call. Wait up to ``timeout`` s for more.
+        """Return all samples received since the last call.
 
-        Parameters
-        ----------
-        timeout
-            Longest wait, s. After it, the method returns the samples received so far, if any.
-        least
-            Number of samples to wait for. The wait ends as soon as they have arrived.
+        Wait for ``least`` samples, but at most ``timeout`` s.
 
         Raises
         ------
         InputError
             Another device (with another layout) is now on the port, or the port is permanently
-            lost. Or the source is not open, or closed and an earlier read returned nothing, or the
-            timeout is NaN or too long.
+            lost. Or the source is not open, or closed and everything was read, or the timeout is
+            NaN or too long.
         """
 
     @abstractmethod
@@ -240,33 +229,28 @@ def drain(source: Source) -> list[Arrival]:
     return arrivals
 
 
-def _link_news(previous: Health, now: Health) -> list[str]:
+def _changes(previous: Health, now: Health) -> list[str]:
     """Return one line for each disconnection, reconnection and loss between two health states."""
     news = []
     if previous.connected and not now.connected:
         unusable = now.unusable_samples + now.bad_frames
-        sends_unusable = unusable > previous.unusable_samples + previous.bad_frames
         if now.ended:
-            reason = "end of the recording"
-        elif sends_unusable:
-            reason = "the samples are not usable; waiting for usable samples"
+            news.append("link: end of the recording")
+        elif unusable > previous.unusable_samples + previous.bad_frames:
+            news.append("link: the samples are not usable; waiting for usable samples")
         else:
-            reason = "the device is gone; waiting for it"
-        news.append(f"link: {reason}")
+            news.append("link: the device is gone; waiting for it")
     if now.reconnects > previous.reconnects:
         news.append(f"link: the device is back, epoch {now.epoch}")
     elif now.connected and not previous.connected:
         news.append("link: the device is back")
-    lost = now.lost_samples - previous.lost_samples
-    if lost > 0:
+    if (lost := now.lost_samples - previous.lost_samples) > 0:
         news.append(f"link: {lost} samples lost, {now.lost_samples} in all")
     return news
 
 
 class LinkNews:
-    """Reporter of changes of a link since the last report.
-
-    It merges consecutive losses, so that at most one line a second reports them.
+    """Reporter of changes of a link since the last report; of losses at most once a second.
 
     Parameters
     ----------
@@ -291,7 +275,7 @@ class LinkNews:
         reported = replace(now, lost_samples=reported_losses) if is_merging else now
         if last and not now.ended:  # the end of the session is no disconnection
             reported = replace(reported, connected=self._previous.connected)
-        news = _link_news(self._previous, reported)
+        news = _changes(self._previous, reported)
         if reported.lost_samples > reported_losses:
             self._next_loss_line = self._clock() + MERGE_TIME
         self._previous = reported
@@ -299,15 +283,7 @@ class LinkNews:
 
 
 def clock_line(health: Health, rate: float) -> str:
-    """Return a line about the difference between the clocks of device and host; "" if unknown.
-
-    Parameters
-    ----------
-    health
-        Health of the source.
-    rate
-        Stated sample rate, Hz.
-    """
+    """Return a line that compares the measured rate with the stated ``rate``, Hz; "" if unknown."""
     if not health.host_rate > 0:
         return ""
     off = 1e6 * (health.host_rate / rate - 1)

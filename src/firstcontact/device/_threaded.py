@@ -35,85 +35,22 @@ LONGEST_LOOK = 0.1
 LARGEST_SAMPLE = 2.0**31
 
 
-class Inbox:
-    """Queue with one writing and one reading thread."""
-
-    def __init__(self) -> None:
-        self.changed = threading.Condition()
-        self.finished = False
-        self.is_drained = False  # True once a reader got nothing after the end
-        self.error: InputError | None = None
-        self._arrivals: deque[Arrival] = deque()
-        self._waiting = 0  # number of samples in the queue
-        self._wanted = 0  # number of samples that a reader waits for, or 0
-        self._raised = False  # True once a reader got the error
-
-    @property
-    def enough(self) -> bool:
-        """Return True if a waiting reader can continue."""
-        return self.finished or (bool(self._arrivals) and self._waiting >= self._wanted)
-
-    @property
-    def waiting(self) -> int:
-        """Number of samples in the queue. Can be read without the lock."""
-        return self._waiting
-
-    def put(self, arrival: Arrival) -> None:
-        """Append an arrival. Call :meth:`wake` afterwards."""
-        self._arrivals.append(arrival)
-        self._waiting += len(arrival.block.data)
-
-    def wake(self) -> None:
-        """Wake the reader if it can continue."""
-        if self.enough:
-            self.changed.notify_all()
-
-    def attach(
-        self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], empty: Block
-    ) -> None:
-        """Attach markers and predictions whose own samples are lost to the last samples."""
-        last = self._arrivals.pop() if self._arrivals else Arrival(empty, time.monotonic())
-        self._arrivals.append(
-            replace(
-                last, markers=last.markers + markers, predictions=last.predictions + predictions
-            )
-        )
-
-    def end(self, error: InputError | None) -> None:
-        """Mark the end of the stream. The reader gets ``error`` after the last samples."""
-        self.error, self.finished = error, True
-        self.changed.notify_all()
-
-    @property
-    def ended(self) -> bool:
-        """True if the stream ended and all samples and errors were delivered. Takes the lock."""
-        with self.changed:
-            return self.finished and not self._arrivals and (self.error is None or self._raised)
-
-    def read(self, timeout: float, least: int) -> list[Arrival]:
-        """Return all samples received since the last call. Takes the lock."""
-        with self.changed:
-            self._wanted = least
-            self.changed.wait_for(lambda: self.enough, timeout)
-            self._wanted = 0
-            arrivals = list(self._arrivals)
-            self._arrivals.clear()
-            self._waiting = 0
-            if not arrivals and self.error is not None:
-                self._raised = True
-                raise self.error
-            self.is_drained = self.finished and not arrivals
-            return arrivals
-
-
 class QueuedSource(Source):
-    """Source whose thread puts samples into a queue for the reader."""
+    """Source whose thread puts arrivals into a queue for the reader."""
 
     def __init__(self, name: str) -> None:
         self._name = name
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
-        self._inbox = Inbox()
+        self._is_drained = False  # True once a reader got nothing after the end
+        self._has_raised = False  # True once a reader got the error
+        #: Lock of the fields below. It wakes the reader.
+        self._changed = threading.Condition()
+        self._finished = False
+        self._error: InputError | None = None
+        self._arrivals: deque[Arrival] = deque()
+        self._waiting = 0  # number of samples in the queue; can be read without the lock
+        self._wanted = 0  # number of samples that a reader waits for, or 0
 
     @property
     def name(self) -> str:
@@ -123,12 +60,24 @@ class QueuedSource(Source):
     @property
     def ended(self) -> bool:
         """True if no more samples come and all samples and errors were delivered."""
-        return self._inbox.ended
+        with self._changed:
+            is_told = self._error is None or self._has_raised
+            return self._finished and not self._arrivals and is_told
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         """Return all samples received since the last call. See :meth:`Source.read`."""
-        self._check_readable(timeout, is_drained=self._inbox.is_drained)
-        return self._inbox.read(timeout, least)
+        self._check_readable(timeout, is_drained=self._is_drained)
+        with self._changed:
+            self._wanted = least
+            self._changed.wait_for(self._is_enough, timeout)
+            self._wanted = self._waiting = 0
+            arrivals = list(self._arrivals)
+            self._arrivals.clear()
+            if not arrivals and self._error is not None:
+                self._has_raised = True
+                raise self._error
+            self._is_drained = self._finished and not arrivals
+            return arrivals
 
     def close(self) -> None:
         """Stop and close the source. Received samples stay readable. Closing twice is fine."""
@@ -136,19 +85,53 @@ class QueuedSource(Source):
         if self._thread is not None:
             self._thread.join()
 
+    @abstractmethod
+    def _run(self) -> None:
+        """Receive samples until ``self._closing`` is set, then call :meth:`_end`."""
+
     def _start(self) -> None:
         self._thread = threading.Thread(target=self._run, name=f"reader {self.name}", daemon=True)
         self._thread.start()
 
-    @abstractmethod
-    def _run(self) -> None:
-        """Receive samples until ``self._closing`` is set, then end the inbox."""
+    def _is_enough(self) -> bool:
+        """Return True if a waiting reader can continue."""
+        return self._finished or (bool(self._arrivals) and self._waiting >= self._wanted)
+
+    def _enqueue(self, arrival: Arrival) -> None:
+        self._arrivals.append(arrival)
+        self._waiting += len(arrival.block.data)
+
+    def _wake(self) -> None:
+        """Wake the reader if it can continue."""
+        if self._is_enough():
+            self._changed.notify_all()
+
+    def _end(
+        self,
+        error: InputError | None,
+        markers: list[Marker],
+        predictions: list[DevicePrediction],
+        number: int,
+        epoch: int,
+    ) -> None:
+        """End the stream. The reader gets ``error`` after the last samples.
+
+        Markers and predictions whose samples will not come are delivered with the last samples.
+        """
+        if markers or predictions:
+            no_samples = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
+            empty = Arrival(Block(no_samples, number, epoch), time.monotonic())
+            last = self._arrivals.pop() if self._arrivals else empty
+            markers_, predictions_ = (*last.markers, *markers), (*last.predictions, *predictions)
+            self._arrivals.append(replace(last, markers=markers_, predictions=predictions_))
+        self._error, self._finished = error, True
+        self._changed.notify_all()
 
 
 class ThreadedSource(QueuedSource):
     """Base class of sources with a receiving thread, a queue, counts and markers.
 
-    Subclasses implement how the source is opened, read and closed.
+    Subclasses implement ``_open``, ``_work`` and ``_shut``.
 
     Parameters
     ----------
@@ -159,7 +142,7 @@ class ThreadedSource(QueuedSource):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self._descriptor: Descriptor | None = None
-        # The fields below are protected by the inbox's lock.
+        # The fields below are protected by ``_changed``.
         self._markers: list[str] = []  # waiting for the next sample
         self._next = (0, 0)  # epoch and number of that sample
         self._health = Health()
@@ -198,7 +181,7 @@ class ThreadedSource(QueuedSource):
     @property
     def health(self) -> Health:
         """Current state and counts of the source."""
-        with self._inbox.changed:
+        with self._changed:
             return replace(
                 self._health,
                 host_rate=self._clock.rate,
@@ -215,15 +198,9 @@ class ThreadedSource(QueuedSource):
         return self
 
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample.
-
-        Raises
-        ------
-        InputError
-            The source is not connected, or the marker is no text.
-        """
+        """Attach a marker to the next sample. Raise InputError if the source is not connected."""
         check_text(text)
-        with self._inbox.changed:
+        with self._changed:
             if not self._health.connected:
                 raise InputError(
                     f"{self.name} is not connected, so the marker was not set: open the source "
@@ -264,7 +241,7 @@ class ThreadedSource(QueuedSource):
     def _drop(self, end: int, epoch: int) -> None:
         """Count the input samples after the last delivered one, up to number ``end``, as lost."""
         until = -int(-end * self._output_rate // self._input_rate)
-        with self._inbox.changed:
+        with self._changed:
             self._begin_epoch(epoch, 0)
             self._pending = max(until - self._next[1], 0)
         self._wait()
@@ -296,7 +273,7 @@ class ThreadedSource(QueuedSource):
         if not len(data):
             return
         self._silence, self._looked = 0.0, time.monotonic()
-        with self._inbox.changed:
+        with self._changed:
             self._begin_epoch(epoch, first)
             health, self._pending = self._health, 0
             lost = health.lost_samples + first - self._next[1]
@@ -305,10 +282,10 @@ class ThreadedSource(QueuedSource):
             markers = tuple(Marker(first, text, epoch) for text in self._markers)
             self._markers.clear()
             block = Block(data, first, epoch)
-            self._inbox.put(Arrival(block, host, markers))
+            self._enqueue(Arrival(block, host, markers))
             self._next = (epoch, block.end)
             self._clock.add(block.end, host if taken is None else taken)
-            self._inbox.wake()
+            self._wake()
         if self._rate_check.add(block.end, host, behind=self._behind):
             self._refuse_rate(self._rate_check.rate / self.descriptor.layout.rate, "this machine's")
 
@@ -334,7 +311,7 @@ class ThreadedSource(QueuedSource):
 
     def _note(self, **counts: Any) -> None:
         """Set fields of :attr:`health`."""
-        with self._inbox.changed:
+        with self._changed:
             self._health = replace(self._health, **counts)
 
     def _run(self) -> None:
@@ -352,17 +329,9 @@ class ThreadedSource(QueuedSource):
             self._shut()
         except BaseException:
             _log.exception("%s: closing failed", self.name)
-        with self._inbox.changed:
-            self._inbox.end(error)
-            self._flush_markers()
+        with self._changed:
+            epoch, number = self._next
+            self._end(error, [Marker(number, t, epoch) for t in self._markers], [], number, epoch)
+            self._markers.clear()
             self._health = replace(self._health, connected=False)
         _log.info("%s: closed; %s", self.name, self._health)
-
-    def _flush_markers(self) -> None:
-        """Deliver markers whose samples will not come, with the last samples."""
-        epoch, number = self._next
-        markers = tuple(Marker(number, text, epoch) for text in self._markers)
-        self._markers.clear()
-        if markers:
-            no_samples = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
-            self._inbox.attach(markers, (), Block(no_samples, number, epoch))

@@ -7,7 +7,7 @@ standard input. Closing that input ends the process. The process is killed toget
 
 from __future__ import annotations
 
-import argparse
+import json
 import os
 import secrets
 import select
@@ -39,9 +39,6 @@ from firstcontact.device._twin_words import (
     read_order,
 )
 
-#: Length of the rehearsal, in samples. The rehearsal compiles the simulation before the clock
-#: starts. It is longer than any rest, so that it reaches a closing, and shorter than any closing.
-REHEARSED = round(1.2 * FINGERTIP_RATE)
 #: Length of the buffer for a host that does not read, s of the host's time.
 RING = 0.5
 #: Shortest time between two checks of the clock, s.
@@ -74,11 +71,6 @@ class TwinProcess:
         # than the queue of markers holds.
         ring = RING * (FINGERTIP_RATE if self._waits else self._rate)
         self._ring = max(round(ring), 2 * self._batch)
-        # Compile everything, or load it from the cache, before the clock starts.
-        rehearsal = TwinStream(condition, objects, seed, latency=0.0)
-        DeviceFilter().update(rehearsal.read(REHEARSED))
-        rehearsal.command(Command(0.0, 0.0))
-        rehearsal.read(FRAME_SAMPLES * 10)
         self._stream = TwinStream(condition, objects, seed, latency)
         self._filter = DeviceFilter()
         self._boot = secrets.randbits(31)
@@ -239,24 +231,10 @@ def main() -> None:
     # Ctrl-C in a terminal is meant for the host. SIGTERM removes the link first.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--condition", required=True)
-    parser.add_argument("--object", action="append", dest="objects")
-    parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--speed", type=float, required=True)
-    parser.add_argument("--latency", type=float, required=True)
-    options = parser.parse_args()
     with port_folder() as folder:
         terminal = PseudoTerminal(folder / "port")
         try:
-            twin = TwinProcess(
-                terminal,
-                options.condition,
-                options.objects,
-                options.seed,
-                options.speed,
-                options.latency,
-            )
+            twin = TwinProcess(terminal, **json.loads(sys.argv[1]))
         except InputError as error:
             say(f"refused {error}")
             return

@@ -15,9 +15,11 @@ the hand. "hand: close" begins the next closing immediately. After a closing the
 
 from __future__ import annotations
 
+import json
 import shutil
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Self
@@ -29,7 +31,7 @@ from firstcontact.twin import LATENCY
 
 #: Largest speed, as a multiple of real time. No host reaches it.
 FASTEST = 1e6
-#: Longest wait for the first start, which compiles the simulation, s. Later starts take a second.
+#: Longest wait for the start, s. It takes a second.
 START = 120.0
 #: Longest wait for an answer, and for the end of the process, s.
 PATIENCE = 3.0
@@ -55,11 +57,10 @@ class TwinDevice:
                 f"{FASTEST:g}",
                 parameter="speed",
             )
-        options = [f"--condition={condition}", f"--seed={seed}", f"--speed={speed}"]
-        options.append(f"--latency={latency}")
-        options += [f"--object={name}" for name in objects or ()]
+        options: dict[str, object] = {"condition": condition, "objects": objects, "seed": seed}
+        options |= {"speed": speed, "latency": latency}
         self._lock = threading.Lock()
-        self._child = Child("firstcontact.device._twin_process", *options)
+        self._child = Child("firstcontact.device._twin_process", json.dumps(options))
         #: Path to open as a serial port.
         self.port = ""
         try:
@@ -81,22 +82,19 @@ class TwinDevice:
     def closing_speed(self, sample: int) -> ClosingSpeed | None:
         """Return the closing speed before a contact, as the twin's hand measures it."""
         answer = self._ask(f"speed {sample}")
-        if answer == "unknown":
-            return None
-        speed, error = map(float, answer.split())
-        return ClosingSpeed(speed, error)
+        return None if answer == "unknown" else ClosingSpeed(*map(float, answer.split()))
 
     def reset(self) -> None:
         """Restart the device with a new boot number. It sends no samples until a host starts it."""
-        self._tell("reset")
+        self._ask("reset")
 
     def unplug(self) -> None:
         """Unplug the cable: the port vanishes, even while it is open."""
-        self._tell("unplug")
+        self._ask("unplug")
 
     def plug(self) -> None:
         """Plug in the cable: the port is back under the same name."""
-        self._tell("plug")
+        self._ask("plug")
 
     def close(self) -> None:
         """End the twin and its port, within seconds in any state. Closing twice is fine."""
@@ -115,17 +113,12 @@ class TwinDevice:
     def __exit__(self, *exception: object) -> None:
         self.close()
 
-    def _tell(self, word: str) -> None:
-        if self._ask(word) != "done":
-            raise InputError("the twin's process has ended: open another twin")
-
     def _ask(self, word: str) -> str:
-        with self._lock:
-            try:
-                self._child.tell(word, PATIENCE)
-                answer = self._answer(PATIENCE)
-            except OSError as error:
-                raise InputError("the twin's process has ended: open another twin") from error
+        """Return the answer of the twin's process to a command."""
+        answer = ""
+        with self._lock, suppress(OSError):
+            self._child.tell(word, PATIENCE)
+            answer = self._answer(PATIENCE)
         if not answer:
             raise InputError("the twin's process has ended: open another twin")
         return answer

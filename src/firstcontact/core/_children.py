@@ -55,25 +55,9 @@ class Child:
             name=f"keeper of {module}",
             daemon=True,
         )
-        try:
-            self._keeper.start()
-            self._process = started.result()
-        except BaseException:
-            # Ctrl-C during the start, of the thread or of the process: neither may stay behind.
-            if not started.cancel() and started.exception() is None:
-                process = started.result()
-                process.kill()
-                self._keeper.join(KILLED)
-                _open(process.stdin).close()
-                _open(process.stdout).close()
-            raise
+        self._keeper.start()
+        self._process = started.result()
         self._unread = b""
-
-    def __del__(self) -> None:
-        # The constructor was interrupted before the caller had a reference.
-        if self._keeper.is_alive() and hasattr(self, "_process"):
-            with suppress(OSError):
-                self._process.kill()
 
     @property
     def pid(self) -> int:
@@ -138,28 +122,19 @@ class Child:
         return not killed
 
 
-def start_module(
-    module: str, *options: str, number: signal.Signals | None = None, **popen: Any
+def _start_module(
+    module: str, *options: str, number: signal.Signals, **popen: Any
 ) -> subprocess.Popen[bytes]:
     """Start a process that runs a module and ends with this process.
 
     The process imports from the same folders as this process. It runs in its own session.
-
-    Parameters
-    ----------
-    module
-        Module to run, as ``python -m`` would.
-    options
-        Command-line arguments of the module.
-    number
-        Signal that the process gets when the calling thread ends; SIGKILL by default.
-    popen
-        Arguments of :class:`subprocess.Popen`.
+    It gets the signal ``number`` when the calling thread ends. ``popen`` are arguments of
+    :class:`subprocess.Popen`.
     """
     # Without -P a file in the user's working folder could replace a module.
     command = [sys.executable, "-P", "-m", "firstcontact.core._children"]
     return subprocess.Popen(  # noqa: S603
-        [*command, str(os.getpid()), str(int(number or signal.SIGKILL)), module, *options],
+        [*command, str(os.getpid()), str(int(number)), module, *options],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))},
         start_new_session=True,
         **popen,
@@ -172,11 +147,9 @@ def _keep(
     options: Sequence[str],
     number: signal.Signals,
 ) -> None:
-    if not started.set_running_or_notify_cancel():  # the constructor was interrupted
-        return
     try:
         pipe = subprocess.PIPE
-        process = start_module(module, *options, number=number, stdin=pipe, stdout=pipe, bufsize=0)
+        process = _start_module(module, *options, number=number, stdin=pipe, stdout=pipe, bufsize=0)
     except BaseException as error:
         started.set_exception(error)
         return

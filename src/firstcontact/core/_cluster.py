@@ -45,7 +45,6 @@ class ClusterRunner(_jobs.Runner):
     def stream(
         self, function: Callable[..., B], jobs: Sequence[A], *shared: object
     ) -> Generator[B, None, None]:
-        """Yield the results in the order of the jobs. The first error ends the stream."""
         if self._client.status != "running":
             raise InputError(GONE)
         submit = partial(self._client.submit, pure=False)

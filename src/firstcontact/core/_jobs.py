@@ -68,13 +68,7 @@ class Runner(ABC):
 
 
 class Serial(Runner):
-    """Runner that works in this process, one job after the other, on one thread.
-
-    Parameters
-    ----------
-    tick
-        Function that is called after each job, with the number of finished jobs and of all jobs.
-    """
+    """Runner that works in this process, one job after the other, on one thread."""
 
     def __init__(self, tick: Tick = lambda finished, total: None) -> None:
         self._tick = tick
@@ -82,7 +76,6 @@ class Serial(Runner):
     def stream(
         self, function: Callable[..., B], jobs: Sequence[A], *shared: object
     ) -> Generator[B, None, None]:
-        """Yield the results in the order of the jobs. The first error ends the stream."""
         for finished, job in enumerate(jobs, start=1):
             with one_thread():
                 result = function(job, *shared)
@@ -99,7 +92,6 @@ class Pool(Runner):
     def stream(
         self, function: Callable[..., B], jobs: Sequence[A], *shared: object
     ) -> Generator[B, None, None]:
-        """Yield the results in the order of the jobs. The first error ends the stream."""
         if self._share_memory:
             calls: list[Any] = [(function, (job, *shared), {}) for job in jobs]
         else:
@@ -141,8 +133,7 @@ def parallel(
     workers
         Number of processes on this machine; 1 runs all jobs in this process.
     tick
-        Function that is called in this process after each result, with the number of finished
-        jobs and of all jobs.
+        Function that is called after each result, with the number of finished jobs and of all jobs.
     prefer
         "processes"; or "threads" for jobs that release Python's global lock.
     """

@@ -35,17 +35,12 @@ def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: i
     Parameters
     ----------
     data
-        JSON text in UTF-8.
+        JSON text in UTF-8, of at most ``longest`` bytes.
     kind
-        A dataclass, or any type that msgspec supports. Numbers that are not finite or out of
-        bounds are refused. Unknown fields are ignored, except in a
-        `Record`, which refuses them.
-    origin
-        Name of the file, or of the part of a file that ``data`` holds, for messages.
-    remedy
-        Remedy to state in messages.
-    longest
-        Largest number of bytes to read.
+        A dataclass, or any type that msgspec supports. Unknown fields are ignored, except in a
+        :class:`Record`, which refuses them.
+    origin, remedy
+        Name of the file, or of a part of a file, and the remedy to state in messages.
 
     Raises
     ------

@@ -60,8 +60,7 @@ def write_weights(
     card, weights
         Paths of the files. Existing files are replaced.
     tree
-        Fields of the card, including ``format``. The function adds the ``versions`` of libraries
-        and the ``sha256`` of the weights.
+        Fields of the card, including ``format``. The function adds ``versions`` and ``sha256``.
     arrays
         Arrays by name. If empty, no weights are written and an old file of weights is removed.
     kind
@@ -105,16 +104,7 @@ def read_card(
 ) -> T:
     """Read a card as a checked record. Check ``format`` and ``format_version`` first.
 
-    Parameters
-    ----------
-    path
-        Path of the card.
-    noun
-        "model" or "detector", for messages.
-    expected_format, expected_version
-        Required values of the two fields.
-    kind
-        Record type.
+    ``noun`` is "model" or "detector", for messages.
 
     Raises
     ------
@@ -145,18 +135,7 @@ def read_card(
 
 
 def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
-    """Read a file of at most ``most`` bytes and check it against its card.
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-    sha256
-        Expected checksum, from the card.
-    card
-        Name of the card, for messages.
-    most
-        Largest size, bytes.
+    """Read a file of at most ``most`` bytes and check it against the checksum in its card.
 
     Raises
     ------
@@ -182,13 +161,6 @@ def digest(data: bytes) -> str:
 
 def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
     """Read the arrays of a safetensors file, and compare its checksum with that of the card.
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-    sha256
-        Expected checksum, from the card.
 
     Raises
     ------
@@ -221,14 +193,7 @@ def take_array(
 ) -> NDArray[np.floating]:
     """Return one array of a file of weights, after a check of its shape and values.
 
-    Parameters
-    ----------
-    arrays
-        Arrays of the file.
-    name
-        Name of the array.
-    shape
-        Expected shape; None stands for any length.
+    In ``shape``, None stands for any length.
 
     Raises
     ------

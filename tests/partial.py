@@ -6,9 +6,9 @@ import types
 from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
-from firstcontact.core._records_json import decode_by_name
 
 from firstcontact.core import ByName, Record
+from firstcontact.core._records import decode_by_name
 from firstcontact_lab.report.results import SubjectResults, subject_kind
 from firstcontact_lab.study.parts import PARTS
 

@@ -121,8 +121,7 @@ def network_graph(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """Graph of an untrained CNN for windows of 74 samples."""
 
     def make(path: Path) -> None:
-        from firstcontact.models._efficientnet import EfficientNet
-        from firstcontact.models._network_export import export
+        from firstcontact.models._efficientnet import EfficientNet, export
 
         path.write_bytes(export(EfficientNet(1, 1).eval(), 74))
 

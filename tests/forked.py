@@ -44,7 +44,6 @@ PRELOADED = [
     "scipy.signal",
     "sklearn.svm",
     "sklearn.pipeline",
-    "mapie.regression",
     "safetensors.numpy",
     "matplotlib.figure",
     "matplotlib.backends.backend_svg",

@@ -40,7 +40,7 @@ _COMMON = (
     "firstcontact.cli.verbs.label", "firstcontact.cli.verbs.live",
     "firstcontact.cli.verbs.record", "firstcontact.cli.verbs.train",
     "firstcontact.contact._detector_file", "firstcontact.device._opening",
-    "firstcontact.models._final_model", "firstcontact.models._training",
+    "firstcontact.models._training", "firstcontact.models._training",
     "firstcontact.recording._importing", "firstcontact.streaming._json_lines",
     "firstcontact.streaming._ledger", "firstcontact.streaming._session",
     "firstcontact.streaming._text", "pyarrow.parquet", "pyxdf", "scipy.io.matlab",

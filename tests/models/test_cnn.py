@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from firstcontact.models import Task
-from firstcontact.models._cnn import Cnn, as_input
-from firstcontact.models._network import Network
+from firstcontact.models._cnn import CheckedGraph, Cnn, as_input
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import load_window, save_window
 
@@ -33,7 +32,7 @@ def make(channels: int, outputs: int) -> EfficientNet:
 
 
 def export(network: EfficientNet, samples: int) -> bytes:
-    from firstcontact.models._network_export import export
+    from firstcontact.models._efficientnet import export
 
     return export(network, samples)
 
@@ -65,7 +64,7 @@ def test_the_export_is_the_network(samples: int, channels: int, outputs: int) ->
     network, x = used(channels, outputs, samples)
     with torch.no_grad():
         expected = network(x).numpy()
-    exported = Network(export(network, samples), samples, channels, outputs)
+    exported = CheckedGraph(export(network, samples), samples, channels, outputs)
     predictions = exported.run(np.ascontiguousarray(x.numpy()))
     np.testing.assert_allclose(predictions, expected, atol=1e-4 * np.abs(expected).max())
 
@@ -77,7 +76,7 @@ def test_a_trained_network_answers_as_in_pytorch(
     import torch
 
     from firstcontact.models import _cnn as cnn
-    from firstcontact.models._cnn_model import compress
+    from firstcontact.models._cnn import compress
 
     trained = []
     train = cnn._train
@@ -100,7 +99,7 @@ def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) 
         "import sys, torch, multiprocessing.synchronize as s; "
         "s.SemLock.__init__ = None; "  # no semaphore, which an ended worker would leave behind
         "from firstcontact.models._efficientnet import EfficientNet; "
-        "from firstcontact.models._network_export import export; "
+        "from firstcontact.models._efficientnet import export; "
         "export(EfficientNet(2, 3), 15); "
         "n = EfficientNet(1, 1); n.load_state_dict(torch.load(sys.argv[1])); "
         "sys.stdout.buffer.write(export(n, 74))"
@@ -121,7 +120,7 @@ def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) 
 def test_shipped_graph_is_that_of_the_exporter() -> None:
     from onnx import ModelProto
 
-    from firstcontact.models._network_export import GRAPH, trace
+    from firstcontact.models._efficientnet import GRAPH, trace
 
     traced, shipped = trace().graph, ModelProto.FromString(GRAPH.read_bytes()).graph
     assert [node.op_type for node in shipped.node] == [node.op_type for node in traced.node]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import firstcontact as fc
 from firstcontact.core import Role
-from firstcontact.models._train_overlap import NAMESAKES, SEEN, train_overlap
+from firstcontact.models._evaluate import NAMESAKES, SEEN, train_overlap
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -18,14 +16,13 @@ from hypothesis import strategies as st
 from firstcontact.core import InputError
 from firstcontact.models import (
     CARD,
-    SHORE_A,
     Interval,
     Task,
     TrainingRecord,
     load_model,
     make_estimator,
 )
-from firstcontact.models._conformal import (
+from firstcontact.models._interval import (
     RANGE_PINCHES,
     conformal_interval,
     coverage,
@@ -195,25 +192,6 @@ def test_an_interval_that_is_none(folder: Path, tree: Any) -> None:
     with pytest.raises(InputError, match=r"model\.json: .*interval") as caught:
         load_model(folder)
     assert "\n" not in str(caught.value)
-
-
-def test_at_run_time_neither_mapie_nor_scikit_learn_is_imported(folder: Path) -> None:
-    code = (
-        "import sys\n"
-        "from pathlib import Path\n"
-        "from firstcontact.models import load_model\n"
-        "load_model(Path(sys.argv[1])).windows[0].interval.around(30.0)\n"
-        "heavy = {'mapie', 'sklearn', 'scipy', 'torch'} & set(sys.modules)\n"
-        "print(', '.join(sorted(heavy)))\n"
-    )
-    process = subprocess.run(
-        [sys.executable, "-c", code, str(folder)], capture_output=True, text=True
-    )
-    assert (process.returncode, process.stdout) == (0, "\n"), process.stderr
-
-
-def test_the_scale_is_that_of_shore_a() -> None:
-    assert SHORE_A == (0.0, 100.0)
 
 
 def test_an_interval_on_a_spread_is_wide_where_the_spread_is_and_holds_its_level() -> None:

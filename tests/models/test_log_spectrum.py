@@ -9,8 +9,14 @@ from hypothesis import strategies as st
 
 from firstcontact.core import InputError
 from firstcontact.models import Task, make_estimator
-from firstcontact.models._log_spectrum import LogSpectrumModel, _evenly
-from firstcontact.models._spectral_features import BANDS, KINDS, features, log_bands
+from firstcontact.models._log_spectrum import (
+    BANDS,
+    KINDS,
+    LogSpectrumModel,
+    _evenly,
+    features,
+    log_bands,
+)
 
 RATE = 4936.0
 

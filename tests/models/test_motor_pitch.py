@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import FINGERTIP_RATE as RATE
 from firstcontact.models import Touches, spectra
-from firstcontact.models._motor_pitch import BELIEVED, STEP, MotorPitch
+from firstcontact.models._rig import BELIEVED, STEP, MotorPitch
 from firstcontact.signal import samples_in
 
 BEFORE_SAMPLES = samples_in(Touches.BEFORE, RATE)

@@ -12,8 +12,7 @@ from onnx import ModelProto, StringStringEntryProto, TensorProto, helper, numpy_
 
 from firstcontact.core import InputError
 from firstcontact.models import Task
-from firstcontact.models._cnn import Cnn
-from firstcontact.models._network import LARGEST, Network
+from firstcontact.models._cnn import LARGEST_GRAPH, CheckedGraph, Cnn
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import load_arrays, load_window, replace_arrays, save_window
 
@@ -158,22 +157,22 @@ def one_batch_only(model: Any) -> None:
 )
 def test_foreign_graphs_are_refused(network_graph: bytes, change: Callable[[Any], None]) -> None:
     with pytest.raises(InputError, match=r"^the network of the CNN cannot be used \(.*\): .*"):
-        Network(changed(network_graph, change), 74, 1, 1)
+        CheckedGraph(changed(network_graph, change), 74, 1, 1)
 
 
 @pytest.mark.parametrize("raw", [b"", b"no ONNX", b"\x00" * 100, b"\xff" * 5000])
 def test_what_is_no_graph_is_refused(raw: bytes) -> None:
     with pytest.raises(InputError, match="cannot be used"):
-        Network(raw, 74, 1, 1)
+        CheckedGraph(raw, 74, 1, 1)
 
 
 def test_a_huge_graph_is_not_parsed() -> None:
     with pytest.raises(InputError, match="more than 1048576"):
-        Network(bytes(LARGEST + 1), 74, 1, 1)
+        CheckedGraph(bytes(LARGEST_GRAPH + 1), 74, 1, 1)
 
 
 def test_fields_of_other_programs_do_not_reach_the_runtime(network_graph: bytes) -> None:
-    assert Network(network_graph + b"\xfa\x7f\x03abc", 74, 1, 1).parameters > 40_000
+    assert CheckedGraph(network_graph + b"\xfa\x7f\x03abc", 74, 1, 1).parameters > 40_000
 
 
 def test_bytes_that_were_damaged_are_refused_or_answer(network_graph: bytes) -> None:
@@ -183,7 +182,7 @@ def test_bytes_that_were_damaged_are_refused_or_answer(network_graph: bytes) -> 
         location = rng.integers(len(raw) if rng.random() < 0.3 else 4000)
         raw[location] = rng.integers(256)
         try:
-            network = Network(bytes(raw), 74, 1, 1)
+            network = CheckedGraph(bytes(raw), 74, 1, 1)
         except InputError:
             continue
         assert network.run(np.zeros((3, 1, 1, 74), dtype=np.float32)).shape == (3, 1)

@@ -1,16 +1,24 @@
-"""Card (``model.json``) of a model folder: training data, and one section for each predictor."""
+"""Card (``model.json``) of a model folder, and digests of its training pinches.
+
+A digest is eight bytes of BLAKE2b of the piezo signals in V, as float32. Copies under other names,
+and complete exports that are imported again, have the same digest. Resampled, filtered, scaled or
+newly cut pinches have other digests, as have channels of other sensors.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from hashlib import blake2b
 from typing import Annotated, Any, Literal
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
-from firstcontact.core import Count, Name, Notes, Rate, Sha256
+from firstcontact.core import Count, InputError, Name, Notes, Pinch, Rate, Sha256
 from firstcontact.models._interval import Interval
-from firstcontact.models._spec import Task
+from firstcontact.models._window_model import Task
 
 #: Largest window that a model may require, in samples, and largest number of classes.
 Samples = Annotated[int, msgspec.Meta(ge=1, le=1_000_000)]
@@ -136,3 +144,40 @@ class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
     predictors: Annotated[tuple[WindowCard | NetworkCard, ...], msgspec.Meta(max_length=100)]
     detector: Sha256 | None = None
     versions: Mapping[Name, Name] = msgspec.field(default_factory=dict)
+
+
+Digests = NDArray[np.uint64]
+
+#: Length of a digest, bytes. With 100,000 training and 100,000 test pinches, one run in a billion
+#: has a false match.
+SIZE = 8
+
+
+def pinch_digests(pinches: Sequence[Pinch]) -> Digests:
+    """Return the digest of each pinch, shape (pinches,)."""
+    return np.array([_digest(pinch) for pinch in pinches], dtype=np.uint64)
+
+
+def _digest(pinch: Pinch) -> int:
+    with np.errstate(over="ignore"):
+        volts = pinch.vibration().astype("<f4")
+    volts += np.float32(0.0)  # -0 and 0 are the same voltage
+    shape = np.array(volts.shape, dtype="<u8").tobytes()
+    hashed = blake2b(shape + volts.tobytes(), digest_size=SIZE).digest()
+    return int.from_bytes(hashed, "little")
+
+
+def to_array(digests: Digests) -> NDArray[np.uint8]:
+    """Return digests as an array of bytes for a file, ascending."""
+    return np.unique(digests).astype("<u8").view(np.uint8)
+
+
+def from_array(array: NDArray[Any] | None) -> Digests:
+    """Return the digests in a file's array. Raise InputError if the array is invalid."""
+    if array is None:
+        return np.zeros(0, np.uint64)
+    if array.dtype != np.uint8 or array.ndim != 1 or len(array) % SIZE:
+        raise InputError(
+            "the array 'pinches' does not hold digests of training pinches: train again"
+        )
+    return array.view("<u8").astype(np.uint64)

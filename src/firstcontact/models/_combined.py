@@ -22,8 +22,8 @@ from firstcontact.models._network_estimator import (
     score_held_out,
 )
 from firstcontact.models._rig import MOST_PINCHES, REGRESSED, Rig, RigRegression, level_groups
-from firstcontact.models._spec import Arrays, Values
 from firstcontact.models._touches import Touches
+from firstcontact.models._window_model import Arrays, Values
 from firstcontact.signal import samples_in
 
 #: Smallest numbers of pinches and of Shore A levels for a regression. With fewer pinches or levels,

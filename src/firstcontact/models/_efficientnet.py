@@ -1,7 +1,7 @@
-"""Definition of EfficientNetV2 for one dimension.
+"""EfficientNetV2 for one dimension: definition, joint training and export. This imports PyTorch.
 
 Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster Training, ICML 2021
-(arXiv:2104.00298). Importing this module imports PyTorch.
+(arXiv:2104.00298).
 
 The network has two dimensions, time and one of length one, because PyTorch has channels-last
 kernels for two dimensions only. With these kernels, training takes two thirds of the time that it
@@ -10,13 +10,26 @@ takes without them.
 
 from __future__ import annotations
 
+import logging
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import Self
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from threading import RLock
+from typing import Any, Self
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn.utils import fuse_conv_bn_eval
+from tqdm import tqdm
+
+from firstcontact.models._cnn import INPUT, OPSET
 
 #: Number of samples that every convolution covers.
 KERNEL = 3
@@ -151,3 +164,159 @@ class EfficientNet(nn.Module):
             if isinstance(module, ConvNorm):
                 module.fold()
         return copy
+
+
+class GroupedLinear(nn.Module):
+    """Linear layers of several networks as one layer."""
+
+    def __init__(self, layers: Sequence[nn.Linear]) -> None:
+        super().__init__()
+        self.copies = len(layers)
+        self.weight = _joined([layer.weight for layer in layers])
+        self.bias = _joined([layer.bias for layer in layers])
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Map inputs (n, copies * inputs) to outputs (n, copies * outputs)."""
+        parts = x.reshape(len(x), self.copies, -1).transpose(0, 1)
+        weight = self.weight.view(self.copies, -1, parts.shape[2]).transpose(1, 2)
+        out = torch.baddbmm(self.bias.view(self.copies, 1, -1), parts, weight)
+        return out.transpose(0, 1).flatten(1)
+
+
+def join(networks: Sequence[EfficientNet]) -> EfficientNet:
+    """Return one network with the channels of several networks."""
+    joined = deepcopy(networks[0])
+    for name, module in list(joined.named_modules()):
+        same = [network.get_submodule(name) for network in networks]
+        if isinstance(module, nn.Linear):
+            joined.set_submodule(name, GroupedLinear(same))  # type: ignore[arg-type]
+        elif isinstance(module, nn.Conv2d):
+            module.groups *= len(networks)
+        elif isinstance(module, nn.BatchNorm2d):
+            module.running_mean = torch.cat([m.running_mean for m in same])  # type: ignore[misc]
+            module.running_var = torch.cat([m.running_var for m in same])  # type: ignore[misc]
+        if isinstance(module, nn.Conv2d | nn.BatchNorm2d):
+            for key, _ in list(module.named_parameters()):
+                setattr(module, key, _joined([getattr(m, key) for m in same]))
+    return joined
+
+
+def separate(joined: EfficientNet, networks: Sequence[EfficientNet]) -> None:
+    """Copy weights and statistics of a network from :func:`join` back into ``networks``."""
+    for name, tensor in joined.state_dict().items():
+        parts = tensor.chunk(len(networks)) if tensor.ndim else [tensor] * len(networks)
+        for network, part in zip(networks, parts, strict=True):
+            network.state_dict()[name].copy_(part)
+
+
+def _joined(parameters: Sequence[Tensor]) -> nn.Parameter:
+    return nn.Parameter(torch.cat([parameter.detach() for parameter in parameters]))
+
+
+#: Graph of the network without weights.
+GRAPH = Path(str(files("firstcontact.models").joinpath("efficientnet.onnx")))
+
+
+def export(network: EfficientNet, samples: int) -> bytes:
+    """Return the network as ONNX. It maps windows (n, channels, 1, samples) to outputs.
+
+    Parameters
+    ----------
+    network
+        Trained network.
+    samples
+        Number of samples in a window.
+
+    Returns
+    -------
+    bytes
+        A serialised ONNX model. The same weights and libraries give the same bytes.
+    """
+    folded = network.folded()
+    weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
+    return _filled(samples, network.channels, network.last.out_features, weights)
+
+
+def _filled(
+    samples: int, channels: int, outputs: int, weights: Mapping[str, NDArray[np.float32]]
+) -> bytes:
+    """Return the shipped graph with these weights, given by their names in the folded network."""
+    from onnx import ModelProto, numpy_helper
+
+    model = ModelProto()
+    model.CopyFrom(_graph())
+    shape = model.graph.input[0].type.tensor_type.shape
+    shape.dim[1].dim_value, shape.dim[3].dim_value = channels, samples
+    model.graph.output[0].type.tensor_type.shape.dim[1].dim_value = outputs
+    names = {tensor.name for tensor in model.graph.initializer}
+    assert weights.keys() <= names, f"the graph lacks {sorted(weights.keys() - names)}"
+    for tensor in model.graph.initializer:
+        if tensor.name in weights:
+            array = np.ascontiguousarray(weights[tensor.name])
+            tensor.CopyFrom(numpy_helper.from_array(array, tensor.name))
+    serialised: bytes = model.SerializeToString(deterministic=True)
+    return serialised
+
+
+@cache
+def _graph() -> Any:
+    """Return the graph that is shipped, for windows of any shape and any number of outputs."""
+    from onnx import ModelProto
+
+    return ModelProto.FromString(GRAPH.read_bytes())
+
+
+def trace() -> Any:
+    """Return the graph as PyTorch exports it, without the values of its weights."""
+    with torch.random.fork_rng(devices=[]), _quiet():
+        torch.manual_seed(0)
+        network = EfficientNet(1, 1).folded()
+        for parameter in network.parameters():
+            torch.nn.init.normal_(parameter)  # equal tensors would become one
+        exported = torch.onnx.export(
+            network,
+            (torch.zeros(2, 1, 1, 74),),
+            input_names=[INPUT],
+            output_names=["outputs"],
+            opset_version=OPSET,
+            dynamic_shapes=({0: torch.export.Dim("n"), 3: torch.export.Dim("samples")},),
+            external_data=False,
+            dynamo=True,
+            verbose=False,
+        )
+    assert exported is not None
+    model = exported.model_proto
+    graph = model.graph
+    # The exporter notes where in the source each operator comes from, with paths of this machine.
+    for part in (model, graph, *graph.node, *graph.initializer, *graph.input, *graph.output):
+        del part.metadata_props[:]
+        part.ClearField("doc_string")
+    del graph.value_info[:]
+    names = set(network.state_dict())
+    missing = names - {tensor.name for tensor in graph.initializer}
+    assert not missing, f"the exporter renamed {sorted(missing)}"
+    for tensor in graph.initializer:
+        if tensor.name in names:
+            tensor.ClearField("raw_data")
+    return model
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Suppress the exporter's messages on torchvision and on deprecations."""
+    # PyTorch makes a progress bar that it never shows. Its lock is a semaphore between processes,
+    # which would stay behind when a worker is ended. A lock between threads suffices here.
+    tqdm.set_lock(RLock())
+    log = logging.getLogger("torch.onnx")
+    level = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log.setLevel(level)
+
+
+if __name__ == "__main__":
+    GRAPH.write_bytes(trace().SerializeToString(deterministic=True))

@@ -10,7 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
-from firstcontact.core import AnyPath, Dataset, InputError, Progress, counted, progress_steps
+from firstcontact.core import (
+    LONGEST_NAME,
+    AnyPath,
+    Dataset,
+    InputError,
+    Progress,
+    counted,
+    progress_steps,
+)
 from firstcontact.models._alignment import (
     Alignment,
     Contacts,
@@ -18,15 +26,25 @@ from firstcontact.models._alignment import (
     detect_alignment,
     label_alignment,
 )
-from firstcontact.models._final_model import Target
-from firstcontact.models._metrics import classification_scores, per_object, regression_scores
+from firstcontact.models._card import Digests, TrainingData, pinch_digests
 from firstcontact.models._model import Model, load_model, require_dataset
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._predictors import Predictor, RigPredictor
-from firstcontact.models._scores import RegressionScores, SpecimenErrors, TaskScores
-from firstcontact.models._spec import Values
-from firstcontact.models._train_overlap import NAMESAKES, SEEN, TrainOverlap, train_overlap
-from firstcontact.models._training import distinct_specimens, resampling_clusters
+from firstcontact.models._scores import (
+    RegressionScores,
+    SpecimenErrors,
+    TaskScores,
+    classification_scores,
+    per_object,
+    regression_scores,
+)
+from firstcontact.models._training import (
+    Target,
+    distinct_specimens,
+    full_specimen,
+    resampling_clusters,
+)
+from firstcontact.models._window_model import Values
 from firstcontact.signal import resample_dataset
 
 
@@ -315,3 +333,77 @@ def _group(
         constant=None if predictor.classes else float(truth.std()),
         level=predictor.level,
     )
+
+
+Mask = NDArray[np.bool_]
+#: Titles of the groups of pinches that the model was, or may have been, trained on.
+SEEN, NAMESAKES = "seen in training", "names as in the training, other samples"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrainOverlap:
+    """Masks of pinches by their relation to a model's training, shape (pinches,)."""
+
+    seen: Mask
+    namesakes: Mask
+    same_session: Mask
+    same_specimen: Mask
+    new: Mask
+
+    def groups(self) -> Mapping[str, Mask]:
+        """Return each group by its title, unseen pinches first."""
+        return {
+            "not seen in training": self.new,
+            "sessions of the training by name, other specimens": self.same_session,
+            "specimens of the training, other sessions": self.same_specimen,
+            NAMESAKES: self.namesakes,
+            SEEN: self.seen,
+        }
+
+    def warnings(self, scored: NDArray[np.intp]) -> list[str]:
+        """Return warnings about the pinches at these positions, one line each."""
+        seen, namesakes = int(self.seen[scored].sum()), int(self.namesakes[scored].sum())
+        apart = "scored separately and do not show the errors in use"
+        lines = []
+        if seen:
+            lines.append(
+                f"warning: {seen} pinches have the same samples as training pinches of the model: "
+                f"they are {apart}"
+            )
+        if namesakes:
+            lines.append(
+                f"note: {namesakes} pinches have the session and specimen of training pinches, but "
+                "other samples: they may be new, or training pinches that were resampled or cut "
+                "again: they are scored separately"
+            )
+        return lines
+
+
+def train_overlap(dataset: Dataset, trained_on: TrainingData, digests: Digests) -> TrainOverlap:
+    """Group pinches by their relation to a model's training."""
+    seen = np.isin(pinch_digests(dataset.pinches), digests)
+    unseen = ~dataset.test & ~seen
+    specimen = _same_specimen(dataset, trained_on) & unseen
+    # Sessions of other sources may have the same names by chance.
+    session = np.isin(dataset.sessions, trained_on.sessions) & (dataset.sessions != "") & unseen
+    session &= trained_on.source == dataset.source
+    is_unnamed = (dataset.specimens == "") & ("" in trained_on.specimens)
+    namesakes = session & (specimen | is_unnamed)
+    return TrainOverlap(
+        seen,
+        namesakes,
+        session & ~namesakes,
+        specimen & ~session,
+        ~(seen | specimen | session),
+    )
+
+
+def _same_specimen(dataset: Dataset, trained_on: TrainingData) -> Mask:
+    """Return a mask of the pinches whose specimen is one of the training."""
+    full = [full_specimen(pinch.label)[:LONGEST_NAME] for pinch in dataset.pinches]
+    is_same: Mask = np.isin(dataset.specimens, trained_on.specimens)
+    if trained_on.objects:
+        is_same &= np.isin(dataset.objects, ["", *trained_on.objects])
+    is_same |= np.isin(full, trained_on.specimens)
+    is_same &= dataset.specimens != ""
+    return is_same

@@ -32,11 +32,19 @@ from firstcontact.core import (
     take_array,
 )
 from firstcontact.models._context_network import ContextNetwork, Familiar
-from firstcontact.models._motor_pitch import STEP, MotorPitch, ear
 from firstcontact.models._predictions import Predictions
-from firstcontact.models._rig import LEAST_SPREAD, MOST_SPREAD, Rig, RigRegression, RigSpeeds
-from firstcontact.models._spec import Arrays, Values
+from firstcontact.models._rig import (
+    LEAST_SPREAD,
+    MOST_SPREAD,
+    STEP,
+    MotorPitch,
+    Rig,
+    RigRegression,
+    RigSpeeds,
+    ear,
+)
 from firstcontact.models._touches import Touches
+from firstcontact.models._window_model import Arrays, Values
 from firstcontact.signal import samples_in
 
 #: Lowest and highest level of a rig that a file may hold, V.

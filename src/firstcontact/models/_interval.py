@@ -1,18 +1,30 @@
-"""Interval around predictions, as a table of half widths."""
+"""Conformal intervals around predictions, from predictions for held-out sessions.
+
+The method is split conformal prediction with absolute residuals (Lei et al. 2018), applied
+separately in each range of predictions (Mondrian; Vovk et al. 2005). Soft objects therefore get
+bounds of their own.
+"""
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
+from numpy.typing import NDArray
 
-from firstcontact.models._spec import Values
+from firstcontact.models._window_model import Values
 
 #: Ends of the Shore A scale.
 SHORE_A = (0.0, 100.0)
 #: Largest number in an interval, so that predictions with their bounds stay finite.
-LARGEST = 1e9
+LARGEST_BOUND = 1e9
+#: Largest number of ranges of predictions, and smallest number of pinches in a range.
+RANGES = 5
+RANGE_PINCHES = 40
+#: Smallest number of known sessions. With fewer, the difference between sessions is unknown.
+SESSIONS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +65,7 @@ class Interval:
     def __post_init__(self) -> None:
         numbers = (self.level, *self.edges, *self.half_widths, *(self.limits or ()))
         if (
-            not all(abs(n) <= LARGEST for n in numbers)
+            not all(abs(n) <= LARGEST_BOUND for n in numbers)
             or not 0.0 < self.level < 1.0
             or len(self.half_widths) != len(self.edges) + 1
             or min(self.half_widths) < 0.0
@@ -65,23 +77,9 @@ class Interval:
             )
 
     def around(self, value: float, spread: float = 1.0) -> tuple[float, float]:
-        """Return the lower and upper bound for a prediction.
-
-        Parameters
-        ----------
-        value
-            Prediction.
-        spread
-            Predicted standard deviation, if the interval is scaled by it.
-        """
-        half = self.half_widths[bisect_right(self.edges, value)]
-        if self.scaled:
-            half *= spread
-        low, high = value - half, value + half
-        if self.limits is None:
-            return low, high
-        least, most = self.limits
-        return min(max(low, least), most), min(max(high, least), most)
+        """Return the bounds for one prediction and its predicted standard deviation."""
+        low, high = self.around_all(np.array([value]), np.array([spread]))
+        return float(low[0]), float(high[0])
 
     def around_all(self, values: Values, spreads: Values | None = None) -> tuple[Values, Values]:
         """Return the lower and upper bounds of :meth:`around` for predictions, shape (n,) each."""
@@ -92,3 +90,98 @@ class Interval:
         if self.limits is None:
             return low, high
         return np.clip(low, *self.limits), np.clip(high, *self.limits)
+
+
+def least_answers(level: float) -> int:
+    """Return the smallest number of predictions for one range of an interval."""
+    return max(RANGE_PINCHES, ceil(4.0 / (1.0 - level)))
+
+
+def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
+    """Return the reason why these predictions give no interval; "" if they give one."""
+    names = np.unique(sessions)
+    if len(names) < SESSIONS or "" in names:
+        named = len(names[names != ""])
+        return f"{named} known sessions are too few for an interval: record {SESSIONS} or more"
+    least = least_answers(level)
+    if len(answers) < least:
+        return f"{len(answers)} pinches are too few for an interval: record {least} or more"
+    return ""
+
+
+def conformal_interval(
+    answers: Values,
+    truth: Values,
+    level: float = 0.9,
+    limits: tuple[float, float] | None = SHORE_A,
+    spreads: Values | None = None,
+) -> Interval:
+    """Return an interval that covers a share ``level`` of these truths.
+
+    The predictions ``answers`` must come from models that did not learn from the pinch's session.
+    With their predicted standard deviations ``spreads``, half widths are multiples of these
+    (Papadopoulos et al. 2008). Up to five ranges of predictions have half widths of their own.
+    ``limits`` are the ends of the scale.
+    """
+    least = least_answers(level)
+    if len(answers) < least:
+        raise ValueError(f"{len(answers)} predictions are too few for a level of {level:g}")
+    ranges = min(RANGES, len(answers) // least)
+    edges = np.unique(np.quantile(answers, np.arange(1, ranges) / ranges))
+    member = np.searchsorted(edges, answers, side="right")
+    # Equal predictions crowd one range, which may leave too few for others: those are joined.
+    while len(edges) and (few := np.bincount(member, minlength=len(edges) + 1)).min() < least:
+        edges = np.delete(edges, max(0, int(few.argmin()) - 1))
+        member = np.searchsorted(edges, answers, side="right")
+    unit = np.ones(len(answers)) if spreads is None else spreads
+    residuals = np.abs(truth / unit - answers / unit)
+    widths = tuple(_half_width(residuals[member == r], level) for r in range(len(edges) + 1))
+    ends = tuple(float(e) for e in edges)
+    return Interval(level, ends, widths, limits, scaled=spreads is not None)
+
+
+def _half_width(residuals: Values, level: float) -> float:
+    """Return the conformal quantile: the smallest residual with ``level`` of n + 1 up to it."""
+    return float(np.sort(residuals)[ceil((len(residuals) + 1) * level) - 1])
+
+
+def held_out_bounds(
+    answers: Values,
+    truth: Values,
+    folds: NDArray[np.intp],
+    level: float = 0.9,
+    limits: tuple[float, float] | None = SHORE_A,
+    spreads: Values | None = None,
+) -> Iterator[tuple[Interval, NDArray[np.bool_]]]:
+    """Yield the interval of each fold, made from the predictions of the other folds."""
+    for fold in np.unique(folds):
+        in_fold = folds == fold
+        if (~in_fold).sum() >= least_answers(level):
+            learned, other = ~in_fold, None if spreads is None else spreads[~in_fold]
+            yield (
+                conformal_interval(answers[learned], truth[learned], level, limits, other),
+                in_fold,
+            )
+
+
+def coverage(
+    pairs: Iterable[tuple[Interval, NDArray[np.bool_]]],
+    answers: Values,
+    truth: Values,
+    spreads: Values | None = None,
+) -> dict[str, float]:
+    """Return the share of truths within their bounds, and the mean width of the intervals."""
+    inside, widths = [], []
+    for interval, rows in pairs:
+        units = None if spreads is None else spreads[rows]
+        low, high = interval.around_all(answers[rows], units)
+        inside.append((low <= truth[rows]) & (truth[rows] <= high))
+        widths.append(high - low)
+    if not sum(map(len, inside)):
+        return {}
+    is_inside = np.concatenate(inside)
+    return {
+        "coverage": float(is_inside.mean()),
+        "mean_width": float(np.concatenate(widths).mean()),
+        "n": len(is_inside),
+    }

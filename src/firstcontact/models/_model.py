@@ -23,7 +23,7 @@ from firstcontact.core import (
     replacing_folder,
 )
 from firstcontact.models._alignment import Contacts, at_known_contacts, detect_alignment
-from firstcontact.models._card import TrainingData
+from firstcontact.models._card import Digests, TrainingData
 from firstcontact.models._model_file import (
     check_former,
     check_replaceable,
@@ -36,7 +36,6 @@ from firstcontact.models._model_file import (
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models._regressor import class_name
-from firstcontact.models._train_overlap import Digests
 from firstcontact.signal import resample_contacts, resample_dataset, restore_contacts
 
 

@@ -25,12 +25,19 @@ from firstcontact.core import (
     write_weights,
 )
 from firstcontact.core import read_card as read_checked
-from firstcontact.models._card import ModelCard, NetworkCard, TrainingData, WindowCard
+from firstcontact.models._card import (
+    Digests,
+    ModelCard,
+    NetworkCard,
+    TrainingData,
+    WindowCard,
+    from_array,
+    to_array,
+)
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models._registry import model_kind
-from firstcontact.models._spec import Arrays
-from firstcontact.models._train_overlap import Digests, from_array, to_array
+from firstcontact.models._window_model import Arrays
 from firstcontact.signal import samples_in
 
 FORMAT = "firstcontact-model"

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from firstcontact.core import GREEN, Dataset, Finger, InputError, counted, is_same_rate, percent
 from firstcontact.models._alignment import Alignment
 from firstcontact.models._card import TrainingRecord
-from firstcontact.models._estimator import Estimator
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._predictors import RigPredictor
+from firstcontact.models._registry import ESTIMATORS, EstimatorInfo
 from firstcontact.models._rig import Rig
-from firstcontact.models._spec import Task, Values, Windows
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._touches import Touches
 from firstcontact.models._training import DURATION, LabelledTouches
+from firstcontact.models._window_model import Task, Values
 from firstcontact.signal import samples_in
 
 #: Smallest number of pinches with which a finger is conditioned separately. Against both fingers as
@@ -47,18 +47,14 @@ class Adapted:
     scheme
         Scheme from ``WAYS``; see :func:`adapt_network`.
     scores
-        Held-out RMSE in Shore A at 15 ms, or at the second contact if that is earlier. There is one
-        for the network with each scheme, and one for a model that refines the network's
-        predictions.
+        Held-out RMSE in Shore A at 15 ms, or at an earlier second contact: of the network with each
+        scheme, and of a model that refines the network's predictions.
     mean_rmse
-        RMSE of the constant prediction on held-out pinches; NaN without them. The constant is the
-        mean of the pinches that are not held out.
+        RMSE of always predicting the mean of the other pinches; NaN without held-out pinches.
     check
         Check of the intervals on held-out pinches; None without held-out pinches.
-    notes
-        Further sentences about the model.
-    split
-        Remark on the held-out pinches; "" if there is nothing to remark.
+    notes, split
+        Further sentences about the model, and a remark on the held-out pinches.
     """
 
     model: InContextModel
@@ -124,15 +120,15 @@ def adapt_network(
     touches, shore_a
         Contacts with objects of known Shore A, shape (n,).
     sessions
-        Session of each contact, shape (n,). Whole sessions are held out if there are several, and
-        two levels of Shore A are left to learn from. Otherwise random pinches are held out.
+        Session of each contact. Whole sessions are held out if there are several and two levels of
+        Shore A are left to learn from; otherwise random pinches.
     seed
         Random seed of the folds.
 
     Raises
     ------
     InputError
-        There are fewer than two levels of Shore A, or a level has fewer than two pinches.
+        There are fewer than two levels of Shore A, or fewer than four contacts.
     """
     lasting = touches.answerable
     longest, shore_a = touches.take(lasting), shore_a[lasting]
@@ -260,36 +256,21 @@ def root_mean_square(errors: Values) -> float:
 
 
 @dataclass(frozen=True)
-class NetworkEstimator(Estimator):
+class NetworkEstimator(EstimatorInfo):
     """Network that was trained on simulated rigs and is conditioned on one rig.
 
-    No weights are trained: the pinches of the rig become an input of the network.
+    It learns from whole contacts instead of windows, and no weights are trained: the pinches of the
+    rig become an input of the network.
     """
 
     name: ClassVar[str] = InContextModel.kind
     title: ClassVar[str] = "Network"
     colour: ClassVar[str] = GREEN
     tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
-    takes_windows: ClassVar[bool] = False
     model: ClassVar[Any] = InContextModel
 
-    def fit(self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0) -> Any:
-        """Refuse windows, because the network needs contacts with the signal before them."""
-        raise InputError(
-            "the network cannot be fitted to windows, because it needs whole contacts: use "
-            "firstcontact.train or firstcontact.adapt",
-            parameter="estimator",
-        )
-
     def fit_contacts(self, labelled: LabelledTouches, seed: int = 0) -> Adapted:
-        """Condition the pre-trained network on labelled contacts of a rig.
-
-        Parameters
-        ----------
-        labelled
-            Contacts with objects of known Shore A.
-        seed
-            Random seed of the folds that hold contacts out.
+        """Condition the network on labelled contacts; ``seed`` chooses the held-out ones.
 
         Raises
         ------
@@ -309,6 +290,11 @@ class NetworkEstimator(Estimator):
         return adapt_network(pretrained(), touches, shore_a, sessions, seed)
 
 
+def rig_estimators() -> dict[str, type[NetworkEstimator]]:
+    """Return the registered estimators that learn from whole contacts, by name."""
+    return {n: entry for n, entry in ESTIMATORS.items() if issubclass(entry, NetworkEstimator)}
+
+
 class UnknownRigError(InputError):
     """Error for pinches that are too few to describe a rig."""
 
@@ -316,27 +302,32 @@ class UnknownRigError(InputError):
 def check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
     """Refuse options that the network does not support. The InputError names the parameter."""
     base = pretrained()
-    if task != Task.REGRESSION:
-        raise InputError(
-            f"the network does not support {task}: choose regression", parameter="task"
-        )
-    if tuple(windows) != (DURATION,):
-        raise InputError(
-            "the network predicts from 2 to 15 ms after a contact: leave the lengths of windows "
-            "out",
-            parameter="windows",
-        )
-    if level != base.level:
-        raise InputError(
-            f"the network's intervals are made for the level {base.level:g} only: leave the level "
-            "out",
-            parameter="level",
-        )
-    if rate is not None and not is_same_rate(rate, base.rate):
-        raise InputError(
-            f"the network takes samples at {base.rate:g} Hz only: leave the rate out",
-            parameter="rate",
-        )
+    is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
+    refusals = (
+        (
+            "task",
+            task != Task.REGRESSION,
+            f"the network does not support {task}: choose regression",
+        ),
+        (
+            "windows",
+            tuple(windows) != (DURATION,),
+            "the network predicts from 2 to 15 ms after a contact: leave out the windows",
+        ),
+        (
+            "level",
+            level != base.level,
+            f"the network's intervals have the level {base.level:g}: leave out the level",
+        ),
+        (
+            "rate",
+            is_other_rate,
+            f"the network needs samples at {base.rate:g} Hz: leave out the rate",
+        ),
+    )
+    for parameter, is_refused, message in refusals:
+        if is_refused:
+            raise InputError(message, parameter=parameter)
 
 
 def condition(
@@ -344,21 +335,8 @@ def condition(
 ) -> tuple[RigPredictor, list[str]]:
     """Return the network conditioned on the rig of these pinches, and sentences about the result.
 
-    Parameters
-    ----------
-    dataset
-        Pinches of the rig.
-    seed
-        Random seed of the folds that hold pinches out.
-    contacts
-        Contact of each pinch.
-    kind
-        Estimator class: the network alone, or one that is built on it.
-
-    Raises
-    ------
-    UnknownRigError
-        The pinches are too few to describe a rig.
+    ``contacts`` holds the contact of each pinch. ``kind`` is the network alone, or an estimator
+    that is built on it. Raise UnknownRigError if the pinches are too few to describe a rig.
     """
     base = pretrained()
     if not is_same_rate(dataset.layout.rate, base.rate):
@@ -382,15 +360,16 @@ def condition(
         raise UnknownRigError(made.refusal, parameter="data")
     usable = labelled.take(labelled.touches.answerable)
     record = TrainingRecord(pinches=len(usable), scores=_held_out_scores(made))
-    return RigPredictor(made.model, record), [
-        _rig_in_words(usable.shore_a, made),
-        *_speed_in_words(usable.touches, made),
+    sentences = [
+        _rig_sentence(usable.shore_a, made),
+        *_speed_sentences(usable.touches, made),
         *made.notes,
-        *_checked_in_words(base, made),
+        *_check_sentences(base, made),
     ]
+    return RigPredictor(made.model, record), sentences
 
 
-def _rig_in_words(shore_a: Values, made: Adapted) -> str:
+def _rig_sentence(shore_a: Values, made: Adapted) -> str:
     """Return a sentence on the pinches that describe the rig."""
     levels, counts = np.unique(shore_a, return_counts=True)
     per = " and finger" if made.scheme == WAYS[1] else ""
@@ -401,7 +380,7 @@ def _rig_in_words(shore_a: Values, made: Adapted) -> str:
     )
 
 
-def _speed_in_words(touches: Touches, made: Adapted) -> list[str]:
+def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
     """Return a sentence on how measured closing speeds are used; [] if none was measured."""
     is_told = np.isfinite(touches.speeds)
     if not is_told.any():
@@ -446,7 +425,7 @@ def _against_network(made: Adapted) -> list[str]:
     return [f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice * is_worse}"]
 
 
-def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
+def _check_sentences(base: InContextModel, made: Adapted) -> list[str]:
     if made.check is None:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
     kind = made.model.kind

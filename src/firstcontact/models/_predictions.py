@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Contact
 from firstcontact.models._interval import SHORE_A
-from firstcontact.models._spec import Values
 from firstcontact.models._touches import Touches
+from firstcontact.models._window_model import Values
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,9 +15,8 @@ from firstcontact.models._in_context import InContextModel
 from firstcontact.models._interval import Interval
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._registry import anytime_kind, model_kind
-from firstcontact.models._spec import Arrays, Spec, Task
 from firstcontact.models._touches import Touches, valid_samples
-from firstcontact.models._window_model import WindowModel
+from firstcontact.models._window_model import Arrays, Spec, Task, WindowModel
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 
 #: Elapsed times after a contact at which the network predicts, s.

@@ -1,28 +1,269 @@
-"""Support vector machines with a radial basis function kernel, trained by scikit-learn."""
+"""Support vector machine with a radial basis function kernel: scikit-learn trains it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
+from math import log, nan, sqrt
 from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import BLUE
-from firstcontact.models._estimator import (
+from firstcontact.core import BLUE, RbfKernel
+from firstcontact.models._registry import (
     Estimator,
     Reference,
     library_targets,
     target_scale,
     training_spec,
 )
-from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._splits import inner_folds
-from firstcontact.models._svm_model import SvmModel, loudness_level, shape_and_level
-from firstcontact.models._window_model import WindowModel
+from firstcontact.models._window_model import (
+    TARGET,
+    ArrayCheck,
+    ArraysModel,
+    Spec,
+    Task,
+    Values,
+    WindowModel,
+    Windows,
+)
+
+#: Weight of the level relative to a sample of the shape, all with unit variance. With 74 samples
+#: the level then carries about a tenth of all variance.
+LEVEL_WEIGHT = 3.0
+#: Smallest and largest sum of squares of a window (V²). Outside them float32 holds too few digits
+#: of the power, and the level is NaN.
+LEAST_POWER, MOST_POWER = 1e-30, 1e38
+#: Decision above which the first class of a pair wins. Kernel values below exp(-87) are 0 in C but
+#: not in NumPy. Their weighted sum stays below this value, so both choose the same class even
+#: if a pair's bias is 0.
+LEAST_DECISION = 1e-30
+#: Numbers of support vectors of the models that :meth:`SvmModel.smaller` yields.
+SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
+
+
+def log_rms(X: Windows) -> NDArray[np.float64]:
+    """Return the logarithm of the RMS of windows (n, samples, channels), shape (n,)."""
+    flat = X.reshape(len(X), -1).astype(np.float64)
+    loud: NDArray[np.float64] = 0.5 * np.log((flat**2).mean(axis=1))
+    return loud
+
+
+def loudness_level(X: Windows) -> NDArray[np.float64]:
+    """Return mean and standard deviation of the log RMS of windows (n, samples, channels)."""
+    loud = log_rms(X)
+    return np.array([loud.mean(), loud.std() or 1.0])
+
+
+def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return windows divided by their RMS, and their standardised log RMS.
+
+    A sensor's gain affects the level only, not the shape.
+
+    Parameters
+    ----------
+    X
+        Windows (n, samples, channels).
+    level
+        Mean and standard deviation of the log RMS of the training windows.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, samples * channels + 1). Rows are NaN if the power exceeds the range of float32.
+    """
+    flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
+    power = np.einsum("ij,ij->i", flat, flat)
+    power[~((power > LEAST_POWER) & (power < MOST_POWER))] = np.nan
+    rms = np.sqrt(power / flat.shape[1])
+    loud = (np.log(rms) - level[0]) * (LEVEL_WEIGHT / level[1])
+    return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
+
+
+class SvmModel(ArraysModel):
+    """Window model of support vectors with a radial basis function kernel.
+
+    One window costs one :class:`RbfKernel` row and one small product, in float32.
+
+    Parameters
+    ----------
+    spec
+        Specification of its inputs and outputs.
+    level
+        Mean and standard deviation of the log RMS of the training windows.
+    vectors
+        Support vectors in the form of :func:`shape_and_level`, shape (m, inputs).
+    weights
+        Weights, shape (rows, m). Regression has one row. Classification has one row per pair of
+        classes (one against one); a positive output is a vote for the first class.
+    bias
+        Biases, shape (rows,).
+    target
+        Mean and standard deviation of the targets of a regression, else (0, 1).
+    parameters
+        C, gamma and epsilon (0 for classification), as the search chose them.
+
+    Raises
+    ------
+    InputError
+        The arrays do not fit together.
+    """
+
+    kind: ClassVar[str] = "svm"
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {
+        "level": ArrayCheck((2,), positive=1),
+        "vectors": ArrayCheck(("vectors", "shape and level")),
+        "weights": ArrayCheck(("decisions", "vectors")),
+        "bias": ArrayCheck(("decisions",)),
+        "target": TARGET,
+        "parameters": ArrayCheck((3,), positive=1),
+    }
+
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        level, vectors, weights, bias, _, self.parameters = self._arrays.values()
+        k = len(spec.classes)
+        self._level, self._slope = float(level[0]), LEVEL_WEIGHT / float(level[1])
+        self._kernel = RbfKernel(vectors.astype(np.float32), float(self.parameters[1]))
+        self._weights = np.ascontiguousarray(weights, dtype=np.float32)
+        self._bias = bias.astype(np.float32)
+        pairs = np.array(list(combinations(range(k), 2)), dtype=np.intp).reshape(-1, 2)
+        self._first, self._second = pairs[:, 0].copy(), pairs[:, 1].copy()
+
+    @classmethod
+    def sizes(cls, spec: Spec) -> dict[str, int]:
+        """Return lengths by their names; see :meth:`ArraysModel.sizes`."""
+        k = len(spec.classes)
+        decisions = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
+        return {"shape and level": spec.samples * spec.channels + 1, "decisions": decisions}
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """Return the hyper-parameters of the search, and the number of support vectors."""
+        c, gamma, epsilon = (float(p) for p in self.parameters)
+        chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._kernel)}
+        return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
+
+    def outputs(self, X: Windows) -> NDArray[np.float32]:
+        """Return the decision values for windows (n, samples, channels), shape (n, rows)."""
+        inputs = shape_and_level(X, self._arrays["level"])
+        decisions: NDArray[np.float32] = self._kernel.rows(inputs) @ self._weights.T + self._bias
+        return decisions
+
+    def output(self, window: Windows) -> NDArray[np.float32]:
+        """Return the decision values for one window (samples, channels), shape (rows,)."""
+        flat = window.ravel()
+        power = float(flat.dot(flat))
+        # If float32 cannot hold the power, there is no level and no decision.
+        if not LEAST_POWER < power < MOST_POWER:
+            return np.full(self._bias.shape, nan, dtype=np.float32)
+        rms = sqrt(power / len(flat))
+        loud = (log(rms) - self._level) * self._slope
+        inputs = np.empty(len(flat) + 1, dtype=np.float32)
+        np.multiply(flat, 1.0 / rms, out=inputs[:-1], casting="same_kind")
+        inputs[-1] = loud
+        kernel = self._kernel.row(inputs, len(flat) + loud * loud)  # the shape's norm is known
+        decisions: NDArray[np.float32] = self._weights.dot(kernel) + self._bias
+        return decisions
+
+    def constants(self) -> dict[str, float | NDArray[Any]]:
+        """Return the fields of ``fc_svm`` in C that hold this model's arithmetic."""
+        a, k = self._arrays, len(self.spec.classes)
+        vectors, gamma = a["vectors"].astype(np.float64), float(self.parameters[1])
+        arrays = {
+            "scaled": 2 * gamma * vectors,
+            "norms": -gamma * (vectors * vectors).sum(axis=1),
+            "weights": a["weights"],
+            "bias": a["bias"],
+        }
+        return {
+            "samples": self.spec.samples,
+            "channels": self.spec.channels,
+            "vectors": len(vectors),
+            "decisions": len(a["bias"]),
+            "class_count": k,
+            "level": self._level,
+            "slope": self._slope,
+            "least_power": LEAST_POWER,
+            "most_power": MOST_POWER,
+            "gamma": gamma,
+            **{name: array.astype(np.float32).ravel() for name, array in arrays.items()},
+            "least_decision": LEAST_DECISION,
+            "mean": self.target[0],
+            "scale": self.target[1],
+            **({"classes": np.array(self.spec.classes)} if k else {}),
+        }
+
+    def smaller(self, X: Windows) -> Iterator[SvmModel]:
+        """Yield models with fewer support vectors, fitted to windows, the smallest first."""
+        a = self._arrays
+        inputs = shape_and_level(X, a["level"])
+        gamma = float(self.parameters[1])
+        for chosen, weights, bias in _reduced_sets(
+            a["vectors"], gamma, a["weights"], inputs, SIZES
+        ):
+            yield SvmModel(
+                self.spec,
+                a["level"],
+                a["vectors"][chosen],
+                weights.astype(np.float32),
+                (a["bias"] + bias).astype(np.float32),
+                a["target"],
+                a["parameters"],
+            )
+
+    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
+        """Return the class that wins most pairs."""
+        winners = np.where(outputs > LEAST_DECISION, self._first, self._second)
+        votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
+        return np.asarray(votes.argmax(axis=1))
+
+
+#: Regularisation: share of the kernel's mean square that is added to keep weights small.
+_RIDGE = 1e-8
+
+
+def _reduced_sets(
+    vectors: NDArray[Any],
+    gamma: float,
+    weights: NDArray[Any],
+    inputs: NDArray[Any],
+    sizes: Sequence[int],
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
+    """Yield reduced sets of several sizes: fewer vectors, with refitted weights.
+
+    See B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section
+    V. The fit minimises the error of the outputs on the training windows, by orthogonal matching
+    pursuit: each step adds the vector that explains most of the residual.
+    """
+    wide = vectors.astype(np.float64)
+    kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
+    wanted = kernel @ weights.T.astype(np.float64)
+    mean = wanted.mean(axis=0)
+    left = wanted - mean
+    columns = kernel - kernel.mean(axis=0)
+    chosen: list[int] = []
+    for size in [s for s in sizes if s < len(wide)]:
+        while len(chosen) < size:
+            power = np.maximum((columns**2).sum(axis=0), 1e-12)
+            gain = ((columns.T @ left) ** 2).sum(axis=1) / power
+            gain[chosen] = -1.0
+            best = int(gain.argmax())
+            chosen.append(best)
+            axis = columns[:, best] / np.sqrt(power[best])
+            left = left - np.outer(axis, axis @ left)
+            columns = columns - np.outer(axis, axis @ columns)
+        part = kernel[:, chosen]
+        middle = part.mean(axis=0)
+        away = part - middle
+        gram = away.T @ away + _RIDGE * len(away) * np.eye(size)
+        fitted = np.linalg.solve(gram, away.T @ (wanted - mean))
+        yield np.array(chosen, np.intp), fitted.T, mean - middle @ fitted
+
 
 #: Default number of windows for the search.
 SEARCH_WINDOWS = 800

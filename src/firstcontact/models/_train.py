@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from firstcontact.core import (
     Dataset,
     InputError,
     Progress,
+    Runner,
     counted,
     parallel,
     progress_steps,
@@ -34,14 +37,8 @@ from firstcontact.models._alignment import (
     choose_detector,
     fit_detector,
 )
-from firstcontact.models._card import TrainingData, TrainingRecord
+from firstcontact.models._card import Digests, TrainingData, TrainingRecord, pinch_digests
 from firstcontact.models._combined import CombinedEstimator
-from firstcontact.models._final_model import (
-    Target,
-    interval_in_words,
-    scores_in_words,
-    train_final_model,
-)
 from firstcontact.models._model import Model, require_dataset
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._network_estimator import (
@@ -51,16 +48,19 @@ from firstcontact.models._network_estimator import (
     condition,
 )
 from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
-from firstcontact.models._registry import ESTIMATORS, find_estimator
+from firstcontact.models._registry import ESTIMATORS, Estimator, EstimatorInfo, find_estimator
 from firstcontact.models._regressor import RegressorEstimator
-from firstcontact.models._spec import Task, Values
-from firstcontact.models._train_overlap import pinch_digests
 from firstcontact.models._training import (
     DURATION,
     LabelledWindows,
+    Target,
     distinct_specimens,
+    interval_in_words,
     labelled_windows,
+    scores_in_words,
+    train_final_model,
 )
+from firstcontact.models._window_model import Task, Values
 from firstcontact.recording import check_rate
 from firstcontact.signal import resample_dataset, samples_in
 
@@ -69,6 +69,8 @@ RIG_ESTIMATOR: type[NetworkEstimator] = CombinedEstimator
 #: Longest and shortest window, s.
 WINDOWS = (0.001, 1.0)
 MOST_SEEDS = 1 << 32
+
+_log = logging.getLogger("firstcontact.models")
 
 
 def train(
@@ -97,11 +99,10 @@ def train(
         Pinches. Pinches with role "test" are ignored.
     estimator
         Name in the registry of estimators; ``PACKAGE:NAME`` of a scikit-learn regressor or
-        classifier; or a regressor or classifier itself, as a class or as an instance, such as a
-        pipeline. A regressor is trained on rows of volts and saved by skops, which accepts types of
-        scikit-learn only. "combined" makes the model of :func:`adapt`; "network" makes that model
-        without the regression. None trains "svm", and the network predicts by default, unless you
-        choose a task or windows.
+        classifier; or a regressor or classifier itself, as a class or an instance. skops saves it
+        and accepts types of scikit-learn only. "combined" makes the model of :func:`adapt`,
+        "network" the same without the regression. None trains "svm", and the network predicts by
+        default, unless you choose a task or windows.
     detector
         Name of the contact detector to fit. None chooses between the package's detector and the
         default one, fitted to these pinches, by the contacts of held-out pinches.
@@ -109,14 +110,12 @@ def train(
         "regression" of Shore A, or "classification" into the levels of ``data``.
     contacts
         Windows start at "detected" contacts, as in live use, or at "known" contacts from strips or
-        labels. A contact is detected by a detector that did not learn from the session of its
-        pinch. If there is only one session, or a pinch has no session name, the detector did not
-        learn from the pinch itself, but may have learned from its session.
+        labels. The detector did not learn from the session of a pinch, or not from the pinch if
+        sessions are unknown.
     windows
-        Length of the window after the contact, s, or several; each gives one model. The network
-        uses none.
+        Length of the window after the contact, s, or several; each gives one model.
     level
-        Coverage of the intervals. The network's coverage is fixed.
+        Coverage of the intervals of window models.
     rate
         Sampling rate to which the pinches are resampled, Hz. The default is the network's rate for
         labels in Shore A, otherwise the pinches' own rate.
@@ -125,8 +124,7 @@ def train(
     workers
         Number of processes; 0 means one per core.
     progress
-        True shows a bar; a function is called with the number of steps just finished. The steps
-        are the detector, the contacts, each window model and the network.
+        True shows a bar; a function is called with the number of steps just finished.
 
     Returns
     -------
@@ -148,88 +146,155 @@ def train(
     >>> model.predict(data[:3]).estimator
     'svm'
     """
-    has_choice = estimator is not None or task != Task.REGRESSION
+    plan = _make_plan(estimator, task, windows, level, rate, seed)
+    recorded = training_pinches(data)
+    dataset, notes = _resampled(recorded, plan.model_rate(recorded))
+    plan.check_sizes(dataset.layout.rate)
+    with (
+        parallel(worker_count(workers)) as runner,
+        progress_steps(progress, 3 + len(plan.durations), "step", "training") as step,
+    ):
+        is_known = at_known_contacts(contacts, dataset)
+        chosen, aligned, reason = choose_detector(dataset, detector, is_known, seed, runner)
+        step(2)
+        windowed, sentences = _train_windows(plan, dataset, aligned, runner, step)
+        networks, remarks = _condition_network(plan, dataset, aligned)
+        step(1)
+    predictors = [*windowed, *networks] if plan.is_explicit else [*networks, *windowed]
+    digests = pinch_digests(recorded.pinches)
+    notes += [*sentences, *remarks, *filter(None, [reason]), *_closing_notes(predictors, digests)]
+    record = _training_data(dataset, aligned, reason, seed)
+    _log.info("detector %s, models %s", chosen.name, ", ".join(p.name for p in predictors))
+    return Model(
+        chosen, tuple(predictors), record, digests, tuple(notes), detector_data(chosen, dataset)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """Checked options of one training."""
+
+    estimator: object
+    kind: type[EstimatorInfo]
+    task: Task
+    durations: tuple[float, ...]
+    level: float
+    rate: float | None
+    seed: int
+    #: True if the user chose an estimator, a task or windows, which then predict by default.
+    is_explicit: bool
+
+    @property
+    def learns_windows(self) -> bool:
+        return issubclass(self.kind, Estimator)
+
+    def model_rate(self, data: Dataset) -> float | None:
+        """Return the rate to resample to, Hz. The network and the detector share one stream."""
+        if self.rate is None and (_has_shore_a(data) or not self.learns_windows):
+            return pretrained().rate
+        return self.rate
+
+    def check_sizes(self, rate: float) -> None:
+        """Refuse two windows with the same number of samples at this rate, Hz."""
+        sizes = [samples_in(length, rate) for length in self.durations]
+        if len(set(sizes)) < len(sizes):
+            raise InputError(
+                f"two lengths of windows have the same number of samples at {rate:g} Hz: leave one "
+                "of them out",
+                parameter="windows",
+            )
+
+
+def _make_plan(
+    estimator: object,
+    task: Task | str,
+    windows: float | Sequence[float],
+    level: float,
+    rate: float | None,
+    seed: int,
+) -> _Plan:
+    """Check the options of a training. The InputError names the parameter."""
+    durations: list[float] = np.atleast_1d(windows).tolist()
+    is_explicit = estimator is not None or task != Task.REGRESSION or durations != [DURATION]
     estimator = ESTIMATORS.default if estimator is None else estimator
     kind = find_estimator(estimator)
     require_extra(kind)
-    durations: list[float] = np.atleast_1d(windows).tolist()
     _check(durations, level, seed, rate)
     if issubclass(kind, RegressorEstimator):
         kind.check_saved(seed)
     if task not in tuple(Task):
         raise InputError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
-    takes_windows = kind.takes_windows
-    rig_kind = kind if issubclass(kind, NetworkEstimator) else RIG_ESTIMATOR
-    if not takes_windows:
+    if not issubclass(kind, Estimator):
         check_network(task, durations, level, rate)
-    dataset = training_pinches(data)
-    digests = pinch_digests(dataset.pinches)
-    has_shore = bool(np.isfinite(dataset.shore_a).any())
-    if rate is None and (has_shore or not takes_windows):
-        rate = pretrained().rate  # the detector needs this rate too, because all use one stream
-    dataset, notes = _resampled(dataset, rate)
-    lengths = sorted(durations) if takes_windows else []
-    sizes = [samples_in(length, dataset.layout.rate) for length in lengths]
-    if len(set(sizes)) < len(sizes):
-        raise InputError(
-            f"two lengths of windows have the same number of samples at {dataset.layout.rate:g} "
-            "Hz: leave one of them out",
-            parameter="windows",
+        durations = []
+    lengths = tuple(sorted(durations))
+    return _Plan(estimator, kind, Task(task), lengths, level, rate, seed, is_explicit)
+
+
+def _train_windows(
+    plan: _Plan, dataset: Dataset, aligned: Alignment, runner: Runner, step: Callable[[int], object]
+) -> tuple[list[Predictor], list[str]]:
+    """Train a model for each window length. Return predictors, and sentences on their scores."""
+    cuts = [(length, _cut(dataset, aligned, length)) for length in plan.durations]
+    predictors: list[Predictor] = []
+    sentences = []
+    for length, cut in cuts:
+        target, _ = _target(dataset)
+        final = train_final_model(
+            cut, plan.estimator, plan.task, plan.seed, plan.level, runner, target == "shore_a"
         )
-    with (
-        parallel(worker_count(workers)) as runner,
-        progress_steps(progress, 3 + len(lengths), "step", "training") as step,
-    ):
-        is_known = at_known_contacts(contacts, dataset)
-        chosen, aligned, reason = choose_detector(dataset, detector, is_known, seed, runner)
-        step(2)
-        cuts = [(length, _cut(dataset, aligned, length)) for length in lengths]
-        predictors: list[Predictor] = []
-        for length, cut in cuts:
-            target, _ = _target(dataset)
-            final = train_final_model(
-                cut, estimator, Task(task), seed, level, runner, target == "shore_a"
-            )
-            record = TrainingRecord(
-                pinches=len(cut),
-                split=f"scores: {final.split}; the saved model learned from all pinches",
-                scores=to_tree(final.scores),
-                calibration=final.conformal,
-            )
-            predictors.append(WindowPredictor(final.model, final.interval, record))
-            notes += [
-                f"{kind.name} ({Task(task)}), {1e3 * length:g} ms: {counted(len(cut), 'pinch')}",
-                f"held out ({final.split}): {scores_in_words(final.scores, target)}",
-                interval_in_words(final, target),
-            ]
-            step(1)
-        if has_shore or not takes_windows:
-            try:
-                network, sentences = condition(dataset, seed, aligned, rig_kind)
-                has_choice |= durations != [DURATION]
-                predictors = [*predictors, network] if has_choice else [network, *predictors]
-                notes += [f"network: {line}" if takes_windows else line for line in sentences]
-            except UnknownRigError as error:
-                if not takes_windows:
-                    raise
-                notes.append(f"no network: {error.message}")
-        notes += [reason] if reason else []
-        if len(names := list(dict.fromkeys(p.name for p in predictors))) > 1:
-            notes.append(f"{names[0]} predicts by default; {names[1]} if you name it as estimator")
-        if copies := len(digests) - len(np.unique(digests)):
-            notes.append(
-                f"warning: {counted(copies, 'pinch')} with the samples of another pinch, so "
-                "held-out scores may be too good: train without copies"
-            )
+        record = TrainingRecord(
+            pinches=len(cut),
+            split=f"scores: {final.split}; the saved model learned from all pinches",
+            scores=to_tree(final.scores),
+            calibration=final.conformal,
+        )
+        predictors.append(WindowPredictor(final.model, final.interval, record))
+        sentences += [
+            f"{plan.kind.name} ({plan.task}), {1e3 * length:g} ms: {counted(len(cut), 'pinch')}",
+            f"held out ({final.split}): {scores_in_words(final.scores, target)}",
+            interval_in_words(final, target),
+        ]
         step(1)
-    return Model(
-        chosen,
-        tuple(predictors),
-        _training_data(dataset, aligned, reason, seed),
-        digests,
-        tuple(notes),
-        detector_data(chosen, dataset),
-    )
+    return predictors, sentences
+
+
+def _condition_network(
+    plan: _Plan, dataset: Dataset, aligned: Alignment
+) -> tuple[list[Predictor], list[str]]:
+    """Condition the network on the pinches if they have a Shore A, with sentences on it.
+
+    If the network was not asked for, pinches that do not describe a rig give no network.
+    """
+    if plan.learns_windows and not _has_shore_a(dataset):
+        return [], []
+    rig_kind = plan.kind if issubclass(plan.kind, NetworkEstimator) else RIG_ESTIMATOR
+    try:
+        network, sentences = condition(dataset, plan.seed, aligned, rig_kind)
+    except UnknownRigError as error:
+        if not plan.learns_windows:
+            raise
+        _log.info("no network: %s", error.message)
+        return [], [f"no network: {error.message}"]
+    prefix = "network: " if plan.learns_windows else ""
+    return [network], [prefix + line for line in sentences]
+
+
+def _closing_notes(predictors: Sequence[Predictor], digests: Digests) -> list[str]:
+    """Return notes on the default predictor, and on pinches that occur twice."""
+    notes = []
+    if len(names := list(dict.fromkeys(p.name for p in predictors))) > 1:
+        notes.append(f"{names[0]} predicts by default; {names[1]} if you name it as estimator")
+    if copies := len(digests) - len(np.unique(digests)):
+        notes.append(
+            f"warning: {counted(copies, 'pinch')} with the samples of another pinch, so held-out "
+            "scores may be too good: train without copies"
+        )
+    return notes
+
+
+def _has_shore_a(dataset: Dataset) -> bool:
+    return bool(np.isfinite(dataset.shore_a).any())
 
 
 def train_detector(
@@ -302,7 +367,7 @@ def adapt(
     'the network learns the rig from 59 pinches of 5 Shore A levels'
     """
     _check((DURATION,), 0.9, seed, None)
-    if estimator is not None and find_estimator(estimator).takes_windows:
+    if estimator is not None and issubclass(find_estimator(estimator), Estimator):
         raise InputError(
             f"{estimator} learns from windows: use `firstcontact train --estimator {estimator}`",
             parameter="estimator",

@@ -22,6 +22,11 @@ from ._detection import resampler_lookahead as resampler_lookahead
 from ._detection import right_and_not_early as right_and_not_early
 from ._detection import score_decisions as score_decisions
 from ._detection import score_detector as score_detector
+from ._estimator import Estimator as Estimator
+from ._estimator import EstimatorInfo as EstimatorInfo
+from ._estimator import Reference as Reference
+from ._estimator import target_scale as target_scale
+from ._estimator import training_spec as training_spec
 from ._evaluate import Evaluation as Evaluation
 from ._evaluate import GroupScores as GroupScores
 from ._evaluate import evaluate as evaluate
@@ -70,13 +75,8 @@ from ._predictions import combine as combine
 from ._predictors import RigPredictor as RigPredictor
 from ._predictors import WindowPredictor as WindowPredictor
 from ._registry import ESTIMATORS as ESTIMATORS
-from ._registry import Estimator as Estimator
-from ._registry import EstimatorInfo as EstimatorInfo
-from ._registry import Reference as Reference
 from ._registry import find_estimator as find_estimator
 from ._registry import make_estimator as make_estimator
-from ._registry import target_scale as target_scale
-from ._registry import training_spec as training_spec
 from ._registry import window_estimators as window_estimators
 from ._rig import Rig as Rig
 from ._rig import spectra as spectra

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import GREEN, GREY, InputError
-from firstcontact.models._registry import Estimator, training_spec
+from firstcontact.models._estimator import Estimator, training_spec
 from firstcontact.models._window_model import (
     ArrayCheck,
     ArraysModel,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import RED, InputError, import_onnxruntime
-from firstcontact.models._registry import (
+from firstcontact.models._estimator import (
     Estimator,
     Reference,
     TrainingSet,

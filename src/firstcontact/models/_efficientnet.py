@@ -10,16 +10,12 @@ takes without them.
 
 from __future__ import annotations
 
-import logging
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from threading import RLock
 from typing import Any, Self
 
 import numpy as np
@@ -27,9 +23,6 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn.utils import fuse_conv_bn_eval
-from tqdm import tqdm
-
-from firstcontact.models._cnn import INPUT, OPSET
 
 #: Number of samples that every convolution covers.
 KERNEL = 3
@@ -264,59 +257,3 @@ def _graph() -> Any:
     from onnx import ModelProto
 
     return ModelProto.FromString(GRAPH.read_bytes())
-
-
-def trace() -> Any:
-    """Return the graph as PyTorch exports it, without the values of its weights."""
-    with torch.random.fork_rng(devices=[]), _quiet():
-        torch.manual_seed(0)
-        network = EfficientNet(1, 1).folded()
-        for parameter in network.parameters():
-            torch.nn.init.normal_(parameter)  # equal tensors would become one
-        exported = torch.onnx.export(
-            network,
-            (torch.zeros(2, 1, 1, 74),),
-            input_names=[INPUT],
-            output_names=["outputs"],
-            opset_version=OPSET,
-            dynamic_shapes=({0: torch.export.Dim("n"), 3: torch.export.Dim("samples")},),
-            external_data=False,
-            dynamo=True,
-            verbose=False,
-        )
-    assert exported is not None
-    model = exported.model_proto
-    graph = model.graph
-    # The exporter notes where in the source each operator comes from, with paths of this machine.
-    for part in (model, graph, *graph.node, *graph.initializer, *graph.input, *graph.output):
-        del part.metadata_props[:]
-        part.ClearField("doc_string")
-    del graph.value_info[:]
-    names = set(network.state_dict())
-    missing = names - {tensor.name for tensor in graph.initializer}
-    assert not missing, f"the exporter renamed {sorted(missing)}"
-    for tensor in graph.initializer:
-        if tensor.name in names:
-            tensor.ClearField("raw_data")
-    return model
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress the exporter's messages on torchvision and on deprecations."""
-    # PyTorch makes a progress bar that it never shows. Its lock is a semaphore between processes,
-    # which would stay behind when a worker is ended. A lock between threads suffices here.
-    tqdm.set_lock(RLock())
-    log = logging.getLogger("torch.onnx")
-    level = log.level
-    log.setLevel(logging.ERROR)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        log.setLevel(level)
-
-
-if __name__ == "__main__":
-    GRAPH.write_bytes(trace().SerializeToString(deterministic=True))

@@ -17,7 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import SKY, InputError
-from firstcontact.models._registry import Estimator, library_targets, target_scale, training_spec
+from firstcontact.models._estimator import (
+    Estimator,
+    library_targets,
+    target_scale,
+    training_spec,
+)
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._window_model import (
     TARGET,

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from firstcontact.core import GREEN, Dataset, Finger, InputError, counted, is_same_rate, percent
 from firstcontact.models._alignment import Alignment
 from firstcontact.models._card import TrainingRecord
+from firstcontact.models._estimator import EstimatorInfo
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._predictors import RigPredictor
-from firstcontact.models._registry import ESTIMATORS, EstimatorInfo
+from firstcontact.models._registry import ESTIMATORS
 from firstcontact.models._rig import Rig
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._touches import Touches

@@ -27,7 +27,7 @@ from firstcontact.core import (
     foreign_errors,
     summarize_error,
 )
-from firstcontact.models._registry import Estimator, training_spec
+from firstcontact.models._estimator import Estimator, training_spec
 from firstcontact.models._window_model import Arrays, Spec, Task, Values, WindowModel, Windows
 
 #: Types of scikit-learn that hold numbers only and are trusted in addition to those of skops: trees

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import BLUE, RbfKernel
-from firstcontact.models._registry import (
+from firstcontact.models._estimator import (
     Estimator,
     Reference,
     library_targets,

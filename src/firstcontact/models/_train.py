@@ -39,6 +39,7 @@ from firstcontact.models._alignment import (
 )
 from firstcontact.models._card import Digests, TrainingData, TrainingRecord, pinch_digests
 from firstcontact.models._combined import CombinedEstimator
+from firstcontact.models._estimator import Estimator, EstimatorInfo
 from firstcontact.models._model import Model, require_dataset
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._network_estimator import (
@@ -48,7 +49,7 @@ from firstcontact.models._network_estimator import (
     condition,
 )
 from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
-from firstcontact.models._registry import ESTIMATORS, Estimator, EstimatorInfo, find_estimator
+from firstcontact.models._registry import ESTIMATORS, find_estimator
 from firstcontact.models._regressor import RegressorEstimator
 from firstcontact.models._training import (
     DURATION,

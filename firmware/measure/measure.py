@@ -33,8 +33,8 @@ from firstcontact.models import (
     WindowModel,
     adapt,
     labelled_windows,
+    train_final_model,
 )
-from firstcontact.models._final_model import train_final_model
 from firstcontact.recording import load_dataset
 from firstcontact.twin import DeviceFilter, TwinStream, simulate
 

@@ -137,9 +137,9 @@ ELSEWHERE = ("XDG_CACHE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME", "ORT_DISABLE_
 NETWORK = """
 import sys, numpy as np
 from pathlib import Path
-from firstcontact.models._network import Network
+from firstcontact.models._cnn import CheckedGraph
 
-network = Network(Path(sys.argv[1]).read_bytes(), 74, 1, 1)
+network = CheckedGraph(Path(sys.argv[1]).read_bytes(), 74, 1, 1)
 assert np.isfinite(network.run(np.ones((3, 1, 1, 74), dtype=np.float32))).all()
 """
 #: A program that imported the library by itself; a worker process inherits the switch.

@@ -27,7 +27,6 @@ PACKAGES = (
     "scipy",
     "scikit-learn",
     "skops",
-    "mapie",
     "torch",
     "onnxruntime",
     "matplotlib",

@@ -55,7 +55,7 @@ from firstcontact.models import (
 )
 from firstcontact.signal import contact_windows, samples_in
 from firstcontact.streaming import (
-    NetworkPredictor,
+    AnytimePredictor,
     PinchDone,
     Pipeline,
     Predictor,
@@ -292,7 +292,7 @@ def main() -> dict[str, float]:
         assert trained.network is not None
         anytime = trained.network.model
         predictors: tuple[Predictor, ...] = (
-            NetworkPredictor(anytime),
+            AnytimePredictor(anytime),
             WindowLadder(trained.windows),
         )
         assert isinstance(model, SvmModel)

@@ -84,8 +84,9 @@ def live(
         An open source. It is closed when the iteration ends. Its samples are resampled if the model
         needs another rate.
     model
-        Model or its folder. By default the twin's own model for the twin. For other sources it is
-        the model of the package, which is not adapted to your rig, so its intervals are wide.
+        Model or its folder. By default the twin's own model for the twin, and no model for a device
+        that predicts by itself. For other sources it is the model of the package, which is not
+        adapted to your rig, so its intervals are wide.
     calibration
         Calibration with the noise floors, or its file. By default they are measured first; keep the
         hand still meanwhile.
@@ -127,62 +128,40 @@ def live(
     >>> len(pinches)
     1
     """
-    from firstcontact.core import given_calibration
-    from firstcontact.device import ResampledSource, measure_noise, require_source
+    from firstcontact.device import require_source
     from firstcontact.grasp import Begins, find_hand
-    from firstcontact.models import Model, load_model
-    from firstcontact.streaming import check_hand, default_model, live_predictor, live_session
+    from firstcontact.streaming import live_session
 
     require_source(source)
-    if real_time is None:
-        real_time = source.speed == 1.0
     for name, noun, bound in (
         ("seconds", "the duration", seconds),
         ("pinches", "the number of pinches", pinches),
     ):
         if bound is not None and not bound > 0:
             raise InputError(f"{noun} is {bound:g}: give a number above 0", parameter=name)
-    is_live = real_time and not source.recorded
     if hand is not None and (kind := find_hand(hand)).begins is Begins.US:
         raise InputError(
             f"{kind.name} closes only on request, and this function cannot send requests: run "
             f"`firstcontact live --hand {kind.name}` instead",
             parameter="hand",
         )
-    floors = given_calibration(calibration)
-    check_hand(hand, hand_port, policy, device=source.name, is_live=is_live)
-    if model is None:
-        model = default_model(source)
-    elif not isinstance(model, Model):
-        model = load_model(model)
-    detector = model.own_detector
-    predictor = live_predictor(model, estimator)
-    rate = detector.rate or (source.descriptor.layout.rate if predictor is None else predictor.rate)
-    if source.descriptor.layout.rate != rate:
-        source = ResampledSource(source, rate)
-
-    def noise_floors() -> Calibration | None:
-        if floors is not None:
-            return floors
-        return source.calibration if source.recorded else measure_noise(source)
-
     with live_session(
         source,
-        detector,
-        predictor,
-        noise_floors,
+        model,
+        estimator=estimator,
+        calibration=calibration,
         real_time=real_time,
         hand=hand,
         hand_port=hand_port,
         policy=policy,
         recordings=Path() if record is None else Path(record),
         shape="" if shape is None else str(shape),
-    ) as (session, _):
+    ) as session:
         if record is not None:
             session.start_recording()
         for event in session.events(seconds=seconds, pinches=pinches):
             if session.recording.failed:
-                raise InputError(session.recording.failed, parameter="record")
+                break
             yield event
         if session.recording.failed:
             raise InputError(session.recording.failed, parameter="record")

@@ -30,7 +30,7 @@ from firstcontact.chain import (
 from firstcontact.core import FINGERTIP_RATE, InputError
 from firstcontact.models import ANY, InContextModel, Rig, load_model, pretrained
 from firstcontact.models._rig import RigSpeeds
-from firstcontact.streaming._twin_model import SHIPPED
+from firstcontact.streaming._twin import SHIPPED
 from ringing import ringing
 
 LEAD, SAMPLES = 197, 74

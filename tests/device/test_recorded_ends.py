@@ -25,9 +25,7 @@ from firstcontact.core import (
 )
 from firstcontact.device import Descriptor, SerialSource
 from firstcontact.recording import read_recording
-from firstcontact.streaming import LiveSession, Pipeline
-from firstcontact.streaming._events import Event
-from firstcontact.streaming._sink import Update
+from firstcontact.streaming import Event, LiveSession, Pipeline, Update
 
 #: Samples that a run takes at least, and that come while something is slow.
 ENOUGH = 1000
@@ -61,7 +59,9 @@ class SlowViewer:
 
 
 class SlowActor:
-    """Actor that delays the session."""
+    """Handler of a hand that delays the session."""
+
+    requests = None
 
     def __init__(self, source: SerialSource) -> None:
         self._source = source
@@ -142,8 +142,8 @@ def test_a_live_run_records_what_it_received(
     tmp_path: Path,
 ) -> None:
     pipeline = Pipeline(DESCRIPTOR.layout, ThresholdDetector(10.0))
-    actors = [SlowActor(source)] if reader == "slow" else []
-    session = LiveSession(source, pipeline, actors, tmp_path)
+    actor = SlowActor(source) if reader == "slow" else None
+    session = LiveSession(source, pipeline, actor, recordings=tmp_path)  # type: ignore[arg-type]
     path = session.start_recording()
     with suppress(InputError):  # what became of the source is told, too
         session.run([SlowViewer(source)], **end(source, device))  # type: ignore[arg-type]

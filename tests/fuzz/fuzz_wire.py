@@ -34,8 +34,8 @@ from firstcontact.device._responder import Responder
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.streaming import Ask, JsonLinesSink, Pipeline, TextSink
 from firstcontact.streaming._hand_predictions import HandPredictions
-from firstcontact.streaming._sink import Update
-from firstcontact.streaming.page._commands import Allowance, Commands
+from firstcontact.streaming._outputs import Update
+from firstcontact.streaming.page._server import Allowance, Commands
 from firstcontact.streaming.page._state import State
 
 DESCRIPTOR = Descriptor(piezo_layout(), "firmware", "sensor", "hand", "real")

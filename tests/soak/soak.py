@@ -65,7 +65,7 @@ def run_link(name: str, seconds: float, seed: int, folder: Path) -> dict[str, An
         layout = source.descriptor.layout
         noise = Calibration(tuple(VibrationCalibration(f, 1.0) for f in layout.vibration_fingers))
         pipeline = Pipeline(layout, ThresholdDetector(10.0), None, noise)
-        session = LiveSession(source, pipeline, (), folder)
+        session = LiveSession(source, pipeline, recordings=folder)
         path = session.start_recording()
         injecting = threading.Thread(target=inject)
         injecting.start()

@@ -16,15 +16,15 @@ from firstcontact.streaming import (
     ContactEvent,
     Estimate,
     Event,
+    HandCheck,
     HandCommand,
     HandPinch,
     HandPrediction,
     NoEstimate,
     ObjectEstimate,
     PinchDone,
+    Update,
 )
-from firstcontact.streaming._events import HandCheck
-from firstcontact.streaming._sink import Update
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "fw 1", "piezo", "linke Händ", "twin")
 RATE = DESCRIPTOR.layout.rate

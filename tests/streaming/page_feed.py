@@ -18,8 +18,8 @@ from firstcontact.streaming import (
     Event,
     NoEstimate,
     PinchDone,
+    Update,
 )
-from firstcontact.streaming._sink import Update
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate

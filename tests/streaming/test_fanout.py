@@ -6,8 +6,8 @@ import threading
 
 from firstcontact.core import fingertip_layout
 from firstcontact.device import Descriptor
-from firstcontact.streaming._fanout import WAITING, Fanout
-from firstcontact.streaming._sink import Update
+from firstcontact.streaming import Update
+from firstcontact.streaming._outputs import WAITING, Fanout
 
 DESCRIPTOR = Descriptor(fingertip_layout())
 #: Longest wait for a thread, s: only a failing test ever waits so long.
@@ -139,41 +139,6 @@ def test_patience_ends_with_a_stop() -> None:
     fanout.close(0.01)
     assert stuck.order == ["open"]
     assert fanout.dropped == {"stuck": len(sent) - 1}
-    go_on.set()
-    fanout.close(LONG)
-
-
-def test_reader_that_resumes_after_the_stop_loses_nothing() -> None:
-    go_on, stopped = threading.Event(), threading.Event()
-    slow = Keeper("slow", go_on)
-    fanout = Fanout([slow], DESCRIPTOR, patient=True, stopped=stopped.is_set)
-    sent = updates(WAITING + 2)  # one is being taken, and one finds the queue full
-    feeding = threading.Thread(target=lambda: [fanout.put(update) for update in sent])
-    feeding.start()
-    assert slow.taking.wait(LONG)
-    feeding.join(0.1)
-    assert feeding.is_alive()
-    stopped.set()
-    feeding.join(LONG)
-    go_on.set()
-    fanout.close(LONG)
-    assert slow.got == sent
-    assert fanout.dropped == {"slow": 0}
-
-
-def test_patience_ends_with_a_stop_while_it_closes() -> None:
-    go_on, stopped = threading.Event(), threading.Event()
-    stuck = Keeper("stuck", go_on)
-    fanout = Fanout([stuck], DESCRIPTOR, patient=True, stopped=stopped.is_set)
-    fanout.put(Update())
-    assert stuck.taking.wait(LONG)
-    closing = threading.Thread(target=fanout.close, args=(0.01,))
-    closing.start()
-    closing.join(0.1)
-    assert closing.is_alive()
-    stopped.set()
-    closing.join(LONG)
-    assert not closing.is_alive()
     go_on.set()
     fanout.close(LONG)
 

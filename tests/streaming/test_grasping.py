@@ -25,7 +25,6 @@ from firstcontact.streaming import (
     PinchDone,
     Pipeline,
     WindowLadder,
-    grasp_lines,
 )
 
 LAYOUT = fingertip_layout()
@@ -114,39 +113,6 @@ def test_what_comes_after_the_deadline_is_a_miss_and_the_fallback_holds(
     assert grasping.last == grip.gentle
 
 
-def test_a_slow_computer_misses_the_deadline(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    policy = live_policy("first_contact")
-    assert policy.deadline is not None
-    grasping = Grasping(policy, hand, LAYOUT)
-    # The estimate comes a whole deadline after the block that completed its window.
-    pipeline = Pipeline(
-        LAYOUT, detector, WindowLadder(models[-1:]), clock=lambda: policy.deadline or 0.0
-    )
-    with hand:
-        events = drive(fresh, pipeline, grasping, still)
-    assert any(isinstance(e, Estimate) for e in events)
-    assert grasping.loop.counts.estimates == 0
-    assert grasping.loop.counts.misses == grasping.loop.counts.contacts
-
-
-def test_each_final_estimate_is_acted_upon_once(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    grasping = Grasping(live_policy("first_contact"), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=still)
-    with hand:
-        events = drive(fresh, pipeline, grasping, still)
-    finals = sum(isinstance(e, Estimate) and e.final for e in events)
-    pinches = sum(isinstance(e, PinchDone) for e in events)
-    assert 0 < finals < pinches
-    counts = grasping.loop.counts
-    assert counts.estimates + counts.overtaken >= finals
-    grasping.ended()
-    assert hand.commands[-1] is None  # released
-
-
 def test_the_end_summarises_the_events(
     hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
@@ -154,10 +120,10 @@ def test_the_end_summarises_the_events(
     with hand:
         drive(fresh, Pipeline(LAYOUT, detector, WindowLadder(models), clock=still), grasping, still)
     counts = grasping.loop.counts
-    text = "\n".join(grasp_lines(grasping))
+    text = "\n".join(grasping.lines())
     for number in (counts.commands, counts.closings, counts.estimates, counts.misses):
         assert str(number) in text
-    assert "time limit" not in "\n".join(grasp_lines(grasping, real_time=False))
+    assert "time limit" not in "\n".join(grasping.lines(real_time=False))
     assert np.isfinite([c.force for c in hand.commands if isinstance(c, Command)]).all()
 
 

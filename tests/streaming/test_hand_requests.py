@@ -11,10 +11,9 @@ from example_events import FIRST_EVENT, SECOND_EVENT, pinch
 
 from firstcontact.contact import SlipDetector
 from firstcontact.core import Block, Command, InputError, fingertip_layout
-from firstcontact.grasp import HANDS, Begins, Hand, HandLimits, SafeHand, live_policy
+from firstcontact.grasp import Begins, Hand, HandLimits, SafeHand, live_policy
 from firstcontact.streaming import Ask, ClosingStart, Event, Grasping, HandCommand
-from firstcontact.streaming._grasping import SILENCE
-from firstcontact.streaming._hand_requests import HandRequests
+from firstcontact.streaming._grasping import SILENCE, HandRequests
 
 LAYOUT = fingertip_layout()
 #: Stands for a closing that the hand was requested to begin.
@@ -174,16 +173,6 @@ def test_a_viewer_who_leaves_does_not_undo_the_wish_of_another_to_open() -> None
     assert not requests.opening
 
 
-def test_who_asks_and_goes_at_once_leaves_an_open_hand() -> None:
-    hand = LoggedHand()
-    session = driven(hand)
-    session.grasping.requests.ask(Ask.CLOSE, "viewer 1")
-    session.grasping.requests.gone("viewer 1")
-    session.block()
-    assert hand.commands[-1] is None
-    assert session.grasping.requests.by is None
-
-
 def test_a_hand_that_was_released_by_a_silence_stays_open() -> None:
     """Later contacts of the same closing do not close the hand again."""
     now = [0.0]
@@ -215,13 +204,6 @@ def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
     assert hand.commands[-1] is not None
 
 
-def test_nothing_is_asked_of_a_session_that_has_ended() -> None:
-    session = driven(LoggedHand())
-    session.grasping.ended()
-    with pytest.raises(InputError, match="ended"):
-        session.grasping.requests.ask(Ask.CLOSE, "keyboard")
-
-
 def test_requests_of_many_threads_end_with_an_open_hand() -> None:
     hand = LoggedHand()
     session = driven(hand)
@@ -246,10 +228,6 @@ def test_requests_of_many_threads_end_with_an_open_hand() -> None:
     assert requests.by is None
     assert hand.commands[-1] is None
     assert not requests.opening
-
-
-def test_every_hand_says_who_begins_its_closings() -> None:
-    assert all(HANDS[name].begins for name in HANDS)
 
 
 class Alarms(SlipDetector):

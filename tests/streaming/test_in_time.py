@@ -17,15 +17,15 @@ from firstcontact.core import Block, Contact, Dataset
 from firstcontact.device import Health
 from firstcontact.models import InContextModel, WindowPredictor
 from firstcontact.streaming import (
-    NetworkPredictor,
+    AnytimePredictor,
     PinchDone,
     Pipeline,
+    Update,
     WindowLadder,
     ledger_lines,
 )
 from firstcontact.streaming._json_lines import json_line
 from firstcontact.streaming._ledger import Ledger
-from firstcontact.streaming._sink import Update
 from firstcontact.streaming._text import pinch_line
 from firstcontact.streaming.page._state import State
 
@@ -147,11 +147,6 @@ def test_the_row_that_misled_says_so() -> None:
     assert in_force["available"] < row["pinch"]["offset"] < late["available"]
 
 
-def test_before_a_pinch_is_over_there_is_no_verdict() -> None:
-    now = page_state(FIRST_EVENT, ANSWER)["now"]
-    assert (now["pinch"], now["estimates"][0]["in_time"]) == (None, None)
-
-
 @settings(max_examples=20)
 @given(data=st.data())
 def test_it_is_the_hosts_clock_that_decides(
@@ -166,7 +161,7 @@ def test_it_is_the_hosts_clock_that_decides(
     edges = data.draw(st.lists(st.integers(1, len(one.data) - 1), max_size=40))
     compute = data.draw(st.sampled_from((0.0, 0.001, 0.02)))
     now = 0.0
-    predictor = data.draw(st.sampled_from((WindowLadder(models), NetworkPredictor(anytime))))
+    predictor = data.draw(st.sampled_from((WindowLadder(models), AnytimePredictor(anytime))))
     pipeline = Pipeline(DESCRIPTOR.layout, detector, predictor, clock=lambda: now + compute)
     taken, free = 1000.0, 0.0  # host time of sample 0, and when the line is free again
     collected = []
@@ -181,20 +176,3 @@ def test_it_is_the_hosts_clock_that_decides(
         assert e.host == pytest.approx(taken + e.contact.sample / RATE + e.available, abs=1e-6)
         if finished_pinch.second is not None:
             assert e.in_time is (e.host < taken + finished_pinch.second.sample / RATE - 1e-9)
-
-
-def test_faster_than_real_time_nothing_is_said_to_be_in_time(
-    fresh: Dataset, detector: Detector, anytime: InContextModel
-) -> None:
-    pipeline = Pipeline(DESCRIPTOR.layout, detector, NetworkPredictor(anytime), real_time=False)
-    one = fresh.pinches[0]
-    stream_events = [*pipeline.update(Block(one.data, one.first_sample), 0.0), *pipeline.finish()]
-    (finished_pinch,) = [e for e in stream_events if isinstance(e, PinchDone)]
-    assert (finished_pinch.verdict, finished_pinch.in_force) == (None, finished_pinch.final)
-    (row,) = page_state(*stream_events)["pinches"]
-    assert row["pinch"]["verdict"] is None
-    assert [e["in_time"] for e in row["pinch"]["estimates"]] == [None]
-    assert " at " not in pinch_line(finished_pinch)
-    text = "\n".join(ledger_lines(pipeline.ledger.summary(), 1.0, 0.1, speed=4.0))
-    assert "verdicts are left out" in text
-    assert "too late" not in text

@@ -8,7 +8,6 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
@@ -16,11 +15,10 @@ import numpy as np
 import pytest
 from example_events import DESCRIPTOR, EVENTS, everything, numbered
 
-from firstcontact.core import InputError, VibrationSensor
+from firstcontact.core import VibrationSensor
 from firstcontact.device import Arrival
-from firstcontact.streaming import LslSink
+from firstcontact.streaming import LslSink, Update
 from firstcontact.streaming._json_lines import FailedLine, json_line, marker_line
-from firstcontact.streaming._sink import Update
 
 pytest.importorskip("pylsl")
 
@@ -177,15 +175,3 @@ def test_without_listeners_nothing_waits(loopback: None) -> None:
     sink.close()
     sink.close()
     assert sink._samples is None
-
-
-def test_without_the_library_the_extra_is_named(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """Without liblsl, importing pylsl raises RuntimeError."""
-    (tmp_path / "pylsl.py").write_text("raise RuntimeError('LSL binary library not found')")
-    monkeypatch.syspath_prepend(tmp_path)
-    for module in [m for m in sys.modules if m == "pylsl" or m.startswith("pylsl.")]:
-        monkeypatch.delitem(sys.modules, module)
-    with pytest.raises(InputError, match=r"\[live\]"):
-        LslSink()

@@ -6,7 +6,6 @@ import json
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -16,7 +15,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.streaming import Ask, PageSink
 from firstcontact.streaming.page import _server
-from firstcontact.streaming.page._commands import ALL, EACH, HERE, Allowance
+from firstcontact.streaming.page._server import EACH, HERE, Allowance
 from page_browser import PATIENCE
 from processes import until
 
@@ -115,43 +114,6 @@ def test_a_shape_is_told_and_answered(page: PageSink, text: str, words: str) -> 
     assert words in message["text"]
 
 
-def test_all_viewers_together_have_a_bound(page: PageSink, requests: Requests) -> None:
-    began = time.monotonic()
-    with ExitStack() as viewers:
-        many = [viewers.enter_context(view(page)) for _ in range(8)]
-        for viewer in many:
-            for _ in range(EACH[0]):
-                viewer.send(MARK)
-        refused = [a for viewer in many for _ in range(4) if not (a := answer(viewer))["ok"]]
-        assert refused
-        assert all("10 from all" in a["text"] for a in refused)
-    spent = time.monotonic() - began
-    assert len(requests.calls) <= ALL[0] + 1 + ALL[1] * spent
-
-
-@pytest.mark.parametrize(
-    ("message", "words"),
-    [
-        ('{"do": "rm"}', "do is wrong"),
-        ('{"text": "apple"}', "missing required field `do`"),
-        ('{"do": "mark", "text": 7}', "text is wrong"),
-        (json.dumps({"do": "mark", "text": "x" * 1001}), "text is wrong"),
-        ('{"do": "mark", "text": "apple \\ud83c"}', "not JSON"),
-        ('{"do": "mark", "text": NaN}', "not JSON"),
-        ('{"a":' * 600 + "1" + "}" * 600, "This message"),
-    ],
-)
-def test_what_is_wrong_with_a_message_is_reported(
-    page: PageSink, requests: Requests, message: str, words: str
-) -> None:
-    with view(page) as viewer:
-        viewer.send(message)
-        got = answer(viewer)
-    assert not got["ok"]
-    assert words.lower() in got["text"].lower()
-    assert requests.calls == []
-
-
 def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, requests: Requests) -> None:
     with view(page) as first, view(page) as second:
         for viewer, request in ((first, "close"), (second, "open")):
@@ -169,7 +131,7 @@ def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, requests:
 
 def test_the_hand_opens_despite_many_requests(page: PageSink, requests: Requests) -> None:
     with view(page) as viewer:
-        for _ in range(2 * ALL[0]):
+        for _ in range(2 * EACH[0]):
             viewer.send(MARK)
         viewer.send('{"do":"open"}')
         while not any(call.startswith("open ") for call in requests.calls):

@@ -6,15 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 from msgspec.structs import replace as changed
-from page_feed import DESCRIPTOR, LANDMARKS, RATE, Feed
+from page_feed import DESCRIPTOR, LANDMARKS, Feed
 
-from firstcontact.core import Block, Channel, ChannelKind, Layout
-from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.streaming import Estimate, Event, PageSink, PinchDone
-from firstcontact.streaming._sink import Update
 from page_browser import browsing, needs_browser, text, until
 
 pytestmark = needs_browser
@@ -103,26 +99,6 @@ def on_one_another(boxes: list[Box]) -> list[tuple[str, str]]:
 
 def cut_off(width: float, boxes: list[Box]) -> list[str]:
     return [text for text, left, _, right, _ in boxes if left < -1 or right > width + 1]
-
-
-def test_a_single_sensor_is_shown_as_what_it_is(chromium: Any) -> None:
-    channel = Channel("disc", ChannelKind.VIBRATION, None, "full scale")
-    sink = PageSink(port=0, landmarks={})
-    sink.open(Descriptor(Layout((channel,), RATE)))
-    samples = np.sin(np.arange(247, dtype=np.float32))[:, None]
-    try:
-        chromium.get(sink.url)
-        sink.take(Update((Arrival(Block(samples, 0), 0.0),), health=Health()))
-        until(chromium, lambda d: any("full" in b[0] for b in d.execute_script(BOXES)["traces"][2]))
-        wide, _, boxes = chromium.execute_script(BOXES)["traces"]
-        assert cut_off(wide, boxes) == []
-        named = (
-            "return [...document.querySelectorAll('.legend li')].filter((li) => li.offsetParent)"
-        )
-        legend = chromium.execute_script(f"{named}.map((li) => li.textContent)")
-        assert legend == ["Sensor", "Contact"]
-    finally:
-        sink.close()
 
 
 @pytest.mark.parametrize("landmarks", [LANDMARKS, {f"object {n}": 2.4 * n for n in range(41)}])

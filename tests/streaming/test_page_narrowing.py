@@ -23,8 +23,7 @@ from msgspec.structs import replace
 from page_feed import Requests
 
 from firstcontact.device import Health
-from firstcontact.streaming import Event, NoEstimate, ObjectEstimate, PageSink
-from firstcontact.streaming._sink import Update
+from firstcontact.streaming import Event, NoEstimate, ObjectEstimate, PageSink, Update
 from firstcontact.streaming.page._state import State
 from page_browser import browsing, needs_browser, text, until
 
@@ -70,11 +69,6 @@ def test_estimates_come_one_by_one_and_end_with_the_final_one() -> None:
     assert in_force["low"] == ESTIMATES[-2].low  # of 14 ms, available after 14.1
     assert (now["pinch"]["verdict"], round(1e3 * now["second"], 3)) == ("in_time", 14.182)
     assert (now["object"]["value"], now["object"]["pinches"]) == (30.5, 3)
-
-
-def test_the_next_contact_clears_the_previous_object() -> None:
-    now = page_state(FIRST_EVENT, FINAL, DONE, COMBINED, FIRST_EVENT, ESTIMATES[0])["now"]
-    assert (now["object"], now["pinch"], milliseconds(now)) == (None, None, [2])
 
 
 def test_a_closing_whose_estimates_were_all_withdrawn_shows_the_reason() -> None:

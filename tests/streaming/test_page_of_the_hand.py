@@ -9,8 +9,7 @@ from example_events import ANSWER, DESCRIPTOR, EVENTS, FIRST_EVENT, OF_HAND, num
 from msgspec.structs import replace
 
 from firstcontact.device import Health
-from firstcontact.streaming import Event, HandPinch, PageSink
-from firstcontact.streaming._sink import Update
+from firstcontact.streaming import Event, HandPinch, PageSink, Update
 from firstcontact.streaming.page._state import State
 from page_browser import browsing, needs_browser, text, until
 

@@ -9,7 +9,7 @@ from firstcontact.core import Label
 from firstcontact.device._twin_words import lost_text
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming import PinchDone
-from firstcontact.streaming.page._rows import ROWS, PinchRows
+from firstcontact.streaming.page._state import ROWS, PinchRows
 
 
 def pinch(feed: Feed) -> PinchDone:

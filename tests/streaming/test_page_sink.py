@@ -7,23 +7,18 @@ import socket
 import threading
 import tracemalloc
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
-from dataclasses import replace
+from contextlib import ExitStack
 from http import HTTPStatus
 from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import replace as changed
 from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from firstcontact.core import Block, InputError
-from firstcontact.device import Arrival
 from firstcontact.device._protocol import MARKER_BYTES
-from firstcontact.streaming import ContactEvent, Estimate, PageSink
-from firstcontact.streaming._sink import Update
+from firstcontact.streaming import PageSink, Update
 from page_browser import PATIENCE, UPGRADE
 
 HEAD = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())
@@ -38,8 +33,7 @@ def requests() -> Requests:
 
 @pytest.fixture
 def page(requests: Requests) -> Iterator[PageSink]:
-    sink = PageSink(port=0, landmarks=LANDMARKS)
-    sink.controls = requests
+    sink = PageSink(port=0, controls=requests, landmarks=LANDMARKS)
     sink.open(DESCRIPTOR)
     yield sink
     sink.close()
@@ -99,18 +93,6 @@ def test_columns_come_once_and_in_order(page: PageSink) -> None:
     assert got["first"] == 0
     assert got["skipped"] == 0
     assert got.get("viewer", {"skipped": 0})["skipped"] == 0
-
-
-def test_two_viewers_are_told_the_same(page: PageSink) -> None:
-    feed = Feed()
-    with view(page) as one, view(page) as two:
-        while feed.pinches < 2:
-            page.take(feed.update())
-        last = [
-            merged(v, lambda s: len(s.get("pinches", ())) == 2 and "now" in s) for v in (one, two)
-        ]
-    assert last[0]["pinches"] == last[1]["pinches"]
-    assert last[0]["now"] == last[1]["now"]
 
 
 @pytest.mark.parametrize(
@@ -276,21 +258,6 @@ def test_a_deaf_viewer_is_let_go_and_its_place_is_free(
         line.close()
 
 
-def test_viewers_that_never_read_give_their_places_to_others(
-    page: PageSink, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("firstcontact.streaming.page._server.GRACE", 0.1)
-    monkeypatch.setattr("firstcontact.streaming.page._server.PATIENCE", 10 * PATIENCE)
-    with ExitStack() as stack:
-        for _ in range(16):
-            stack.enter_context(deaf(page))
-        viewers = 0
-        while viewers < 4:  # each of them gets the place of another
-            with suppress(InvalidStatus):
-                merged(stack.enter_context(view(page)), lambda s: "hello" in s)
-                viewers += 1
-
-
 def test_closing_does_not_wait_for_the_deaf(page: PageSink) -> None:
     feed = Feed()
     lines = [deaf(page) for _ in range(3)]
@@ -305,53 +272,6 @@ def test_closing_does_not_wait_for_the_deaf(page: PageSink) -> None:
         line.close()
 
 
-def update_with(feed: Feed, kind: type) -> tuple[Update, Any]:
-    """Return the next update that contains an event of this type, and the event."""
-    while True:
-        update = feed.update()
-        stream_events = [e for e in update.events if isinstance(e, kind)]
-        if stream_events:
-            return update, stream_events[0]
-
-
-def exchanged(update: Update, old: Any, new: Any) -> Update:
-    return replace(update, events=tuple(new if e is old else e for e in update.events))
-
-
-def test_what_cannot_be_told_is_a_fault_and_the_rest_goes_on(page: PageSink) -> None:
-    feed = Feed()
-    update, estimate = update_with(feed, Estimate)
-    with view(page) as viewer:
-        page.take(exchanged(update, estimate, changed(estimate, model="\ud800")))
-        got = merged(viewer, lambda s: "faults" in s)
-        (fault,) = got["faults"]
-        assert fault.startswith("now cannot be shown: ")
-        page.take(feed.update())
-        merged(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
-        page.take(update_with(feed, Estimate)[0])
-        got = merged(viewer, lambda s: "now" in s)
-        assert np.isfinite(got["now"]["estimates"][-1]["value"])
-    with view(page) as late:
-        assert merged(late, lambda s: "faults" in s)["faults"] == [fault]
-
-
-def test_an_event_that_raises_is_a_fault_and_the_rest_goes_on(page: PageSink) -> None:
-    feed = Feed()
-    update, contact = update_with(feed, ContactEvent)
-    with view(page) as viewer:
-        page.take(exchanged(update, contact, changed(contact, contact=None)))
-        got = merged(viewer, lambda s: "faults" in s and "health" in s)
-        assert got["faults"][0].startswith("ContactEvent cannot be shown: AttributeError")
-        page.take(replace(feed.update(), failed={"json": "OSError: no space"}))
-        got = merged(viewer, lambda s: len(s.get("faults", ())) == 2)
-        assert got["faults"][1] == "json has failed: OSError: no space"
-
-
-def test_a_known_object_without_a_number_is_refused() -> None:
-    with pytest.raises(InputError, match="'apple' is not a finite number"):
-        PageSink(port=0, landmarks={"apple": float("nan")})
-
-
 def test_a_page_whose_thread_died_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     async def dies(*_: object) -> None:
         raise RuntimeError("no loop")
@@ -364,12 +284,3 @@ def test_a_page_whose_thread_died_says_so(monkeypatch: pytest.MonkeyPatch) -> No
     with pytest.raises(RuntimeError, match="RuntimeError: no loop"):
         sink.take(Update())
     sink.close()
-
-
-def test_an_empty_update_and_an_empty_block_are_fine(page: PageSink) -> None:
-    page.take(Update())
-    empty = np.empty((0, len(DESCRIPTOR.layout.channels)), np.int16)
-    page.take(Update((Arrival(Block(empty), 0.0),)))
-    with view(page) as viewer:
-        got = merged(viewer, lambda s: "health" in s)
-    assert got["columns"] == 0

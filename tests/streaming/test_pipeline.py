@@ -98,16 +98,6 @@ def test_blocks_do_not_matter(
     assert facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), pieces)) == facts_at_once
 
 
-@pytest.mark.parametrize("size", [1, 5, 14, 15, 16, 74, 494])
-def test_block_sizes_do_not_matter(
-    size: int, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    sample = fresh.take([3, 4])
-    facts_at_once = facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), as_blocks(sample)))
-    pieces = cut_frames(sample, size)
-    assert facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), pieces)) == facts_at_once
-
-
 def test_samples_wait_for_what_is_due_and_for_nothing_else(
     fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
@@ -147,27 +137,6 @@ def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> Non
         assert [(c.finger, c.sample) for c in live.strips] == [
             (c.finger, c.sample) for c in pinch.truth
         ]
-
-
-def test_each_closing_ends_with_a_final_estimate_or_a_reason(
-    fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    events = run(Pipeline(LAYOUT, detector, WindowLadder(models)), as_blocks(fresh))
-    for finished_pinch in finished(events):
-        made = [e for e in running(events) if e.epoch == finished_pinch.epoch]
-        ends = [
-            e
-            for e in events
-            if isinstance(e, Estimate | NoEstimate)
-            and e.epoch == finished_pinch.epoch
-            and e not in made
-        ]
-        if finished_pinch.final is None:
-            assert isinstance(ends[-1], NoEstimate)
-            assert finished_pinch.reason == ends[-1].reason != ""
-        else:
-            assert isinstance(ends[-1], Estimate)
-            assert (ends[-1].final, ends[-1].value) == (True, finished_pinch.final.value)
 
 
 def test_in_hindsight_the_computation_and_the_real_instant_count(
@@ -232,46 +201,6 @@ def test_a_dead_piezo_gives_no_estimate(
     for event in process:
         contacts = event.contacts if isinstance(event, PinchDone) else (event.contact,)
         assert dead not in [c.finger for c in contacts]
-
-
-@pytest.mark.parametrize("value", [float("nan"), float("inf")])
-def test_an_answer_that_is_no_number_is_refused(
-    value: float,
-    fresh: Dataset,
-    detector: Detector,
-    models: list[WindowPredictor],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    model = models[-1].model
-    live = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]))
-    monkeypatch.setattr(type(model), "predict_one", lambda self, window: value)
-    events = run(live, as_blocks(fresh))
-    assert not [e for e in events if isinstance(e, Estimate)]
-    refused = [e for e in events if isinstance(e, NoEstimate)]
-    reasons = {e.reason for e in refused}
-    assert "the model's prediction is not a finite number" in reasons
-    assert len(reasons) <= 2  # a second contact can come before the prediction
-    assert len(refused) == len([e for e in events if isinstance(e, PinchDone)]) > 0
-
-
-def test_motor_vibration_without_contact_says_nothing(
-    fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    quiet = [
-        Block(p.data[: p.truth[0].sample - p.first_sample], p.first_sample, i)
-        for i, p in enumerate(fresh.pinches)
-    ]
-    events = run(Pipeline(LAYOUT, detector, WindowLadder(models)), quiet)
-    assert not [e for e in events if isinstance(e, ContactEvent | Estimate | PinchDone)]
-
-
-def test_a_model_for_another_rate_is_refused(
-    detector: Detector, models: list[WindowPredictor]
-) -> None:
-    from dataclasses import replace
-
-    with pytest.raises(InputError, match="4936"):
-        Pipeline(replace(LAYOUT, rate=8000.0), ThresholdDetector(), WindowLadder(models))
 
 
 def test_the_ledger_adds_up(

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 
-from firstcontact.streaming._readiness import Readiness
+from firstcontact.streaming._session import real_time_process
 
 
 def settings_now() -> tuple[float, bool, int, int]:
@@ -17,8 +17,8 @@ def settings_now() -> tuple[float, bool, int, int]:
 def test_all_settings_are_as_before_when_it_ends() -> None:
     gc.unfreeze()  # the tests' own frozen objects would not be frozen again
     previous = settings_now()
-    with Readiness(real_time=True) as readiness:
-        readiness.hurry(is_urgent=True)
+    with real_time_process(real_time=True) as hurry:
+        hurry(True)
         assert not gc.isenabled()
         assert sys.getswitchinterval() < previous[0]
         assert gc.get_freeze_count() > 0
@@ -28,8 +28,8 @@ def test_all_settings_are_as_before_when_it_ends() -> None:
 def test_a_collector_that_was_off_stays_off() -> None:
     gc.disable()
     try:
-        with Readiness(real_time=True) as readiness:
-            readiness.hurry(is_urgent=False)
+        with real_time_process(real_time=True) as hurry:
+            hurry(False)
             assert not gc.isenabled()
         assert not gc.isenabled()
     finally:
@@ -38,32 +38,25 @@ def test_a_collector_that_was_off_stays_off() -> None:
 
 def test_a_replay_changes_nothing() -> None:
     previous = settings_now()
-    with Readiness(real_time=False) as readiness:
-        readiness.hurry(is_urgent=True)
+    with real_time_process(real_time=False) as hurry:
+        hurry(True)
         assert settings_now() == previous
 
 
 SESSION = """
 import sys, time
 import firstcontact as fc
-from firstcontact.device import measure_noise
 from firstcontact.grasp import HANDS
 from firstcontact.models import shipped_model
-from firstcontact.streaming import live_predictor, live_session
+from firstcontact.streaming import live_session
 
 def positions(hand):
     now = time.monotonic()
     return [(now - k / 200, -k * 0.1 / 200) for k in range(200)]
 
 HANDS["print"].positions = positions
-model = shipped_model()
-parts = model.own_detector, live_predictor(model)
-with (
-    fc.open("twin", seed=1) as source,
-    live_session(
-        source, *parts, lambda: measure_noise(source), real_time=True, hand="print"
-    ) as (session, _),
-):
+source = fc.open("twin", seed=1)
+with live_session(source, shipped_model(), opens=True, hand="print") as session:
     loaded = set(sys.modules)
     (done,) = [e for e in session.events(pinches=1) if isinstance(e, fc.PinchDone)]
     print(*sorted(set(sys.modules) - loaded))

@@ -62,17 +62,6 @@ def test_another_object_begins_where_somebody_says_so(how: str) -> None:
     assert (estimate.pinches, estimate.value) == (1, 32.0)
 
 
-def test_a_marker_of_the_next_pinch_does_not_name_this_one() -> None:
-    pinched = ObjectCombiner()
-    pinched.add_markers([Marker(5, "apple")])
-    pinched.add_pinch(pinch(0))
-    pinched.add_markers([Marker(1950, "pear")])
-    same, other = pinched.add_pinch(pinch(1)), pinched.add_pinch(pinch(2))
-    assert same is not None
-    assert other is not None
-    assert (same.pinches, other.pinches) == (2, 1)
-
-
 @pytest.mark.parametrize("label_first", [True, False])
 @pytest.mark.parametrize("has_markers", [True, False])
 def test_labels_pool_before_and_after_their_pinch(label_first: bool, has_markers: bool) -> None:
@@ -90,16 +79,6 @@ def test_labels_pool_before_and_after_their_pinch(label_first: bool, has_markers
         assert last is not None
         predictions.append(last.pinches)
     assert predictions == [1, 2, 3, 1, 2, 1]
-
-
-def test_the_label_of_a_pinch_that_is_left_out_begins_an_object() -> None:
-    pinched = ObjectCombiner()
-    for n, (name, is_out) in enumerate([("apple", False), ("pear", True), ("pear", False)]):
-        estimate = pinched.add_pinch(pinch(n, out_of_range=is_out))
-        mark = PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label(name, 60.0))
-        estimate = pinched.add_labels([mark]) or estimate
-    assert estimate is not None
-    assert (estimate.pinches, estimate.value) == (1, 32.0)
 
 
 def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:

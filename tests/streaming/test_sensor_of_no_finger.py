@@ -9,9 +9,8 @@ from example_events import ANSWER, pinch
 
 from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, VibrationSensor
 from firstcontact.device import Arrival, Descriptor, Health
-from firstcontact.streaming import ContactEvent, JsonLinesSink, TextSink, ledger_lines
+from firstcontact.streaming import ContactEvent, JsonLinesSink, TextSink, Update, ledger_lines
 from firstcontact.streaming._ledger import Ledger
-from firstcontact.streaming._sink import Update
 from firstcontact.streaming._text import pinch_line
 from firstcontact.streaming.page._state import State
 from firstcontact.testing._closings import closing

@@ -27,14 +27,14 @@ from firstcontact.device import Descriptor, ReplaySource
 from firstcontact.models import InContextModel, WindowPredictor
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.streaming import (
+    AnytimePredictor,
     Event,
     LiveSession,
-    NetworkPredictor,
     PinchDone,
     Pipeline,
+    Update,
     WindowLadder,
 )
-from firstcontact.streaming._sink import Update
 from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
@@ -140,7 +140,9 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
         pipeline = Pipeline(
             LAYOUT, detector, WindowLadder(models) if models else None, source.calibration
         )
-        session = LiveSession(source, pipeline, (), tmp_path / "made", calibration)
+        session = LiveSession(
+            source, pipeline, recordings=tmp_path / "made", calibration=calibration
+        )
         path = session.start_recording()
         session.run([keeper])
     again = read_recording(path)
@@ -181,7 +183,7 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
     source = ReplaySource(recorded, float("inf"))
     keeper = Keeper()
     with source:
-        session = LiveSession(source, Pipeline(LAYOUT, detector), [Failing()], tmp_path)
+        session = LiveSession(source, Pipeline(LAYOUT, detector), Failing(), recordings=tmp_path)
         path = session.start_recording()
         with pytest.raises(RuntimeError, match="at ClosingStart"):
             session.run([keeper])
@@ -194,37 +196,6 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
     assert recording.samples == source.health.samples > 0
 
 
-def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
-    recorded: Path, calibration: Calibration, detector: Detector, tmp_path: Path
-) -> None:
-    refused: list[str] = []
-
-    class Again:
-        def on_event(self, event: Event) -> None:
-            if isinstance(event, PinchDone):
-                with pytest.raises(InputError, match=r"\.mcap") as error:
-                    session.start_recording()
-                refused.append(str(error.value))
-
-        def on_samples(self, block: Block, host: float) -> None:
-            """Ignore the call."""
-
-        def after_block(self, block: Block) -> Sequence[Event]:
-            return ()
-
-        def ended(self) -> None:
-            """Ignore the call."""
-
-    with ReplaySource(recorded, float("inf")) as source:
-        pipeline = Pipeline(LAYOUT, detector, None, calibration)
-        session = LiveSession(source, pipeline, [Again()], tmp_path)
-        path = session.start_recording()
-        session.run()
-    marks = read_recording(path).pinches
-    assert [m.number for m in marks] == list(range(len(refused)))
-    assert len(marks) >= 4
-
-
 def test_recordings_that_begin_in_one_second_have_names_of_their_own(
     recorded: Path, detector: Detector, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -233,7 +204,7 @@ def test_recordings_that_begin_in_one_second_have_names_of_their_own(
     paths = []
     for _ in range(3):
         with ReplaySource(recorded, float("inf")) as source:
-            session = LiveSession(source, Pipeline(LAYOUT, detector), (), tmp_path / "made")
+            session = LiveSession(source, Pipeline(LAYOUT, detector), recordings=tmp_path / "made")
             paths.append(session.start_recording())
             session.run(seconds=0.0)
     assert sorted((tmp_path / "made").iterdir()) == sorted(set(paths))
@@ -273,7 +244,7 @@ def test_a_recording_that_begins_while_the_session_ends_is_refused_or_closed(
 
     viewer = Viewer()
     with ReplaySource(recorded, float("inf")) as source:
-        session = LiveSession(source, Pipeline(LAYOUT, detector), [viewer], tmp_path)
+        session = LiveSession(source, Pipeline(LAYOUT, detector), viewer, recordings=tmp_path)
         session.run([viewer])
     assert viewer.closed.is_set()
     assert session.recording.path is None
@@ -287,28 +258,11 @@ def test_a_folder_that_cannot_be_made_is_reported(
 ) -> None:
     (tmp_path / "file").touch()
     with ReplaySource(recorded, float("inf")) as source:
-        session = LiveSession(source, Pipeline(LAYOUT, detector), (), tmp_path / "file" / "folder")
+        session = LiveSession(
+            source, Pipeline(LAYOUT, detector), recordings=tmp_path / "file" / "folder"
+        )
         with pytest.raises(InputError, match="--recordings"):
             session.start_recording()
-
-
-def test_a_sink_that_raises_costs_the_recording_nothing(
-    recorded: Path, stream: np.ndarray, detector: Detector, tmp_path: Path
-) -> None:
-    class Raiser(Keeper):
-        name = "raiser"
-
-        def take(self, update: Update) -> None:
-            raise RuntimeError("a viewer's fault")
-
-    source = ReplaySource(recorded, float("inf"))
-    with source:
-        session = LiveSession(source, Pipeline(LAYOUT, detector), (), tmp_path)
-        path = session.start_recording()
-        session.run([Raiser()])
-    assert session.fanout is not None
-    assert session.fanout.failed == {"raiser": "RuntimeError: a viewer's fault"}
-    assert read_recording(path).samples == len(stream)
 
 
 def test_it_ends_after_a_number_of_pinches_or_on_request(
@@ -357,7 +311,7 @@ def test_a_shape_that_a_viewer_tells_holds_for_one_object(
     recorded: Path, detector: Detector, anytime: InContextModel
 ) -> None:
     with ReplaySource(recorded, float("inf")) as source:
-        pipeline = Pipeline(LAYOUT, detector, NetworkPredictor(anytime))
+        pipeline = Pipeline(LAYOUT, detector, AnytimePredictor(anytime))
         session = LiveSession(source, pipeline, shape="flat")
         assert pipeline.radius == np.inf
         assert session.set_shape("40") == "radius 40 mm"

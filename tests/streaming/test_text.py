@@ -13,8 +13,7 @@ from firstcontact.core import Label
 from firstcontact.device import Health
 from firstcontact.device._twin_words import lost_text, peak_text
 from firstcontact.recording import Marker, PinchMark
-from firstcontact.streaming import PinchDone, TextSink, ledger_lines
-from firstcontact.streaming._sink import Update
+from firstcontact.streaming import PinchDone, TextSink, Update, ledger_lines
 from firstcontact.streaming._text import pinch_line
 
 

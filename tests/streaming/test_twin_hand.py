@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from firstcontact.core import FINGERTIP_RATE, Command, InputError, fingertip_layout
+from firstcontact.core import FINGERTIP_RATE, Command, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Source, held_object
 from firstcontact.device._twin_source import TwinSource
 from firstcontact.grasp import Hand, HandError
 from firstcontact.recording import Marker
-from firstcontact.streaming._twin_hand import TwinHand
+from firstcontact.streaming._twin import TwinHand
 
 #: A source that is silent for so long is dead, s.
 DEAD = 60.0
@@ -69,11 +69,6 @@ def test_the_twin_closes_when_it_is_asked() -> None:
             (asked,) = (m.sample for m in markers if m.text.endswith("hand: close"))
             starts = [m.sample for m in markers if held_object(m.text) and m.sample >= asked]
             assert starts[0] - asked < 0.6 * FINGERTIP_RATE
-
-
-def test_what_only_the_twin_says_is_set_by_nobody_else(source: TwinSource) -> None:
-    with pytest.raises(InputError, match="twin:"):
-        source.mark("twin: apple 1")
 
 
 def test_a_commanded_hand_squeezes_less() -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import firstcontact as fc
-from firstcontact.streaming import SHIPPED_HAND, default_model, twin_model
+from firstcontact.streaming import default_model, twin_model
+from firstcontact.streaming._twin import SHIPPED_HAND
 
 
 def test_the_default_hand_has_a_model_without_training(

@@ -17,19 +17,19 @@ from firstcontact.grasp import Grip, live_policy
 from firstcontact.grasp._printing import PrintHand
 from firstcontact.models import InContextModel, WindowPredictor
 from firstcontact.streaming import (
+    AnytimePredictor,
     ContactEvent,
     ContactWithdrawn,
     Estimate,
     Event,
     Grasping,
-    NetworkPredictor,
     PinchDone,
     Pipeline,
+    Update,
     WindowLadder,
 )
 from firstcontact.streaming._json_lines import json_line
 from firstcontact.streaming._predictors import Predictor
-from firstcontact.streaming._sink import Update
 from firstcontact.streaming.page._state import State
 
 LAYOUT = fingertip_layout()
@@ -48,7 +48,7 @@ def clicked(request: pytest.FixtureRequest, fresh: Dataset) -> Pinch:
 
 
 def predictors(models: list[WindowPredictor], anytime: InContextModel) -> list[Predictor]:
-    return [WindowLadder(models), NetworkPredictor(anytime)]
+    return [WindowLadder(models), AnytimePredictor(anytime)]
 
 
 def live(pinch: Pinch, predictor: Predictor, size: int) -> list[Event]:

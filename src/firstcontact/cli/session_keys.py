@@ -21,13 +21,13 @@ CLOSES = b"cC"
 #: Keys that begin a new object. If a hand is driven, they also open it.
 NEW = b"nN"
 #: Longest line, bytes.
-LONGEST = 4096
+LONGEST_LINE = 4096
 #: Time between two checks whether a background program is back in the foreground, s.
 AGAIN = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class LineRequest:
     """Request of another program to the session, as a line of JSON."""
 
     do: Literal["close", "open", "new"]
@@ -109,7 +109,7 @@ def _listen(session: LiveSession, number: int, ending: int, keys: bool, by: str)
         if ending in select.select([number, ending], [], [])[0]:
             return
         try:
-            data = os.read(number, LONGEST)
+            data = os.read(number, LONGEST_LINE)
         except OSError:
             data = b""
         if not data:
@@ -121,7 +121,7 @@ def _listen(session: LiveSession, number: int, ending: int, keys: bool, by: str)
         *lines, part = (part + data).split(b"\n")
         for line in lines:
             _line(session, line.strip(), by)
-        part = part[: LONGEST + 1]  # the beginning of a too long line suffices to refuse it
+        part = part[: LONGEST_LINE + 1]  # the beginning of a too long line suffices to refuse it
 
 
 def _hit(session: LiveSession, keys: bytes, by: str) -> None:
@@ -139,12 +139,12 @@ def _new(session: LiveSession) -> None:
 
 def _line(session: LiveSession, line: bytes, by: str) -> None:
     word = line.lower()
-    if len(line) > LONGEST:
+    if len(line) > LONGEST_LINE:
         word = line = b"..."
     if line.startswith(b"{"):
         try:
             word = read_record(
-                line, Request, "This line", 'use {"do": "open"}', LONGEST
+                line, LineRequest, "This line", 'use {"do": "open"}', LONGEST_LINE
             ).do.encode()
         except InputError as error:
             _say(str(error))

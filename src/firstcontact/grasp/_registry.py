@@ -17,7 +17,7 @@ HANDS: Registry[type[Hand]] = Registry(
     "firstcontact.hands",
     {
         "print": "firstcontact.grasp._printing:PrintHand",
-        "twin": "firstcontact.streaming._twin_hand:TwinHand",
+        "twin": "firstcontact.streaming._twin:TwinHand",
         "ability": "firstcontact.grasp._ability:AbilityHand",
     },
     base="firstcontact.grasp._hand:Hand",

@@ -1,5 +1,6 @@
 """Streaming: samples in, contacts and estimates out, in real time; the page and other outputs."""
 
+from ._events import Ask as Ask
 from ._events import ClosingStart as ClosingStart
 from ._events import ContactEvent as ContactEvent
 from ._events import ContactWithdrawn as ContactWithdrawn
@@ -14,8 +15,6 @@ from ._events import ObjectEstimate as ObjectEstimate
 from ._events import PinchDone as PinchDone
 from ._events import Verdict as Verdict
 from ._grasping import Grasping as Grasping
-from ._grasping import grasp_lines as grasp_lines
-from ._hand_requests import Ask as Ask
 from ._json_lines import ChannelLine as ChannelLine
 from ._json_lines import DescriptorLine as DescriptorLine
 from ._json_lines import FailedLine as FailedLine
@@ -23,23 +22,20 @@ from ._json_lines import JsonLinesSink as JsonLinesSink
 from ._json_lines import LinkLine as LinkLine
 from ._json_lines import MarkerLine as MarkerLine
 from ._ledger import ledger_lines as ledger_lines
-from ._live_session import check_hand as check_hand
 from ._live_session import live_session as live_session
 from ._lsl import LslSink as LslSink
-from ._pipeline import AFTER as AFTER
+from ._outputs import Sink as Sink
+from ._outputs import Update as Update
 from ._pipeline import Pipeline as Pipeline
-from ._predictors import NetworkPredictor as NetworkPredictor
-from ._predictors import Predictor as Predictor
+from ._predictors import AnytimePredictor as AnytimePredictor
 from ._predictors import WindowLadder as WindowLadder
 from ._predictors import live_predictor as live_predictor
 from ._session import LiveSession as LiveSession
-from ._sink import Sink as Sink
 from ._text import TextSink as TextSink
-from ._twin_model import SHIPPED_HAND as SHIPPED_HAND
-from ._twin_model import default_model as default_model
-from ._twin_model import twin_model as twin_model
+from ._twin import default_model as default_model
+from ._twin import twin_model as twin_model
 from .page._sink import PageSink as PageSink
-from .page.guard import Guard as Guard
+from .page.serving import Guard as Guard
 from .page.serving import answer as answer
 from .page.serving import listen as listen
 from .page.serving import load as load

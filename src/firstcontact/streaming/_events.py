@@ -9,7 +9,13 @@ import msgspec
 from firstcontact.core import ClosingSpeed, Contact
 from firstcontact.core import Estimate as Estimate
 from firstcontact.recording import PinchMark
-from firstcontact.streaming._hand_requests import Ask
+
+
+class Ask(StrEnum):
+    """Request to a hand."""
+
+    CLOSE = "close"
+    OPEN = "open"
 
 
 class Verdict(StrEnum):

@@ -1,14 +1,19 @@
-"""Bridge from live events to a grasp policy, and from its commands to a hand."""
+"""Bridge from live events to a grasp policy, from its commands to a hand, and requests to it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import logging
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from threading import Lock
 
 from firstcontact.contact import SlipDetector
-from firstcontact.core import Block, Command, Estimate, Layout, counted
+from firstcontact.core import Block, Command, Estimate, InputError, Layout, counted
 from firstcontact.device import TransportDelay
 from firstcontact.grasp import Begins, GraspLoop, Hand, Policy, SafeHand, Taxels
 from firstcontact.streaming._events import (
+    Ask,
     ClosingStart,
     ContactEvent,
     ContactWithdrawn,
@@ -16,10 +21,86 @@ from firstcontact.streaming._events import (
     HandCommand,
     PinchDone,
 )
-from firstcontact.streaming._hand_requests import Ask, HandRequests
 
 #: Name of the origin of a release that follows a silence of the samples or of this program.
 SILENCE = "silence"
+
+_log = logging.getLogger("firstcontact.streaming")
+
+
+@dataclass(frozen=True, slots=True)
+class HandRequest:
+    """Request and its origin ``by``. ``ask`` is None if the origin has disconnected."""
+
+    ask: Ask | None
+    by: str
+
+
+class HandRequests:
+    """Queue of requests from any thread; the session's own thread carries them out."""
+
+    def __init__(self, name: str, begins: Begins, release: Callable[[], None]) -> None:
+        #: Origin of the request that closed the hand; None while no request holds it closed.
+        self.by: str | None = None
+        #: True if a request to open waits.
+        self.opening = False
+        self._name, self._begins, self._release = name, begins, release
+        self._waiting: deque[HandRequest] = deque()
+        self._gone: set[str] = set()
+        self._lock = Lock()  # of opening, _waiting and _gone
+        self._over = False
+
+    @property
+    def allowed(self) -> tuple[Ask, ...]:
+        """Possible requests to this hand."""
+        return tuple(Ask) if self._begins & (Begins.US | Begins.HURRY) else (Ask.OPEN,)
+
+    def ask(self, ask: Ask, by: str) -> None:
+        """Add a request."""
+        if self._over:
+            raise InputError("The session has ended: start it again")
+        if ask is Ask.OPEN:
+            self._open(HandRequest(ask, by))
+            return
+        if ask not in self.allowed:
+            raise InputError(
+                f"The hand {self._name!r} closes by itself, so it takes no requests to close: "
+                "request only to open it"
+            )
+        if self.by is not None and not self.opening:
+            raise InputError("The hand is closed already: open it first")
+        with self._lock:
+            if by not in self._gone:
+                self._waiting.append(HandRequest(ask, by))
+
+    def gone(self, by: str) -> None:
+        """Open the hand if the origin ``by``, now disconnected, had closed it."""
+        with self._lock:
+            self._gone.add(by)
+            if self.by != by:
+                self._waiting.append(HandRequest(None, by))
+                return
+        self._open(HandRequest(None, by))
+
+    def end(self) -> None:
+        """Accept no more requests."""
+        self._over = True
+
+    def take(self) -> HandRequest | None:
+        """Return the next request, in the session's thread; None if none waits."""
+        with self._lock:
+            self.opening = any(self.opens(request) for request in self._waiting)
+            return self._waiting.popleft() if self._waiting else None
+
+    def opens(self, request: HandRequest) -> bool:
+        """Return True if a request opens the hand."""
+        return request.ask is Ask.OPEN or (request.ask is None and request.by == self.by)
+
+    def _open(self, request: HandRequest) -> None:
+        with self._lock:
+            self.opening = True
+            self._waiting.append(request)
+        self._release()
 
 
 class Grasping:
@@ -66,18 +147,19 @@ class Grasping:
         slip: SlipDetector | None = None,
     ) -> None:
         self.hand = hand
+        self._safe = hand if isinstance(hand, SafeHand) else None
         wait = (lambda: hand.wait) if isinstance(hand, SafeHand) else (lambda: 0.0)
         self.loop = GraspLoop(policy, self._send, layout.rate, deadline, wait)
         #: Requests of viewers and the keyboard.
         self.requests = HandRequests(hand.name, hand.begins, hand.release)
         #: Last command, None before the first.
         self.last: Command | None = None
+        #: Number of slips so far.
+        self.slips = 0
         self._taxels = Taxels(layout)
         self._rate = layout.rate
         self._transport = transport
         self._slip = slip
-        #: Number of slips so far.
-        self.slips = 0
         if slip is not None:
             slip.start(layout)
         self._late = 0.0  # delay of the newest samples beyond the least delayed ones, s
@@ -104,7 +186,7 @@ class Grasping:
                     self._second = event.contact.decided
                 self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
             case ContactWithdrawn():
-                self._is_final, self._acted_on, self._second = False, -1.0, None
+                self._forget_contact()
                 self.loop.withdrawn()
             case Estimate():
                 self._estimated(event)
@@ -123,14 +205,14 @@ class Grasping:
             stopped coming or this program paused.
         """
         events = self._obey(block)
-        if isinstance(self.hand, SafeHand):
-            self.hand.alive()
+        if self._safe is not None:
+            self._safe.alive()
+        now = block.end / self._rate + self._late
         if not self._done and block.epoch == self._epoch:
-            volts = self._taxels.update(block.data)
-            self.loop.felt(volts, block.end / self._rate + self._late)
+            self.loop.felt(self._taxels.update(block.data), now)
         if self._slip is not None and self._slip.update(block):
             self.slips += 1
-            self.loop.slipped(block.end / self._rate + self._late)
+            self.loop.slipped(now)
         return events
 
     def ended(self) -> None:
@@ -141,21 +223,21 @@ class Grasping:
     def _closing_starts(self, event: ClosingStart) -> None:
         """Process the start of the motor: begin a closing if the hand closes by itself."""
         is_requested = self.requests.by is not None
-        if not is_requested and Begins.OTHERS not in self.hand.begins:
-            return
-        self._epoch = event.epoch
-        self._taxels.begin()
-        if not is_requested:
-            self._begin()
+        if is_requested or Begins.OTHERS in self.hand.begins:
+            self._epoch = event.epoch
+            self._taxels.begin()
+            if not is_requested:
+                self._begin()
 
     def _begin(self) -> None:
         self._done = False
-        self._is_final = False
-        self._acted_on = -1.0
-        self._second = None
+        self._forget_contact()
         if self._slip is not None:
             self._slip.release()
         self.loop.begin()
+
+    def _forget_contact(self) -> None:
+        self._is_final, self._acted_on, self._second = False, -1.0, None
 
     def _hold(self) -> None:
         # A hand that opens by itself does not say so: its motor would pass for a slip.
@@ -164,27 +246,29 @@ class Grasping:
 
     def _obey(self, block: Block) -> list[Event]:
         """Carry out the requests since the last block."""
-        events: list[Event] = []
+        obeyed: list[tuple[Ask, str]] = []
         by = self.requests.by
         while request := self.requests.take():
             if request.ask is Ask.CLOSE:
                 if Begins.HURRY in self.hand.begins:
                     self.hand.start()  # the start of its motor then begins the closing
-                    events.append(HandCommand(Ask.CLOSE, request.by, block.end - 1, block.epoch))
                 elif self.requests.by is None:
                     self.requests.by = request.by
                     self._epoch, self._released = block.epoch, self._releases
                     self._taxels.begin()
                     self._begin()
-                    events.append(HandCommand(Ask.CLOSE, request.by, block.end - 1, block.epoch))
-                continue
-            if self.requests.opens(request):
+                else:
+                    continue
+                obeyed.append((Ask.CLOSE, request.by))
+            elif self.requests.opens(request):
                 self._open()
-                events.append(HandCommand(Ask.OPEN, request.by, block.end - 1, block.epoch))
+                obeyed.append((Ask.OPEN, request.by))
         if by is not None and self.requests.by is not None and self._releases != self._released:
             self._open()
-            events.append(HandCommand(Ask.OPEN, SILENCE, block.end - 1, block.epoch))
-        return events
+            obeyed.append((Ask.OPEN, SILENCE))
+        for ask, origin in obeyed:
+            _log.info("hand %s: %s, requested by %s", self.hand.name, ask, origin)
+        return [HandCommand(ask, origin, block.end - 1, block.epoch) for ask, origin in obeyed]
 
     def _open(self) -> None:
         """End the closing and release the hand."""
@@ -198,7 +282,7 @@ class Grasping:
 
     @property
     def _releases(self) -> int:
-        return self.hand.counts.released if isinstance(self.hand, SafeHand) else 0
+        return 0 if self._safe is None else self._safe.counts.released
 
     def _estimated(self, estimate: Estimate) -> None:
         """Pass an estimate to the policy. The final estimate is passed once at most."""
@@ -226,36 +310,35 @@ class Grasping:
         if self._done:  # the motor that obeys is as loud as a slip
             self._hold()
 
+    def lines(self, *, real_time: bool = True) -> list[str]:
+        """Return lines of text about the commands to the hand, for the end of a run.
 
-def grasp_lines(grasping: Grasping, *, real_time: bool = True) -> list[str]:
-    """Return lines of text about the commands to the hand, for the end of a run.
-
-    If ``real_time`` is false, the lines leave out deadlines. These have no meaning if samples come
-    faster than they were taken.
-    """
-    counts = grasping.loop.counts
-    lines = [
-        f"hand {grasping.hand.name} with policy {grasping.loop.policy.name}: "
-        f"{counts.commands} commands in {counts.closings} closings, "
-        f"{counts.contacts} of these with a contact"
-    ]
-    if counts.withdrawn:
-        lines.append(f"{counted(counts.withdrawn, 'contact')} withdrawn: the hand went on closing")
-    if real_time:
-        lines.append(
-            f"{counts.estimates} estimates reached the hand within the policy's time limit and "
-            f"before the second contact; {counts.overtaken} within the limit, but after the second "
-            f"contact; {counts.misses} contacts had none within the limit; {counts.unused} "
-            "estimates were not used: past the limit, or out of range"
-        )
-    if grasping.slips:
-        lines.append(f"{grasping.slips} slip signals: new slips, and slips that went on")
-    if isinstance(grasping.hand, SafeHand):
-        c = grasping.hand.counts
-        lines.append(
-            f"{c.sent} commands went to the hand, and {c.repeated} repeats that kept it from "
-            f"timing out; {c.superseded} were not sent, since a newer one or a release came first; "
-            f"{c.clipped} asked for more than the hand can do and were reduced to that; the hand "
-            f"was released {c.released} times"
-        )
-    return lines
+        If ``real_time`` is false, the lines leave out deadlines. These have no meaning if samples
+        come faster than they were taken.
+        """
+        counts = self.loop.counts
+        lines = [
+            f"hand {self.hand.name} with policy {self.loop.policy.name}: {counts.commands} "
+            f"commands in {counts.closings} closings, {counts.contacts} of these with a contact"
+        ]
+        if counts.withdrawn:
+            withdrawn = counted(counts.withdrawn, "contact")
+            lines.append(f"{withdrawn} withdrawn: the hand went on closing")
+        if real_time:
+            lines.append(
+                f"{counts.estimates} estimates reached the hand within the policy's time limit and "
+                f"before the second contact; {counts.overtaken} within the limit, but after the "
+                f"second contact; {counts.misses} contacts had none within the limit; "
+                f"{counts.unused} estimates were not used: past the limit, or out of range"
+            )
+        if self.slips:
+            lines.append(f"{self.slips} slip signals: new slips, and slips that went on")
+        if self._safe is not None:
+            c = self._safe.counts
+            lines.append(
+                f"{c.sent} commands went to the hand, and {c.repeated} repeats that kept it from "
+                f"timing out; {c.superseded} were not sent, since a newer one or a release came "
+                f"first; {c.clipped} asked for more than the hand can do and were reduced to that; "
+                f"the hand was released {c.released} times"
+            )
+        return lines

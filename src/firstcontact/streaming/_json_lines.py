@@ -10,7 +10,7 @@ import msgspec
 from firstcontact.core import Finger, finger_name
 from firstcontact.device import Descriptor, DevicePredictor, Health
 from firstcontact.recording import Marker
-from firstcontact.streaming._sink import Update, write_now
+from firstcontact.streaming._outputs import Update, write_now
 
 FORMAT = "firstcontact-live"
 #: Version of the format, raised when a field changes its meaning or disappears.

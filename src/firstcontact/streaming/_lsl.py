@@ -12,7 +12,7 @@ import numpy as np
 from firstcontact.core import finger_name
 from firstcontact.device import Arrival, Descriptor, DeviceClock, lsl_library
 from firstcontact.streaming._json_lines import FailedLine, json_line, marker_line
-from firstcontact.streaming._sink import Update
+from firstcontact.streaming._outputs import Update
 
 #: Length of the buffer for a slow listener, s.
 BUFFERED = 60

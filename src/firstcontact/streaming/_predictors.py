@@ -64,7 +64,7 @@ class Predictor(Protocol):
         """Return the window models of one closing; None if the chain predicts."""
 
 
-class NetworkPredictor:
+class AnytimePredictor:
     """Predictor with an any-time model, such as the network. It predicts after each millisecond.
 
     Parameters
@@ -237,5 +237,5 @@ def live_predictor(model: Model, estimator: str | None = None) -> Predictor | No
             f"them together, with --rate {rate:g} or another"
         )
     if isinstance(fitting[0].model, InContextModel):
-        return NetworkPredictor(fitting[0].model)
+        return AnytimePredictor(fitting[0].model)
     return WindowLadder([w for w in model.windows if w in fitting and w.name == fitting[0].name])

@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
+import gc
+import itertools
+import logging
 import math
+import os
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Protocol
 
-from firstcontact.core import Block, Calibration, InputError, merge_blocks
+from firstcontact.core import Calibration, Contact, InputError, merge_blocks
 from firstcontact.device import Arrival, Recorder, RecorderStatus, Source, drain
-from firstcontact.models import in_words, parse_radius
+from firstcontact.models import Model, in_words, parse_radius
 from firstcontact.recording import Header, PinchMark
-from firstcontact.streaming._events import Event, PinchDone
-from firstcontact.streaming._fanout import Fanout
+from firstcontact.streaming._events import Ask, Event, PinchDone
+from firstcontact.streaming._grasping import Grasping, HandRequests
 from firstcontact.streaming._hand_predictions import HandPredictions
-from firstcontact.streaming._hand_requests import Ask, HandRequests
 from firstcontact.streaming._objects import ObjectCombiner
+from firstcontact.streaming._outputs import Fanout, Sink, Update
 from firstcontact.streaming._pipeline import Pipeline
-from firstcontact.streaming._readiness import Readiness
-from firstcontact.streaming._sink import Sink, Update
 
 #: Longest wait for samples, s. It limits the time until a stop is noticed.
 WAIT = 0.05
@@ -35,22 +37,11 @@ HOLD = 0.05
 POLL = 0.003
 #: Time before the next samples are due at which it begins to poll, s.
 EARLY = 0.0004
+#: Longest time for which another Python thread may delay the session's thread, s. Python's default
+#: of 5 ms is a third of a window.
+SWITCH = 1e-4
 
-
-class Actor(Protocol):
-    """Event handler in the thread of a live session. It must be fast."""
-
-    def on_samples(self, block: Block, host: float) -> None:
-        """Process new samples that arrived at ``host``, s, before :meth:`on_event` gets events."""
-
-    def on_event(self, event: Event) -> None:
-        """Process an event."""
-
-    def after_block(self, block: Block) -> Sequence[Event]:
-        """Process new samples, after :meth:`on_event` got their events. Return more events."""
-
-    def ended(self) -> None:
-        """Handle the end of the session, before anything else is closed."""
+_log = logging.getLogger("firstcontact.streaming")
 
 
 class LiveSession:
@@ -62,16 +53,16 @@ class LiveSession:
         Open source.
     pipeline
         Pipeline for the source's layout.
-    actors
-        Event handlers that get each event before any output does.
+    grasping
+        Handler that gets each event before any output does; None without a hand.
     recordings
         Folder for recordings that a viewer starts.
     calibration
         Calibration that is stored in the headers of the viewers' recordings.
-    hand
-        Requests of viewers to the hand; None without a hand.
     shape
         Shape of all objects, "flat" or a radius in mm, until a viewer sets another shape.
+    model
+        Model that predicts; None if only the device predicts, or nothing.
 
     Raises
     ------
@@ -83,19 +74,20 @@ class LiveSession:
         self,
         source: Source,
         pipeline: Pipeline,
-        actors: Sequence[Actor] = (),
+        grasping: Grasping | None = None,
+        *,
         recordings: Path = Path(),
         calibration: Calibration | None = None,
-        hand: HandRequests | None = None,
         shape: str = "",
+        model: Model | None = None,
     ) -> None:
-        self._shape = shape
         self.source = source
-        self._hand = hand
         self.pipeline = pipeline
+        self.model = model
+        self.grasping = grasping
+        self.fanout = Fanout((), source.descriptor)
         self.pinches = 0
-        self.fanout: Fanout | None = None
-        self._actors = actors
+        self._shape = shape
         self._folder = recordings
         self._calibration = calibration
         self._recorder = Recorder()
@@ -110,13 +102,11 @@ class LiveSession:
         self._hurries: Callable[[], bool] = lambda: True  # False to wait for the recorder
         self._can_poll = source.can_poll
         self._objects = ObjectCombiner()
-        device = source.descriptor.predictor
+        device, is_checked = source.descriptor.predictor, pipeline.predictor is not None
         self._hand_predictions = (
             None
             if device is None
-            else HandPredictions(
-                device.model, pipeline.layout.rate, checked=pipeline.predictor is not None
-            )
+            else HandPredictions(device.model, pipeline.layout.rate, checked=is_checked)
         )
         self._figures: Mapping[str, float] = {}
         if shape:
@@ -132,27 +122,7 @@ class LiveSession:
     ) -> None:
         """Run until the source ends, all outputs have failed, or a limit is reached.
 
-        At the end the source is closed before the recording. So the recorder and the sinks get all
-        samples that the source has received.
-
-        Parameters
-        ----------
-        sinks
-            Outputs.
-        seconds
-            Longest duration, s.
-        pinches
-            Largest number of pinches.
-        stopped
-            Function that returns True to end the session; called several times a second.
-        patient
-            True to wait for slow sinks, until ``stopped`` or ``seconds`` have passed. Use it only
-            with a source that can wait.
-
-        Raises
-        ------
-        InputError
-            The source failed.
+        The parameters are those of :meth:`events`.
         """
         for _ in self.events(sinks, seconds, pinches, stopped, patient):
             pass
@@ -165,9 +135,32 @@ class LiveSession:
         stopped: Callable[[], bool] = lambda: False,
         patient: bool = False,
     ) -> Iterator[Event]:
-        """Run like :meth:`run`, and yield each event after the actors have processed it.
+        """Run until the source ends, all outputs have failed, or a limit is reached.
 
-        Leaving the iteration ends the session.
+        At the end, or when the iteration is left, the source is closed before the recording. So the
+        recorder and the sinks get all samples that the source has received.
+
+        Parameters
+        ----------
+        sinks
+            Outputs.
+        seconds, pinches
+            Longest duration, s, and largest number of pinches.
+        stopped
+            Function that returns True to end the session; called several times a second.
+        patient
+            True to wait for slow sinks, until ``stopped`` or ``seconds`` have passed. Use it only
+            with a source that can wait.
+
+        Yields
+        ------
+        Event
+            Each event, after the hand's policy has processed it.
+
+        Raises
+        ------
+        InputError
+            The source failed.
         """
         until = math.inf if seconds is None else time.monotonic() + seconds
 
@@ -180,8 +173,8 @@ class LiveSession:
         self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
         self._given = 0
         try:
-            with Readiness(real_time=self.pipeline.real_time) as readiness:
-                yield from self._follow(readiness, together, until, pinches, stopped)
+            with real_time_process(real_time=self.pipeline.real_time) as hurry:
+                yield from self._follow(hurry, together, until, pinches, stopped)
             self._act(self.pipeline.finish())
             if self._hand_predictions is not None:
                 self._events += self._hand_predictions.ended()
@@ -192,12 +185,12 @@ class LiveSession:
                 ends.callback(self._recorder.close)
                 ends.callback(self._update)  # samples from before a fault belong in the recording
                 ends.callback(self._close_source)
-                for actor in self._actors:
-                    ends.callback(actor.ended)
+                if self.grasping is not None:
+                    ends.callback(self.grasping.ended)
 
     def _follow(
         self,
-        readiness: Readiness,
+        hurry: Callable[[bool], None],
         together: float,
         until: float,
         pinches: int | None,
@@ -207,7 +200,8 @@ class LiveSession:
         updated = last_arrival = time.monotonic()
         is_urgent = False
         while not stopped() and time.monotonic() < until:
-            new = self._read(readiness, last_arrival)
+            hurry(self.pipeline.is_urgent)
+            new = self._read(last_arrival)
             if not new and self.source.ended:
                 return
             for arrival in new:
@@ -229,11 +223,9 @@ class LiveSession:
             if (pinches is not None and self.pinches >= pinches) or self._is_deserted:
                 return
 
-    def _read(self, readiness: Readiness, last_arrival: float) -> list[Arrival]:
+    def _read(self, last_arrival: float) -> list[Arrival]:
         """Return the next samples. Poll for them while estimates are due."""
-        is_predicting = self.pipeline.is_predicting
-        readiness.hurry(is_urgent=self.pipeline.is_urgent)
-        if is_predicting and self._can_poll:
+        if self.pipeline.is_predicting and self._can_poll:
             until = last_arrival + POLL
             due = last_arrival + self._least / self.pipeline.layout.rate - EARLY
             time.sleep(max(due - time.monotonic(), 0.0))
@@ -268,19 +260,19 @@ class LiveSession:
             raise InputError(
                 f"{self._folder} cannot be created ({error.strerror}): choose another --recordings"
             ) from error
-        name = stem = f"live-{now:%Y%m%d-%H%M%S}"
-        number = 1
-        while True:
+        stem = f"live-{now:%Y%m%d-%H%M%S}"
+        for number in itertools.count(1):
+            name = stem if number == 1 else f"{stem}-{number}"
             path = self._folder / f"{name}.mcap"
             try:
                 self._recorder.start(path, replace(header, session=name))
             except InputError as error:
                 if not isinstance(error.__cause__, FileExistsError):
                     raise
-                number += 1
-                name = f"{stem}-{number}"
             else:
-                return path
+                break
+        _log.info("recording %s", path)
+        return path
 
     def stop_recording(self) -> None:
         """Close the recording, if one is running."""
@@ -291,10 +283,7 @@ class LiveSession:
         self.source.mark(text)
 
     def new_object(self) -> None:
-        """Begin another object.
-
-        Its pinches are pooled, without those of the previous object.
-        """
+        """Begin another object. From now on, only its pinches are pooled."""
         self._objects.new_object()
         self.pipeline.radius = parse_radius(self._shape)
 
@@ -304,18 +293,7 @@ class LiveSession:
         return self.pipeline.predictor is not None and self.pipeline.predictor.uses_shape
 
     def set_shape(self, text: str) -> str:
-        """Set the shape of the object from the next contact on.
-
-        Returns
-        -------
-        str
-            The shape in words; "" for an unknown shape.
-
-        Raises
-        ------
-        InputError
-            The shape is not valid, or the model does not use it.
-        """
+        """Set the shape of the object from the next contact on. Return it in words, or ""."""
         if not self.uses_shape:
             raise InputError("only the network uses the shape of objects: leave the shape out")
         self.pipeline.radius = parse_radius(text)
@@ -323,24 +301,18 @@ class LiveSession:
 
     def hand_asks(self) -> tuple[Ask, ...]:
         """Return the possible requests to the hand; empty without a hand."""
-        return () if self._hand is None else self._hand.allowed
+        return () if self._requests is None else self._requests.allowed
 
     def ask_hand(self, ask: Ask, by: str) -> None:
-        """Send a request to the hand.
-
-        Raises
-        ------
-        InputError
-            There is no hand, or the hand cannot carry out the request now or ever.
-        """
-        if self._hand is None:
+        """Send a request to the hand. Raise InputError if it is not possible now or ever."""
+        if self._requests is None:
             raise InputError("This session drives no hand: start the command again with --hand")
-        self._hand.ask(ask, by)
+        self._requests.ask(ask, by)
 
     def hand_gone(self, by: str) -> None:
         """Open the hand if the origin ``by``, now disconnected, had closed it."""
-        if self._hand is not None:
-            self._hand.gone(by)
+        if self._requests is not None:
+            self._requests.gone(by)
 
     @property
     def recording(self) -> RecorderStatus:
@@ -348,39 +320,42 @@ class LiveSession:
         return self._recorder.status
 
     @property
+    def _requests(self) -> HandRequests | None:
+        return None if self.grasping is None else self.grasping.requests
+
+    @property
     def _is_deserted(self) -> bool:
-        """True if all outputs have failed, and there is neither an actor nor a recording."""
-        assert self.fanout is not None
-        return self.fanout.deserted and not self._actors and self.recording.path is None
+        """True if all outputs have failed, and there is neither a hand nor a recording."""
+        return self.fanout.deserted and self.grasping is None and self.recording.path is None
 
     @property
     def _least(self) -> int:
         """Return the number of samples that the next read waits for."""
-        return 1 if self._actors and self.pipeline.is_closing else self.pipeline.due
+        return 1 if self.grasping is not None and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
         """Process samples. Return True if they have markers or events for the sinks."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
         self._objects.add_markers(arrival.markers)
-        for actor in self._actors:
-            actor.on_samples(block, host)
+        if self.grasping is not None:
+            self.grasping.on_samples(block, host)
         event_count = len(self._events)
         self._act(self.pipeline.update(block, host))
         if self._hand_predictions is not None:
             self._events += self._hand_predictions.update(arrival.predictions, block, host)
-        for actor in self._actors:
-            self._events += actor.after_block(block)
+        if self.grasping is not None:
+            self._events += self.grasping.after_block(block)
         is_urgent = bool(arrival.markers) or len(self._events) > event_count
         corrected = self._objects.add_labels(arrival.pinches)
         self._events += [] if corrected is None else [corrected]
         return is_urgent
 
     def _act(self, events: Iterable[Event]) -> None:
-        """Pass each event to the actors immediately, and keep it for the outputs."""
+        """Pass each event to the hand's policy immediately, and keep it for the outputs."""
         for event in events:
-            for actor in self._actors:
-                actor.on_event(event)
+            if self.grasping is not None:
+                self.grasping.on_event(event)
             self._events.append(event)
             if isinstance(event, PinchDone):
                 self.pinches += 1
@@ -396,7 +371,6 @@ class LiveSession:
 
     def _update(self) -> None:
         """Pass samples and events to the recorder and the sinks."""
-        assert self.fanout is not None
         arrivals, self._arrivals = _fewer(self._arrivals), []
         events, self._events = tuple(self._events), []
         pinches = [event for event in events if isinstance(event, PinchDone)]
@@ -415,37 +389,30 @@ class LiveSession:
         health = self.source.health
         if self._was_connected is not None:  # a source that the session closed did not go away
             health = replace(health, connected=self._was_connected)
-        self.fanout.put(
-            Update(
-                arrivals,
-                events,
-                health,
-                self.recording,
-                self._figures,
-                self.fanout.failed,
-            )
-        )
+        state = health, self.recording, self._figures, self.fanout.failed
+        self.fanout.put(Update(arrivals, events, *state))
 
     def _note(self, pinch: PinchDone) -> None:
         """Add a pinch mark to the recording, if one is running."""
         is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start
         if self._noted is None or self.recording.path != self._noted or not is_whole:
             return
-        truth = tuple(c for c in pinch.strips if pinch.start <= c.sample < pinch.end)
-        mark = PinchMark(
-            self._number,
-            pinch.start,
-            pinch.end,
-            pinch.epoch,
-            truth=truth,
-            closing_speed=pinch.closing_speed,
-        )
+        found: tuple[Contact, ...] = ()
         if not self.pipeline.layout.has_strip:
             # A person who confirms contacts later begins with the detected ones.
-            detected = tuple(c for c in pinch.contacts if pinch.start <= c.sample < pinch.end)
-            name = self.pipeline.detector if detected else ""
-            mark = replace(mark, found=detected, found_by=name)
-        self._recorder.mark(mark)
+            found = tuple(c for c in pinch.contacts if pinch.start <= c.sample < pinch.end)
+        self._recorder.mark(
+            PinchMark(
+                self._number,
+                pinch.start,
+                pinch.end,
+                pinch.epoch,
+                truth=tuple(c for c in pinch.strips if pinch.start <= c.sample < pinch.end),
+                closing_speed=pinch.closing_speed,
+                found=found,
+                found_by=self.pipeline.detector if found else "",
+            )
+        )
         self._number += 1
 
 
@@ -467,3 +434,46 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
         )
         for i, block in enumerate(blocks)
     )
+
+
+@contextmanager
+def real_time_process(*, real_time: bool) -> Iterator[Callable[[bool], None]]:
+    """Keep this process fast, and yield a function that pauses the garbage collector if True."""
+    if not real_time:
+        yield lambda is_urgent: None
+        return
+    interval, collects = sys.getswitchinterval(), gc.isenabled()
+    scheduling = _raise_priority()
+
+    def hurry(is_urgent: bool) -> None:
+        if collects:
+            (gc.disable if is_urgent else gc.enable)()
+
+    sys.setswitchinterval(min(SWITCH, interval))
+    gc.collect()
+    gc.freeze()
+    try:
+        yield hurry
+    finally:
+        if scheduling is not None:
+            policy, priority = scheduling
+            try:
+                os.sched_setscheduler(0, policy, priority)
+            except OSError:  # only the superuser may clear the flag
+                with suppress(OSError):
+                    os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, priority)
+        hurry(False)
+        gc.unfreeze()
+        sys.setswitchinterval(interval)
+
+
+def _raise_priority() -> tuple[int, os.sched_param] | None:
+    """Return the scheduling of this thread before a change; None if it could not be changed."""
+    if sys.platform != "linux":
+        return None
+    former = os.sched_getscheduler(0), os.sched_getparam(0)
+    with suppress(OSError):
+        # Threads and processes that this one starts are scheduled as usual.
+        os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(1))
+        return former
+    return None

@@ -16,7 +16,7 @@ from firstcontact.streaming._events import (
     PinchDone,
 )
 from firstcontact.streaming._objects import WAITING, ObjectNames
-from firstcontact.streaming._sink import Update, write_now
+from firstcontact.streaming._outputs import Update, write_now
 
 
 class TextSink:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from firstcontact.core import Block, Command, Estimate
 from firstcontact.grasp import ByStiffness, Grip
 from firstcontact.streaming import (
+    AnytimePredictor,
     ContactEvent,
     ContactWithdrawn,
     Grasping,
-    NetworkPredictor,
     Pipeline,
 )
 from firstcontact.twin import (
@@ -83,7 +83,7 @@ def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -
     policy = ByStiffness(Grip(), approach=speed)
     hand = _Waiting(plant, policy)
     grasping = Grasping(policy, hand, LAYOUT)
-    predictor = NetworkPredictor(hands.model)
+    predictor = AnytimePredictor(hands.model)
     pipeline = Pipeline(LAYOUT, hands.detector, predictor, clock=lambda: 0.0)
     answers: list[Estimate] = []
     first: float | None = None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block
 from firstcontact.grasp import POLICIES, FinalForce, Grip, Truth, make_policy
-from firstcontact.streaming import Grasping, NetworkPredictor, Pipeline
+from firstcontact.streaming import AnytimePredictor, Grasping, Pipeline
 from firstcontact.twin import GraspPlant, household_named
 from firstcontact_lab.grasping._approach import Pick, make_plant
 from firstcontact_lab.grasping._branches import LIFTS
@@ -70,7 +70,7 @@ def played(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> Played:
         raise TypeError(f"{job.policy} is not a policy for household objects: use a FinalForce")
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)
-    predictor = NetworkPredictor(own_hand.model)
+    predictor = AnytimePredictor(own_hand.model)
     pipeline = Pipeline(LAYOUT, own_hand.detector, predictor, clock=lambda: 0.0)
     watch = None if job.detection is None else SlipWatch(job.detection)
     while not plant.ended:

@@ -4,39 +4,140 @@ from __future__ import annotations
 
 import asyncio
 import json
-import math
 import socket
 import struct
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Any
+from typing import Annotated, Any, Literal
 
+import msgspec
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from firstcontact.streaming._sink import Controls
-from firstcontact.streaming.page._commands import EACH, HERE, LONGEST, Allowance, Commands
+from firstcontact.core import InputError, read_record
+from firstcontact.device import marker_text
+from firstcontact.streaming._events import Ask
+from firstcontact.streaming._outputs import Controls
 from firstcontact.streaming.page._state import State
-from firstcontact.streaming.page.guard import Guard
-from firstcontact.streaming.page.serving import answer, plain, serve_page
+from firstcontact.streaming.page.serving import Guard, answer, plain, serve_page
 
 #: Shortest time between two messages to a viewer, s.
 TICK = 0.05
 #: Largest number of viewers. It limits their total cost.
 VIEWERS = 16
-#: Time without a reply to a ping after which a viewer is disconnected, and after which it gives its
-#: place to a new viewer, s. Data that wait for a slow viewer delay its replies.
-PATIENCE, GRACE = 10.0, 2.0
+#: Time without a reply to a ping after which a viewer is disconnected, s. Data that wait for a slow
+#: viewer delay its replies.
+PATIENCE = 10.0
 #: Time from a reply to the next ping, s.
 PAUSE = 1.0
 #: Time after which a silent viewer that closed the hand is disconnected, s. The hand then opens.
 SILENCE = 1.5
 #: Number of waiting bytes above which a viewer skips updates.
 WAITING_BYTES = 32_768
+#: Longest message of a viewer, bytes.
+LONGEST_MESSAGE = 4096
+#: Largest number of requests of one viewer, at once and per second. No person is faster.
+EACH = 10, 5.0
+#: Message of the page that opens the hand.
+OPEN = b'{"do":"open"}'
+#: Message that shows that the page is alive. It is no request and gets no reply.
+HERE = '{"do":"here"}'
 _HEAD = struct.Struct("<IId")
+
+
+@dataclass(frozen=True, slots=True)
+class ViewerRequest:
+    """Message of a viewer; ``text`` is a marker or a shape."""
+
+    do: Literal["record", "stop", "mark", "new", "shape", "close", "open"]
+    text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
+
+
+class Allowance:
+    """Token bucket that limits requests."""
+
+    def __init__(
+        self, burst: int, refill: float, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._most = self._left = float(burst)
+        self._refill = refill
+        self._clock = clock
+        self._seen = clock()
+
+    def take(self) -> float:
+        """Allow one request and return 0.0, or return the time until the next is allowed, s."""
+        now = self._clock()
+        self._left = min(self._most, self._left + (now - self._seen) * self._refill)
+        self._seen = now
+        if self._left < 1.0:
+            return (1.0 - self._left) / self._refill
+        self._left -= 1.0
+        return 0.0
+
+
+class Commands:
+    """Handler of viewers' requests."""
+
+    def __init__(self, controls: Controls | None) -> None:
+        self._controls = controls
+
+    async def obey(
+        self, message: str | bytes, allowance: Allowance, by: str
+    ) -> tuple[dict[str, Any], float]:
+        """Carry out a viewer's message. Return a reply, also about errors, and a time to wait."""
+        data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
+        # Opening a hand has no limit.
+        if data != OPEN and (wait := allowance.take()):
+            text = f"That was not done: the page takes {EACH[1]:g} requests a second."
+            return {"ok": False, "do": "", "text": text}, wait
+        try:
+            request = read_record(
+                data, ViewerRequest, "This message", "reload the page", LONGEST_MESSAGE
+            )
+        except InputError as error:
+            return {"ok": False, "do": "", "text": f"That was not understood. {error}."}, 0.0
+        try:
+            # A recorder opens files: that may take a while, and only this viewer waits.
+            outcome = await asyncio.to_thread(self._do, request, by)
+        except InputError as error:
+            return {"ok": False, "do": request.do, "text": str(error)}, 0.0
+        except Exception as error:  # a fault of the session is reported and stays there
+            return {"ok": False, "do": request.do, "text": f"That did not work ({error!r})."}, 0.0
+        return {"ok": True, "do": request.do, "text": outcome}, 0.0
+
+    def gone(self, by: str) -> None:
+        """Open the hand if the viewer ``by``, now disconnected, had closed it."""
+        if self._controls is not None:
+            self._controls.hand_gone(by)
+
+    def _do(self, request: ViewerRequest, by: str) -> str:
+        controls = self._controls
+        if controls is None:
+            raise InputError("This page only shows the session and cannot control it.")
+        match request.do:
+            case "record":
+                return f"Recording to {controls.start_recording().name}."
+            case "stop":
+                controls.stop_recording()
+                return "Recording stopped."
+            case "close" | "open":
+                controls.ask_hand(Ask(request.do), by)
+                return f"The hand {request.do}s."
+            case "new":
+                controls.new_object()
+                return "New object: its pinches are combined."
+            case "shape":
+                shape = controls.set_shape(request.text)
+                return f"Shape of the next objects: {shape or 'unknown'}."
+            case "mark":
+                word = marker_text(request.text.strip()).decode().strip()
+                if not word:
+                    raise InputError("The marker's text is empty: type at least one word.")
+                controls.mark(word)
+                return f"Marked “{word}”."
 
 
 @dataclass(slots=True)
@@ -49,7 +150,6 @@ class _Viewer:
     commands: Commands
     heard: float = 0.0
     closes: bool = False
-    pinged: float = math.inf
 
     async def watch(self) -> None:
         """Wait until the viewer has closed the hand and is silent, then raise TimeoutError."""
@@ -60,19 +160,14 @@ class _Viewer:
     async def ping(self) -> None:
         """Ping the viewer until it does not reply because it reads nothing, then disconnect it."""
         while True:
-            self.pinged = time.monotonic()
             try:
                 async with asyncio.timeout(PATIENCE):
                     await (await self.connection.ping())
             except TimeoutError:
-                self.drop()
+                # It would not read a closing handshake.
+                self.connection.transport.abort()
                 raise
-            self.pinged = math.inf
             await asyncio.sleep(PAUSE)
-
-    def drop(self) -> None:
-        """Disconnect the viewer. It reads nothing, so it would not read a closing handshake."""
-        self.connection.transport.abort()
 
 
 class PageServer:
@@ -98,7 +193,7 @@ class PageServer:
             self._view,
             listening,
             self._answer,
-            LONGEST,
+            LONGEST_MESSAGE,
             ping_interval=None,
             max_queue=4,
             write_limit=WAITING_BYTES,
@@ -110,25 +205,25 @@ class PageServer:
         answered = answer(request, self._guard, self._files)
         # Nothing else runs between this check and `_view`, which counts the viewer. A test checks
         # that.
-        if answered is None and len(self._viewers) >= VIEWERS and not self._make_room():
+        if answered is None and len(self._viewers) >= VIEWERS:
             return plain(
                 HTTPStatus.SERVICE_UNAVAILABLE,
                 f"{VIEWERS} viewers are watching: close one of them.",
             )
         return answered
 
-    def _make_room(self) -> bool:
-        """Disconnect the viewer whose reply has been missing longest. Return True if one was."""
-        slowest = min(self._viewers.values(), key=lambda viewer: viewer.pinged)
-        if time.monotonic() - slowest.pinged < GRACE:
-            return False
-        del self._viewers[slowest.name]
-        slowest.drop()
-        return True
-
     async def _view(self, connection: ServerConnection) -> None:
+        request = connection.request
+        assert request is not None
+        token = self._guard.check(request.path, request.headers, True)
+        in_control = token == self._guard.token
         self._number += 1
-        viewer = self._viewer(connection)
+        viewer = _Viewer(
+            f"viewer {self._number} of the page",
+            connection,
+            self._state.hello if in_control else self._state.look_hello,
+            self._commands[in_control],
+        )
         self._viewers[viewer.name] = viewer
         try:
             async with asyncio.TaskGroup() as tasks:
@@ -140,21 +235,8 @@ class PageServer:
         except* (ConnectionClosed, TimeoutError):
             pass
         finally:
-            self._viewers.pop(viewer.name, None)
+            del self._viewers[viewer.name]
             viewer.commands.gone(viewer.name)
-
-    def _viewer(self, connection: ServerConnection) -> _Viewer:
-        """Return the newest viewer, with controls or without, depending on its token."""
-        request = connection.request
-        assert request is not None
-        token = self._guard.check(request.path, request.headers, True)
-        in_control = token == self._guard.token
-        return _Viewer(
-            f"viewer {self._number} of the page",
-            connection,
-            self._state.hello if in_control else self._state.look_hello,
-            self._commands[in_control],
-        )
 
     async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:
         """Carry out the requests of a viewer until it closes the socket."""

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import math
 import secrets
 import threading
 from collections.abc import Mapping
-from types import MappingProxyType
 
 from firstcontact.core import InputError
 from firstcontact.device import Descriptor
-from firstcontact.streaming._sink import Controls, Update
+from firstcontact.streaming._outputs import Controls, Update
 from firstcontact.streaming.page._server import PageServer
 from firstcontact.streaming.page._state import State
-from firstcontact.streaming.page.guard import TOKEN_LENGTH, Guard, is_loopback
-from firstcontact.streaming.page.serving import listen, load
-
-_NONE: Mapping[str, float] = MappingProxyType({})
+from firstcontact.streaming.page.serving import TOKEN_LENGTH, Guard, is_loopback, listen, load
 
 
 class PageSink:
@@ -43,8 +38,7 @@ class PageSink:
     Raises
     ------
     InputError
-        The port is in use, the address does not belong to this machine, the token is too short, or
-        an object's Shore A is no number.
+        The port is in use, the address does not belong to this machine, or the token is too short.
     """
 
     name = "page"
@@ -56,7 +50,7 @@ class PageSink:
         port: int = 8765,
         token: str | None = None,
         controls: Controls | None = None,
-        landmarks: Mapping[str, float] = _NONE,
+        landmarks: Mapping[str, float] | None = None,
     ) -> None:
         if token is None and not is_loopback(host):
             token = secrets.token_urlsafe(24)
@@ -65,15 +59,9 @@ class PageSink:
                 f"the page's token has {len(token)} characters, too few to keep others out: "
                 f"give at least {TOKEN_LENGTH}, or none for a random one"
             )
-        odd = [name for name, shore in landmarks.items() if not math.isfinite(shore)]
-        if odd:
-            raise InputError(
-                f"the Shore A of {odd[0]!r} is not a finite number: train the model again"
-            )
         self._files = load("firstcontact.streaming.page", "static")
-        #: Session that carries out viewers' requests. It can be set until the page is opened.
-        self.controls = controls
-        self._landmarks = dict(landmarks)
+        self._controls = controls
+        self._landmarks = landmarks or {}
         self._socket = listen(host, port)
         look_token = None if token is None else secrets.token_urlsafe(24)
         self._guard = Guard(host, self._socket.getsockname()[1], token, look_token)
@@ -97,7 +85,7 @@ class PageSink:
 
     def open(self, descriptor: Descriptor) -> None:
         """Start to serve the page."""
-        self._state = State(descriptor, self._landmarks, self.controls)
+        self._state = State(descriptor, self._landmarks, self._controls)
         self._thread = threading.Thread(target=self._serve, name="page", daemon=True)
         self._thread.start()
         self._started.wait()
@@ -135,6 +123,6 @@ class PageSink:
     async def _run(self) -> None:
         self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
         assert self._state is not None
-        server = PageServer(self._state, self._guard, self._files, self.controls)
+        server = PageServer(self._state, self._guard, self._files, self._controls)
         self._started.set()
         await server.run(self._socket, self._stop)

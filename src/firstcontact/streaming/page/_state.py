@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from threading import Lock
@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Estimate, Finger, merge_blocks
-from firstcontact.device import Arrival, Descriptor, RecorderStatus
+from firstcontact.device import Arrival, Descriptor, RecorderStatus, lost_object
+from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming._events import (
     ContactEvent,
     ContactWithdrawn,
@@ -25,13 +26,15 @@ from firstcontact.streaming._events import (
     ObjectEstimate,
     PinchDone,
 )
-from firstcontact.streaming._sink import Controls, Update
-from firstcontact.streaming.page._closeup import Closeup, finger_place
-from firstcontact.streaming.page._columns import SECONDS, Columns
-from firstcontact.streaming.page._rows import PinchRows, brief
+from firstcontact.streaming._objects import ObjectNames
+from firstcontact.streaming._outputs import Controls, Update
+from firstcontact.streaming._text import hand_line
+from firstcontact.streaming.page._traces import SECONDS, Closeup, Columns, finger_place
 
 #: Mean time from the first to the second contact, as published, ms.
 BUDGET_MS = 16.65
+#: Number of rows in the table of pinches.
+ROWS = 12
 #: Largest number of contact marks, more than two seconds contain.
 MARKS = 64
 #: Largest number of updates that wait for a viewer.
@@ -40,6 +43,79 @@ PENDING = 20
 FAULTS = 4
 #: Time over which the shown force is averaged, s.
 FORCE_SECONDS = 0.02
+
+
+class Row(msgspec.Struct, frozen=True):
+    """Row of the table: a pinch, the name of its object, and what the twin says became of it."""
+
+    pinch: PinchDone
+    name: str = ""
+    lost: str | None = None
+    hand: str = ""
+
+
+class PinchRows:
+    """Collector of the table's rows for the last pinches, the newest last."""
+
+    def __init__(self) -> None:
+        self._rows: deque[Row] = deque(maxlen=ROWS)
+        self._names = ObjectNames()
+        self._losses: deque[Marker] = deque(maxlen=ROWS)
+
+    def add_marker(self, marker: Marker) -> None:
+        """Process a marker. It names the object of a pinch, or reports that an object was lost."""
+        if lost_object(marker.text):
+            self._losses.append(marker)
+        self._names.add_markers([marker])
+        self._rename()
+
+    def add_label(self, mark: PinchMark) -> None:
+        """Process a label of a replayed recording."""
+        self._names.add_labels([mark])
+        self._rename()
+
+    def add_pinch(self, pinch: PinchDone) -> None:
+        """Add a row."""
+        self._names.add_pinch(pinch)
+        self._rows.append(Row(brief(pinch)))
+        self._rename()
+
+    def hand(self, event: HandPinch) -> None:
+        """Add a device's predictions to the row of their pinch."""
+        for i, row in enumerate(self._rows):
+            if event.contacts and row.pinch.holds(event.epoch, event.contacts[0].sample):
+                self._rows[i] = msgspec.structs.replace(row, hand=hand_line(event).strip())
+
+    def _rename(self) -> None:
+        for i, row in enumerate(self._rows):
+            label = self._names.label(row.pinch)
+            names = [row.name, *self._names.markers(row.pinch)]
+            names.append("" if label is None else label.object)
+            name = next(filter(None, reversed(names)), "")
+            self._rows[i] = msgspec.structs.replace(row, name=name)
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """Rows of the table, with the twin's reports of lost objects."""
+        rows = []
+        end = (np.inf, np.inf)  # a loss after the start of the following pinch belongs to that one
+        for row in reversed(self._rows):
+            start = row.pinch.epoch, row.pinch.start
+            losses = (
+                m for m in self._losses
+                if m.epoch == row.pinch.epoch and start <= (m.epoch, m.sample) < end
+            )  # fmt: skip
+            lost = next((lost_object(m.text) for m in losses), None)
+            rows.append(msgspec.structs.replace(row, lost=lost))
+            end = start
+        return tuple(rows[::-1])
+
+
+def brief(pinch: PinchDone) -> PinchDone:
+    """Return the pinch with only two estimates: the last one in time, and the final one."""
+    in_force, final = pinch.in_force, pinch.final
+    estimates = tuple(e for e in (None if in_force is final else in_force, final) if e is not None)
+    return msgspec.structs.replace(pinch, estimates=estimates)
 
 
 class Now(msgspec.Struct, frozen=True):
@@ -95,17 +171,17 @@ class State:
             "column_samples": self._columns.samples,
             "seconds": SECONDS,
             "budget_ms": BUDGET_MS,
-            "landmarks": {name: float(shore) for name, shore in landmarks.items()},
+            "landmarks": landmarks,
             "controls": False,
             "hand_asks": [],
             "uses_shape": False,
         }
-        self.look_hello = msgspec.json.encode(hello).decode()
+        self.hello = self.look_hello = msgspec.json.encode(hello).decode()
         if controls is not None:
             hello["controls"] = True
-            hello["hand_asks"] = [ask.value for ask in controls.hand_asks()]
+            hello["hand_asks"] = controls.hand_asks()
             hello["uses_shape"] = controls.uses_shape
-        self.hello = msgspec.json.encode(hello).decode()
+            self.hello = msgspec.json.encode(hello).decode()
 
     def take(self, update: Update) -> None:
         """Process an update."""
@@ -115,6 +191,25 @@ class State:
             if len(self._pending) >= PENDING:
                 self._settle()
 
+    def changed(self, seen: dict[str, int]) -> dict[str, str]:
+        """Return the JSON of the parts that changed since a viewer's last call, by name."""
+        new: dict[str, str] = {}
+        with self._lock:
+            self._settle()
+            for name, part in self._parts.items():
+                if seen.get(name) != part.count:
+                    seen[name] = part.count
+                    if part.text is None:  # computed once for all viewers
+                        part.text = msgspec.json.encode(part.tree).decode()
+                    new[name] = part.text
+        return new
+
+    def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
+        """Return columns of the traces, see :meth:`Columns.since`."""
+        with self._lock:
+            self._settle()
+            return self._columns.since(since)
+
     def _settle(self) -> None:
         """Process waiting updates in order: the samples of each, then its events."""
         pending, self._pending = self._pending, []
@@ -122,34 +217,24 @@ class State:
         for update in pending:
             arrivals += update.arrivals
             if update.events or update is pending[-1]:
-                self._try("samples", self._arrive, arrivals)
+                self._arrive(arrivals)
                 arrivals = []
             for event in update.events:
-                self._try(type(event).__name__, self._on_event, event)
+                self._on_event(event)
             for name, reason in update.failed.items() - self._failed.items():
-                self._fault(f"{name} has failed: {reason}")
+                self._faults = [*self._faults, f"{name} has failed: {reason}"][-FAULTS:]
+                self._put("faults", self._faults)
             self._failed = update.failed
         if pending:
             last = pending[-1]
             self._put("health", last.health)
             self._put("recording", _recording(last.recording))
-            self._put("ledger", {k: float(v) for k, v in last.ledger.items()})
+            self._put("ledger", last.ledger)
 
     def _put(self, name: str, tree: Any) -> None:
         part = self._parts.get(name)
         if part is None or tree != part.tree:
             self._parts[name] = _Part(tree, 1 if part is None else part.count + 1)
-
-    def _try(self, name: str, show: Callable[[Any], None], item: Any) -> None:
-        try:
-            show(item)
-        except Exception as error:  # the next item may work again
-            self._fault(f"{name} cannot be shown: {type(error).__name__}: {error}")
-
-    def _fault(self, sentence: str) -> None:
-        if sentence not in self._faults:
-            self._faults = [*self._faults, sentence][-FAULTS:]
-            self._put("faults", self._faults)
 
     def _arrive(self, arrivals: Sequence[Arrival]) -> None:
         markers = [marker for arrival in arrivals for marker in arrival.markers]
@@ -168,8 +253,7 @@ class State:
         if is_closeup_new:
             self._put("closeup", self._closeup.tree())
         if blocks:
-            block = blocks[-1]
-            recent = block.data[-max(1, round(FORCE_SECONDS * self._layout.rate)) :]
+            recent = blocks[-1].data[-max(1, round(FORCE_SECONDS * self._layout.rate)) :]
             self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
@@ -239,37 +323,6 @@ class State:
         self._show()
         self._closeup.clear()
         self._put("closeup", self._closeup.tree())
-
-    def changed(self, seen: dict[str, int]) -> dict[str, str]:
-        """Return the JSON of the parts that changed since a viewer's last call, by name."""
-        new: dict[str, str] = {}
-        with self._lock:
-            self._settle()
-            # A part that has no JSON adds a fault, so the faults come last.
-            for name in (*self._parts.keys() - {"faults"}, "faults"):
-                part = self._parts.get(name)
-                if part is not None and seen.get(name) != part.count:
-                    seen[name] = part.count
-                    text = self._json(name, part)
-                    if text:
-                        new[name] = text
-        return new
-
-    def _json(self, name: str, part: _Part) -> str:
-        """Return a part as JSON, computed once for all viewers; "" if the part is empty."""
-        if part.text is None:
-            try:
-                part.text = msgspec.json.encode(part.tree).decode()
-            except (ValueError, TypeError, OverflowError) as error:
-                part.text = ""
-                self._fault(f"{name} cannot be shown: {error}")
-        return part.text
-
-    def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
-        """Return columns of the traces, see :meth:`Columns.since`."""
-        with self._lock:
-            self._settle()
-            return self._columns.since(since)
 
 
 def _recording(status: RecorderStatus) -> dict[str, Any]:

@@ -1,20 +1,94 @@
-"""Distribution of updates to sinks (outputs of a live session), one thread per sink."""
+"""Outputs of a live session (sinks), and the threads that feed them."""
 
 from __future__ import annotations
 
+import logging
 import math
+import os
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol, TextIO
 
-from firstcontact.device import Descriptor
-from firstcontact.streaming._sink import Sink, Update
+from firstcontact.device import Arrival, Descriptor, Health, RecorderStatus
+from firstcontact.streaming._events import Ask, Event
 
 #: Largest number of updates that wait for a sink: 4 s at 50 updates per second.
 WAITING = 200
 #: Time between two checks of whether to wait any longer for a slow sink, s.
 POLL = 0.05
+
+_log = logging.getLogger("firstcontact.streaming")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Update:
+    """Samples and events since the last update, and the state of the live session."""
+
+    arrivals: tuple[Arrival, ...] = ()
+    events: tuple[Event, ...] = ()
+    health: Health = field(default_factory=Health)
+    recording: RecorderStatus = field(default_factory=RecorderStatus)
+    ledger: Mapping[str, float] = field(default_factory=dict)
+    failed: Mapping[str, str] = field(default_factory=dict)
+
+
+class Sink(Protocol):
+    """Output of a live session. It takes updates in a separate thread.
+
+    A sink may be slow or fail. Its queue is bounded: updates that do not fit are dropped and
+    counted, and the session continues. A sink for other programs sets ``is_prompt = True`` and gets
+    each event immediately. Other sinks may get the events up to 50 ms late.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name under which dropped updates are reported."""
+
+    @property
+    def every(self) -> float:
+        """Longest time that samples may wait before the sink gets them, s."""
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Start the output. Called once, before the first update."""
+
+    def take(self, update: Update) -> None:
+        """Process an update."""
+
+    def close(self) -> None:
+        """Close the output. Always called once."""
+
+
+class Controls(Protocol):
+    """Methods of :class:`LiveSession` that viewers may call, from any thread."""
+
+    @property
+    def uses_shape(self) -> bool: ...
+    def start_recording(self) -> Path: ...
+    def stop_recording(self) -> None: ...
+    def mark(self, text: str) -> None: ...
+    def hand_asks(self) -> tuple[Ask, ...]: ...
+    def ask_hand(self, ask: Ask, by: str) -> None: ...
+    def hand_gone(self, by: str) -> None: ...
+    def new_object(self) -> None: ...
+    def set_shape(self, text: str) -> str: ...
+
+
+def write_now(stream: TextIO, text: str) -> None:
+    """Write text to a stream and flush the stream."""
+    try:
+        stream.write(text)
+        stream.flush()
+    except OSError:
+        # Python flushes standard output when it ends, and would print the error again.
+        with suppress(OSError, ValueError):
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, stream.fileno())
+            os.close(null)
+        raise
 
 
 class _Feeder:
@@ -34,13 +108,11 @@ class _Feeder:
         self._changed = threading.Condition()
         self._closing = False
         self._thread = threading.Thread(target=self._run, name=f"sink {sink.name}", daemon=True)
+        self._thread.start()
 
     @property
     def _is_waiting(self) -> bool:
         return self._patient and not self._stopped()
-
-    def start(self) -> None:
-        self._thread.start()
 
     def put(self, update: Update) -> None:
         with self._changed:
@@ -70,23 +142,25 @@ class _Feeder:
             self._thread.join(timeout)
         if self._thread.is_alive():
             # Do not wait any longer: the rest is lost, and counted.
-            with self._changed:
-                self.dropped += len(self._waiting)
-                self._waiting.clear()
+            self._discard()
+
+    def _discard(self) -> None:
+        with self._changed:
+            self.dropped += len(self._waiting)
+            self._waiting.clear()
+            self._changed.notify_all()
 
     def _run(self) -> None:
         try:
             self.sink.open(self._descriptor)
             while (update := self._next()) is not None:
                 self.sink.take(update)
-        # A fault of one sink is reported, and the other sinks go on.
-        except Exception as error:
+        except Exception as error:  # reported, and the other sinks go on
             with self._changed:
                 self.failed = f"{type(error).__name__}: {error}"
                 self.left = isinstance(error, BrokenPipeError)
-                self.dropped += len(self._waiting)
-                self._waiting.clear()
-                self._changed.notify_all()
+            self._discard()
+            _log.info("output %s failed: %s", self.sink.name, self.failed)
         finally:
             with suppress(Exception):
                 self.sink.close()
@@ -111,8 +185,6 @@ class Fanout:
         stopped: Callable[[], bool] = lambda: False,
     ) -> None:
         self._feeders = [_Feeder(sink, descriptor, patient, stopped) for sink in sinks]
-        for feeder in self._feeders:
-            feeder.start()
 
     def put(self, update: Update) -> None:
         """Queue an update for each sink."""

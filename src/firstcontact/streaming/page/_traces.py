@@ -1,11 +1,14 @@
-"""Traces reduced to the minimum and maximum of every few samples, so that no peak is lost."""
+"""Traces of the samples: the last seconds, and a close-up around the latest first contact."""
 
 from __future__ import annotations
+
+from collections import deque
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, ChannelKind, Layout
+from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout
 
 #: Time that the traces show, s.
 SECONDS = 2.0
@@ -13,10 +16,20 @@ SECONDS = 2.0
 COLUMNS = 1200
 #: Number of epochs whose samples can still be placed.
 EPOCHS = 8
+#: Time that the close-up shows before and after the contact, s.
+BEFORE = 0.005
+AFTER = 0.035
+#: Time of samples kept for a contact that is reported late, s.
+HELD = 0.5
+
+
+def finger_place(finger: Finger | None) -> int:
+    """Return the index of a finger's name and colour on the page; 2 for a sensor of no finger."""
+    return len(Finger) if finger is None else int(finger)
 
 
 class Columns:
-    """Ring buffer of columns. A column is the minimum and maximum of a few samples per channel."""
+    """Ring buffer of the minimum and maximum of every few samples, so that no peak is lost."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
@@ -45,14 +58,12 @@ class Columns:
 
     def add(self, block: Block) -> None:
         """Add the samples of a block. Repeated samples are ignored."""
-        if len(block.data) == 0:
-            return
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             # An empty column between two epochs: nothing is joined.
             base = self._top + 2 if self._top >= 0 else 0
             self._epochs[block.epoch] = block.first_sample, base
-            while len(self._epochs) > EPOCHS:
+            if len(self._epochs) > EPOCHS:
                 del self._epochs[next(iter(self._epochs))]
             self._next = block.first_sample
         late = max(0, self._next - block.first_sample)
@@ -88,3 +99,69 @@ class Columns:
         """Return all stored complete columns from number ``column`` on."""
         first = min(max(column, self.first), self.end)
         return first, self._ring[np.arange(first, self.end) % self._size]
+
+
+class Closeup:
+    """Close-up of the samples around the first contact of the latest closing."""
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._vibration = layout.columns(ChannelKind.VIBRATION)
+        self._before = round(BEFORE * layout.rate)
+        self._n = self._before + round(AFTER * layout.rate) + 1
+        self._blocks: deque[Block] = deque()
+        self._held = 0
+        self._trace = np.full((self._n, len(self._vibration)), np.nan)
+        self._contact: Contact | None = None
+        self._first = 0
+        self._epoch = -1
+        self._marks: list[dict[str, Any]] = []
+
+    def add(self, block: Block) -> bool:
+        """Add a block. Return True if the close-up changed."""
+        self._blocks.append(block)
+        self._held += len(block.data)
+        while self._held - len(self._blocks[0].data) >= HELD * self._layout.rate:
+            self._held -= len(self._blocks.popleft().data)
+        return self._fill(block)
+
+    def begin(self, contact: Contact, epoch: int) -> None:
+        """Show the samples around this first contact from now on."""
+        self._contact, self._epoch = contact, epoch
+        self._first = contact.sample - self._before
+        self._trace[:] = np.nan
+        self._marks = []
+        self.mark(contact)
+        for block in self._blocks:
+            self._fill(block)
+
+    def mark(self, contact: Contact) -> None:
+        """Mark the contact of a finger in the close-up."""
+        if self._contact is not None:
+            elapsed = (contact.sample - self._contact.sample) / self._layout.rate
+            mark = {"finger": finger_place(contact.finger), "ms": round(1e3 * elapsed, 2)}
+            self._marks.append(mark)
+
+    def clear(self) -> None:
+        """Show no contact until the next closing's first contact."""
+        self._contact = None
+
+    def _fill(self, block: Block) -> bool:
+        if self._contact is None or block.epoch != self._epoch:
+            return False
+        start = max(block.first_sample, self._first)
+        end = min(block.end, self._first + self._n)
+        if start >= end:
+            return False
+        rows = block.data[start - block.first_sample : end - block.first_sample]
+        volts = self._layout.physical(rows, self._vibration)
+        self._trace[start - self._first : end - self._first] = volts
+        return True
+
+    def tree(self) -> dict[str, Any] | None:
+        """Return times (ms), traces and contacts for the page. Missing samples are NaN."""
+        if self._contact is None:
+            return None
+        ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3
+        traces = self._trace.T.round(4).tolist()
+        return {"ms": ms.round(3).tolist(), "traces": traces, "marks": self._marks}

@@ -271,8 +271,6 @@ def test_the_page_is_where_it_says_and_closes_the_hand(
             ["--device", "twin", "--hand-port", "/nowhere/tty"],
             "--hand-port: this option needs a hand",
         ),
-        (["--device", "nothing.mcap", "--hand", "twin"], "--hand: twin"),
-        (["--device", "nothing.mcap", "--hand", "ability"], "ability can be driven only"),
     ],
 )
 def test_what_cannot_be_used_is_said_in_one_sentence(

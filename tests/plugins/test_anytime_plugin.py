@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,18 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.cli.main import main
-from firstcontact.core import InputError
-from firstcontact.models import ESTIMATORS
+from firstcontact.contact import pretrained_detector
+from firstcontact.core import Block, Dataset, InputError
+from firstcontact.models import (
+    ESTIMATORS,
+    InContextModel,
+    Model,
+    NetworkPredictor,
+    Predictions,
+    Touches,
+    pretrained,
+)
+from firstcontact.streaming import Pipeline, live_predictor
 from trainings import recordings
 
 pytestmark = pytest.mark.usefixtures("stored_detectors")
@@ -33,6 +44,37 @@ def test_adapt_makes_saves_and_loads_it(tmp_path: Path, monkeypatch: pytest.Monk
     ESTIMATORS._loaded.pop("one_rig")
     with pytest.raises(InputError, match="one_rig"):
         fc.load_model(folder)
+
+
+class HalvedModel(InContextModel):
+    """Network whose predictions Python halves."""
+
+    kind = "halved"
+
+    def predict(self, touches: Touches) -> Predictions:
+        made = super().predict(touches)
+        return replace(made, value=made.value / 2)
+
+
+def test_a_prediction_in_python_is_the_same_live_and_cannot_run_on_a_hand(tmp_path: Path) -> None:
+    base = pretrained()
+    own = HalvedModel(base.network, base.familiar, base.factors, base.level, base.rigs)
+    model = Model(pretrained_detector(), (NetworkPredictor(own),))
+    data = fc.simulate(tmp_path / "p", pinches_per_block=2, pinches_per_object=0)
+    compared = 0
+    for pinch in data.pinches:
+        one, predictor = Dataset((pinch,)), live_predictor(model)
+        live = Pipeline(pinch.layout, model.own_detector, predictor, real_time=False)
+        events = list(live.update(Block(pinch.data, pinch.first_sample), 0.0)) + live.finish()
+        for event in events:
+            if isinstance(event, fc.Estimate):
+                offline = model.predict(one, event.elapsed + 9e-5, [event.contact])
+                if offline.elapsed[0] == event.elapsed:
+                    assert (event.value, event.low) == (offline.value[0], offline.low[0])
+                    compared += 1
+    assert compared > 20
+    with pytest.raises(InputError, match="halved predicts in Python"):
+        fc.export_model(model, tmp_path / "c")
 
 
 def test_the_verb_adapts_with_a_named_estimator(tmp_path: Path) -> None:

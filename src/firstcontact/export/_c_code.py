@@ -131,6 +131,11 @@ def write_chain(trained: Trained) -> CUnit:
             f"the detector {detector.name!r} cannot be written in C: train with the default "
             "--detector-type"
         )
+    if network is not None and not network.is_compiled:
+        raise InputError(
+            f"{network.kind} predicts in Python, so it cannot be written in C: adapt with another "
+            "estimator"
+        )
     image = build_image(rate, constants, None if network is None else network.constants())
     size, memory = len(image.data), work_memory(image, CHANNELS)
     words = ", ".join(f"{word:#x}u" for word in np.frombuffer(image.data, "<u8"))

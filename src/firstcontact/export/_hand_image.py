@@ -57,6 +57,11 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImag
             f"{folder}: the folder has no network: name a folder that `firstcontact adapt` wrote"
         )
     network, detector = model.network.model, model.own_detector
+    if not network.is_compiled:
+        raise InputError(
+            f"{folder}: {network.kind} predicts in Python, so it cannot run on a hand: adapt with "
+            "another estimator"
+        )
     if network.rate != layout.rate:
         raise InputError(
             f"{folder}: the model is for {network.rate:g} samples a second, and a hand takes "

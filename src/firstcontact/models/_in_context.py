@@ -153,6 +153,11 @@ class InContextModel:
         """Half widths of the intervals at the times ``STAGES``, in spreads, shape (stages,)."""
         return self._factors
 
+    @property
+    def is_compiled(self) -> bool:
+        """True if the chain in C predicts, False if a subclass does so in Python."""
+        return type(self).predict is InContextModel.predict
+
     def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
         """Return the half widths of intervals for predictions with these spreads.
 

@@ -84,7 +84,7 @@ class AnytimePredictor:
         #: True if the rig's own pinches had measured speeds. Without them, speeds cannot be used.
         self.uses_speed = any(rig.speeds is not None for rig in model.rigs.values())
         self.constants = model.constants()
-        self.predict: Predict | None = None
+        self.predict = None if model.is_compiled else _called(model)
 
     def check(self, layout: Layout) -> None:
         """Raise InputError if the layout's sampling rate is not the model's."""
@@ -97,6 +97,31 @@ class AnytimePredictor:
 
     def start(self, layout: Layout) -> None:
         """Return None: the chain predicts."""
+
+
+def _called(model: InContextModel) -> Predict:
+    """Return the function with which the chain calls a model in Python."""
+    from firstcontact.models import Touches
+
+    def predict(
+        signal: memoryview, samples: int, finger: int, speed: float, error: float, radius: float
+    ) -> tuple[float, float, float, float, float, bool]:
+        one = Touches(
+            np.frombuffer(signal, np.float32)[None].copy(),
+            np.array([samples]),
+            np.array([finger]),
+            np.array([speed or math.nan]),
+            np.array([error]),
+            np.array([radius]),
+            model.rate,
+        )
+        p = model.predict(one)
+        half_width = model.half_widths(p.spread, one.valid)
+        numbers = (float(x[0]) for x in (p.value, p.low, p.high, half_width, p.spread))
+        value, low, high, half, spread = numbers
+        return value, low, high, half, spread, bool(p.out_of_range[0])
+
+    return predict
 
 
 class WindowLadder:

@@ -13,16 +13,15 @@ import argparse
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from firstcontact.core import Command
 from firstcontact.twin import (
+    CONDITIONS,
     HOUSEHOLD,
-    PAPER_RIG,
-    QUICK,
     Drive,
-    GraspOutcome,
     GraspPlant,
     Lift,
     draw_household_specimen,
@@ -40,8 +39,8 @@ STEP = 100
 def plant(number: int, latency: float, lift: Lift, calm_steps: int | None) -> GraspPlant:
     """Return the plant for the closing with this number, on a household object."""
     household_object = HOUSEHOLD[number % len(HOUSEHOLD)]
-    specimen = draw_household_specimen(0, PAPER_RIG, household_object, 0)
-    draw = draw_pinch(0, PAPER_RIG, "benchmark", specimen, number)
+    specimen = draw_household_specimen(0, CONDITIONS["paper-rig"], household_object, 0)
+    draw = draw_pinch(0, CONDITIONS["paper-rig"], "benchmark", specimen, number)
     return GraspPlant(
         draw, Drive(latency=latency), specimen, lift=lift, longest=2.5, calm_steps=calm_steps
     )
@@ -55,7 +54,7 @@ def approach(hand: GraspPlant) -> GraspPlant:
     return hand
 
 
-def close(hand: GraspPlant, reads: bool) -> GraspOutcome:
+def close(hand: GraspPlant, reads: bool) -> Any:
     """Approach gently, slow down at the first contact, then squeeze."""
     if hand.sample == 0:
         hand.command(Command(hand.nominal.speed, 1.0))
@@ -75,17 +74,17 @@ def close(hand: GraspPlant, reads: bool) -> GraspOutcome:
     return hand.outcome
 
 
-def new_closing(number: int, latency: float, lift: Lift) -> GraspOutcome:
+def new_closing(number: int, latency: float, lift: Lift) -> Any:
     """Build a plant and run a whole closing."""
     return close(plant(number, latency, lift, None), reads=True)
 
 
-def forked(hand: GraspPlant, reads: bool) -> GraspOutcome:
+def forked(hand: GraspPlant, reads: bool) -> Any:
     """Copy a prepared plant and run the rest of its closing."""
     return close(hand.copy(), reads)
 
 
-def spent(work: Callable[[], GraspOutcome]) -> tuple[float, GraspOutcome]:
+def spent(work: Callable[[], Any]) -> tuple[float, Any]:
     """Return the processor time of a closing, ms, and its outcome."""
     begin = time.process_time()
     outcome = work()
@@ -102,7 +101,7 @@ def main() -> dict[str, float]:
         for latency in (0.0, 0.02):
             rows, other = [], 0
             for number in range(-3, options.rounds * len(HOUSEHOLD)):
-                base = plant(number, latency, lift, QUICK)
+                base = plant(number, latency, lift, calm_steps=2)
                 touching = approach(base.copy())  # all policies share this part
                 measured = [
                     spent(partial(new_closing, number, latency, lift)),

@@ -24,12 +24,8 @@ from firstcontact.recording import load_dataset
 from firstcontact.twin import (
     BLOCKS,
     BUFFER,
-    BURN_IN,
-    EVERYDAY,
+    CONDITIONS,
     EVERYDAY_OBJECTS,
-    FINGER_STATES,
-    PAPER_RIG,
-    SUBSTEPS,
     Condition,
     PinchDraw,
     PinchJob,
@@ -45,7 +41,10 @@ from firstcontact.twin import _pinch as pinch_module
 from firstcontact.twin import _run as run_module
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "twin"))
-from reference import Piece, derivative
+from reference import FINGER_STATES, Piece, derivative
+
+PAPER_RIG = CONDITIONS["paper-rig"]
+EVERYDAY = CONDITIONS["everyday"]
 
 
 def drawn(kind: TwinObject, number: int, condition: Condition = PAPER_RIG) -> PinchDraw:
@@ -61,9 +60,9 @@ def halving(pinches: int) -> float:
         for kind in (*BLOCKS, *EVERYDAY_OBJECTS):
             for i in range(pinches):
                 coarse = integrate_pinch(drawn(kind, i, condition))[1][..., BUFFER]
-                fine = integrate_pinch(drawn(kind, i, condition), substeps=2 * SUBSTEPS)[1][
-                    ..., BUFFER
-                ]
+                fine = integrate_pinch(drawn(kind, i, condition), substeps=2 * run_module.SUBSTEPS)[
+                    1
+                ][..., BUFFER]
                 change = np.abs(coarse - fine).max(axis=0) / np.abs(fine).max(axis=0)
                 worst = max(worst, float(change.max()))
     return worst
@@ -146,7 +145,7 @@ def main() -> dict[str, float]:
         simulate(home / "warm", "paper-rig", 1, 1, 0, 1)
         ready = time.perf_counter() - begin
         print(f"loading the kernel, not included in the times below: {ready:.1f} s")
-        step = 1e6 / FINGERTIP_RATE / SUBSTEPS
+        step = 1e6 / FINGERTIP_RATE / run_module.SUBSTEPS
         print(f"step {step:.0f} us; halved, waveforms move by at most {100 * halving(5):.2f} %")
         for workers in (1, 2):
             runs = [rate(home / f"{workers}-{i}", workers, options.pinches) for i in range(3)]
@@ -159,7 +158,7 @@ def main() -> dict[str, float]:
             print(f"{workers} workers: {most:.0f} pinches/s of 60 ms around the contact")
         draw = drawn(BLOCKS[4], 0)
         begin = time.perf_counter()
-        reference = plain(draw)[BURN_IN:]
+        reference = plain(draw)[pinch_module.BURN_IN :]
         slow = time.perf_counter() - begin
         best = np.inf
         for _ in range(5):

@@ -16,11 +16,11 @@ from firstcontact.core import BLUE, RED, SKY, Dataset, Label
 from firstcontact.models import Touches
 from firstcontact.twin import (
     BLOCKS,
-    EVERYDAY,
+    CONDITIONS,
     TwinObject,
     draw_pinch,
     excerpt,
-    object_named,
+    find_object,
     simulate_pinch,
 )
 from firstcontact_lab.report.state import named_subjects
@@ -58,7 +58,7 @@ def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
     """
     pinches = []
     for number in range(PINCHES):
-        draw = draw_pinch(seed, EVERYDAY, "picture", kind, f"{kind.name} {number}")
+        draw = draw_pinch(seed, CONDITIONS["everyday"], "picture", kind, f"{kind.name} {number}")
         label = Label(kind.name, kind.shore_a, None, kind.name, "picture", kind.role)
         pinches.append(simulate_pinch(excerpt(draw, 0.045), label, duration=0.065))
     touches, _ = Touches.cut(Dataset(tuple(pinches)), [pinch.first for pinch in pinches])
@@ -72,7 +72,7 @@ def waveforms() -> str:
     with canvas(1, 3, (9.6, 3.4)) as (figure, axes):
         objects, hands, levels = axes[0]
         for name, colour, style in THINGS:
-            kind = object_named(name)
+            kind = find_object(name)
             title = f"{name.removesuffix(' 1')} ({kind.shore_a:g})" if style == "--" else name
             objects.plot(*median_signal(SEEDS[0], kind), style, color=colour, label=title)
         objects.legend(loc="lower left", fontsize=7, ncols=2)

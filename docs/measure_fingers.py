@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from firstcontact.core import Dataset
 from firstcontact.models import LabelledTouches, Touches, pretrained
 from firstcontact.models import _network_estimator as conditioning
-from firstcontact.twin import EVERYDAY, PAPER_RIG
+from firstcontact.twin import (
+    CONDITIONS,
+)
 from firstcontact_lab.study._rig_sets import Sizes, Use, rig_set
 from firstcontact_lab.study._structures import MOTORS, draw_blocks, draw_objects, draw_structured
 
@@ -32,7 +34,7 @@ def hands() -> Iterator[tuple[Pinches, Pinches]]:
     """Yield pinches of blocks and of objects of the twin's hands."""
     sizes = Sizes(blocks=24, held_out=0, objects=8, other_blocks=0, kinds=0)
     for seed in TWINS:
-        for condition in (PAPER_RIG, EVERYDAY):
+        for condition in (CONDITIONS["paper-rig"], CONDITIONS["everyday"]):
             pinches = rig_set(seed, condition, sizes, [2, 3, 4, 5])
             is_long = pinches.touches.answerable
             blocks, objects = (

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from firstcontact.twin import HOUSEHOLD, HOUSEHOLD_SOURCES, QUANTITIES, Quantity
+from firstcontact.twin import HOUSEHOLD, HOUSEHOLD_SOURCES, Quantity
 
 PAGE = Path(__file__).parent / "reference/household.md"
 TABLE = re.compile(
@@ -39,15 +39,15 @@ def _cell(quantity: Quantity | None, factor: float, marks: dict[str, int]) -> st
 def tables() -> dict[str, str]:
     """Return the table of objects, and the numbered list of sources."""
     marks = {key: i + 1 for i, key in enumerate(HOUSEHOLD_SOURCES)}
-    heads = ["object", "group", "origin", *(SHOWN[name][0] for name in QUANTITIES)]
+    heads = ["object", "group", "origin", *(title for title, _ in SHOWN.values())]
     lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
     for specimen in HOUSEHOLD:
-        cells = [_cell(getattr(specimen.numbers, n), SHOWN[n][1], marks) for n in QUANTITIES]
+        cells = [_cell(getattr(specimen.numbers, n), f, marks) for n, (_, f) in SHOWN.items()]
         lines.append(
             "| " + " | ".join([specimen.name, specimen.group, specimen.origin, *cells]) + " |"
         )
     sources = [
-        f"{marks[s.key]}. {s.authors} ({s.year or 'undated'}). *{s.title}*. {s.where}."
+        f"{marks[s.key]}. {s.authors} ({s.year}). *{s.title}*. {s.where}."
         for s in HOUSEHOLD_SOURCES.values()
     ]
     return {"objects": "\n".join(lines) + "\n", "sources": "\n".join(sources) + "\n"}

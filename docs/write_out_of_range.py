@@ -167,9 +167,9 @@ def count_out_of_range(model: InContextModel, touches: Touches) -> NDArray[np.fl
 
 def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
     """Return random rigs, each conditioned on its block pinches, with contacts to judge."""
-    from firstcontact.twin import FAMILIES
     from firstcontact_lab.pretraining._batches import cut
     from firstcontact_lab.pretraining._examples import MARGIN, placing, rig_examples, volts
+    from firstcontact_lab.rigs import FAMILIES
 
     made = []
     for number in range(rigs):
@@ -187,7 +187,7 @@ def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
 
 def measured(data: Path | None) -> dict[str, Any]:
     """Return all rows: signals, and their share out of range per time with and without a rig."""
-    from firstcontact.twin import FAMILIES
+    from firstcontact_lab.rigs import FAMILIES
 
     unknown = pretrained()
     rows: dict[str, Any] = {}

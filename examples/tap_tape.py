@@ -20,10 +20,10 @@ from firstcontact.signal import resample
 from firstcontact.twin import (
     BUFFER,
     INDENTATION,
+    block,
     condition,
     draw_pinch,
     integrate_pinch,
-    object_named,
 )
 
 RATE = 48_000
@@ -35,7 +35,7 @@ BEFORE, AFTER = 0.06, 0.09
 
 def tap(shore: float, number: int, seed: int) -> tuple[np.ndarray, int]:
     """Return one tap at the fingertip's rate, full scale 1, and the sample of its contact."""
-    draw = draw_pinch(seed, condition("paper-rig"), "1", object_named(f"block {shore:g}"), number)
+    draw = draw_pinch(seed, condition("paper-rig"), "1", block(shore), number)
     still = {"rotor": 0.0, "mesh": 0.0, "friction": 0.0, "click_rate": 0.0, "mains": 0.0}
     quiet = tuple(replace(n, **still, hum=0.0) for n in draw.noise)
     timing = draw.timing._replace(first=BEFORE, second=BEFORE + 2 * AFTER, first_is_index=True)

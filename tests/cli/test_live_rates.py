@@ -14,8 +14,16 @@ from firstcontact.core import ClosingSpeed, Dataset, Label
 from firstcontact.models import NetworkPredictor, load_model, pretrained
 from firstcontact.recording import Header, read_recording, write_dataset
 from firstcontact.signal import resample_dataset
-from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+from firstcontact.twin import (
+    BLOCKS,
+    CONDITIONS,
+    draw_pinch,
+    draw_specimen,
+    simulate_pinch,
+)
 from trainings import recordings, resampled, run
+
+PAPER_RIG = CONDITIONS["paper-rig"]
 
 FAST = 8000.0
 

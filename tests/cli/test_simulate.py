@@ -10,7 +10,7 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.twin import _simulate as simulate
-from firstcontact.twin._plan import PlannedSession
+from firstcontact.twin._simulate import PlannedSession
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "simulate", "--out"]
 

@@ -10,7 +10,15 @@ import numpy as np
 from firstcontact.chain import ChainEvent, EventKind
 from firstcontact.contact import ThresholdDetector, contact_chain
 from firstcontact.core import Block, Finger, Pinch, fingertip_layout
-from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+from firstcontact.twin import (
+    BLOCKS,
+    CONDITIONS,
+    draw_pinch,
+    draw_specimen,
+    simulate_pinch,
+)
+
+PAPER_RIG = CONDITIONS["paper-rig"]
 
 LAYOUT = fingertip_layout()
 #: Sample at which the click begins, and its counts divided by 32.
@@ -19,7 +27,13 @@ CLICK, PEAK = 320, (30, -22, 12, -6, 3)
 
 def make_pinch(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinch:
     """Return a pinch of the twin. With ``click``, a gear clicks before the contact."""
-    draw = draw_pinch(seed, PAPER_RIG, "s", draw_specimen(seed, PAPER_RIG, BLOCKS[4], 0), 0)
+    draw = draw_pinch(
+        seed,
+        PAPER_RIG,
+        "s",
+        draw_specimen(seed, PAPER_RIG, BLOCKS[4], 0),
+        0,
+    )
     pinch = simulate_pinch(draw, replace(Pinch(np.zeros((1, 16)), LAYOUT).label), 5_000)
     data = pinch.data.copy()
     if click:

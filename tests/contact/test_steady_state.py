@@ -12,7 +12,7 @@ from firstcontact.contact import SvmDetector, ThresholdDetector, closing_starts,
 from firstcontact.core import Dataset, to_tree
 from firstcontact.models import score_detector
 from firstcontact.twin import condition, draw_pinch, simulate_pinch
-from firstcontact.twin._plan import plan_sessions
+from firstcontact.twin._simulate import plan_sessions
 
 #: Share of windows or pinches that may differ: one or two of those here.
 NEAR = 0.02

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ADC_COUNTS
-from firstcontact.twin._scans import scan_bytes
 
 
 def random_scans(n: int, seed: int) -> NDArray[np.uint16]:
@@ -33,7 +32,7 @@ class Running:
         """Write scans to the program. Return when the pipe has taken all of them."""
         stream: IO[bytes] | None = self.process.stdin
         assert stream is not None
-        stream.write(scan_bytes(scans))
+        stream.write(scans.tobytes())
         stream.flush()
 
 

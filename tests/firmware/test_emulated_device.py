@@ -17,7 +17,6 @@ from firstcontact.core import fingertip_layout
 from firstcontact.device import Descriptor, FrameType
 from firstcontact.device import _protocol as protocol
 from firstcontact.twin import DeviceFilter
-from firstcontact.twin._scans import write_scans
 
 
 @contextmanager
@@ -77,7 +76,7 @@ def test_samples_equal_the_native_programs_and_pythons(
     image: Path, program: Path, tmp_path: Path
 ) -> None:
     scans = random_scans(6003, 9)
-    write_scans(tmp_path / "random.scans", [scans])
+    scans.tofile(tmp_path / "random.scans")
     data = []
     with running(program, "--scans", str(tmp_path / "random.scans"), "--speed", "20") as device:
         data.append(all_samples(device.path, len(scans)))

@@ -16,7 +16,6 @@ from test_emulated_device import emulated
 from firstcontact.device import DeviceEstimate, DevicePrediction, SerialSource, flash_model
 from firstcontact.export import HandImage
 from firstcontact.twin import DeviceFilter, TwinStream
-from firstcontact.twin._scans import write_scans
 
 SAMPLES = 30 * 4936
 
@@ -24,7 +23,7 @@ SAMPLES = 30 * 4936
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("scans") / "twin.scans"
-    write_scans(path, [TwinStream(seed=4).read(SAMPLES)])
+    TwinStream(seed=4).read(SAMPLES).tofile(path)
     return path
 
 

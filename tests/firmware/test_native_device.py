@@ -14,7 +14,6 @@ from firstcontact.core import fingertip_layout
 from firstcontact.device import Descriptor, FrameType
 from firstcontact.device import _protocol as protocol
 from firstcontact.twin import DeviceFilter, TwinStream
-from firstcontact.twin._scans import write_scans
 
 #: Most scans in a pipe of 64 KiB and the program's buffer.
 WAITING = 65536 // 12 + 1 + 512
@@ -22,7 +21,7 @@ WAITING = 65536 // 12 + 1 + 512
 
 def test_all_frames_arrive_at_full_rate_with_the_twins_bits(program: Path, tmp_path: Path) -> None:
     scans = TwinStream(seed=4).read(3 * 4936)
-    write_scans(tmp_path / "twin.scans", [scans])
+    scans.tofile(tmp_path / "twin.scans")
     # The ring holds all samples: a host that is stopped for a while must lose none.
     options = ("--scans", str(tmp_path / "twin.scans"), "--ring", str(len(scans)))
     with running(program, *options) as device, Host(device.path) as host:

@@ -20,8 +20,16 @@ from firstcontact.models import (
     pretrained,
 )
 from firstcontact.signal import contact_windows
-from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+from firstcontact.twin import (
+    BLOCKS,
+    CONDITIONS,
+    draw_pinch,
+    draw_specimen,
+    simulate_pinch,
+)
 from stored_fits import stored
+
+PAPER_RIG = CONDITIONS["paper-rig"]
 
 SEED = 5
 
@@ -32,7 +40,13 @@ def twin_pinches(numbers: Sequence[int]) -> Dataset:
     for n in numbers:
         kind = BLOCKS[n % len(BLOCKS)]
         session = f"s{n % 4}"
-        draw = draw_pinch(SEED, PAPER_RIG, session, draw_specimen(SEED, PAPER_RIG, kind, 0), n)
+        draw = draw_pinch(
+            SEED,
+            PAPER_RIG,
+            session,
+            draw_specimen(SEED, PAPER_RIG, kind, 0),
+            n,
+        )
         label = Label(kind.name, kind.shore_a, session=session, specimen=kind.name)
         pinches.append(simulate_pinch(draw, label, 10_000 * n))
     return Dataset(tuple(pinches), "twin")

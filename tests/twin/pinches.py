@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Label, Pinch
 from firstcontact.twin import (
-    FINGER_STATES,
-    PAPER_RIG,
-    STATES,
+    CONDITIONS,
     Condition,
     PinchDraw,
     TwinObject,
@@ -20,8 +18,10 @@ from firstcontact.twin import (
     draw_specimen,
     simulate_pinch,
 )
-from firstcontact.twin._mechanics import OUTPUTS, Piece, integrate_all
+from firstcontact.twin._mechanics import FINGER_STATES, OUTPUTS, STATES, Piece, integrate_all
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
+
+PAPER_RIG, EVERYDAY = CONDITIONS["paper-rig"], CONDITIONS["everyday"]
 
 SEED = 20
 Fingers = tuple[FingerParameters, FingerParameters]

@@ -22,11 +22,12 @@ from firstcontact.core import (
     SUBCOUNTS,
     TAXELS,
 )
-from firstcontact.twin import FINGER_STATES, STATES, SlipParameters
-from firstcontact.twin._filter import FORCE_READINGS, ROUND
-from firstcontact.twin._mechanics import DRIVE_SPEED, INDENTATION, Piece
-from firstcontact.twin._parameters import FingerParameters, ObjectParameters
-from firstcontact.twin._sensor import VelostatParameters
+from firstcontact.twin import (
+    SlipParameters,
+)
+from firstcontact.twin._mechanics import DRIVE_SPEED, FINGER_STATES, INDENTATION, STATES, Piece
+from firstcontact.twin._parameters import FingerParameters, ObjectParameters, VelostatParameters
+from firstcontact.twin._sensor import FORCE_READINGS, ROUND
 from firstcontact.twin._slip_sound import PLACES
 
 #: Distance below which a finger is about to touch, m.

@@ -15,7 +15,6 @@ from pinches import drawn
 from firstcontact.core import FINGERTIP_RATE, Command, InputError
 from firstcontact.twin import (
     BLOCKS,
-    BURN_IN,
     EVERYDAY_OBJECTS,
     INDENTATION,
     Drive,
@@ -24,6 +23,7 @@ from firstcontact.twin import (
 )
 from firstcontact.twin._mechanics import CONTACT_FORCE, DRIVE_SPEED
 from firstcontact.twin._noise import MotorNoise
+from firstcontact.twin._pinch import BURN_IN
 from firstcontact.twin._run import PinchRun
 
 SILENT = MotorNoise(rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0, mains=0.0)

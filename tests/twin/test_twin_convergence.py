@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pinches import drawn
+from pinches import EVERYDAY, PAPER_RIG, drawn
 
 from firstcontact.twin import (
     BLOCKS,
     BUFFER,
-    EVERYDAY,
     EVERYDAY_OBJECTS,
     INDENTATION,
-    PAPER_RIG,
     Condition,
     TwinObject,
     integrate_pinch,

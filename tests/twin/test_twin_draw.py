@@ -2,16 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pinches import SEED, drawn
+from pinches import EVERYDAY, PAPER_RIG, SEED, drawn
 from scipy import stats
 
 from firstcontact.core import InputError
 from firstcontact.twin import (
     BLOCKS,
     CONDITIONS,
-    EVERYDAY,
     EVERYDAY_OBJECTS,
-    PAPER_RIG,
     Condition,
     condition,
     draw_offset,

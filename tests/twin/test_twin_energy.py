@@ -10,10 +10,10 @@ from pinches import Fingers, integrated, moving
 from firstcontact.twin import (
     BLOCKS,
     EVERYDAY_OBJECTS,
-    FINGER_STATES,
     INDENTATION,
     contact_stiffness,
 )
+from firstcontact.twin._mechanics import FINGER_STATES
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
 STEP = 5e-6

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,10 +14,13 @@ from pinches import drawn, simulated
 
 from firstcontact.core import ADC_COUNTS, SUBCOUNTS, TAXELS
 from firstcontact.twin import BLOCKS, DeviceFilter
-from firstcontact.twin._filter import FORCE_READINGS, ROUND, smoothed
 from firstcontact.twin._pinch import pinch_scans
-from firstcontact.twin._scans import scan_bytes, write_scans
-from firstcontact.twin._sensor import open_reading
+from firstcontact.twin._sensor import (
+    FORCE_READINGS,
+    ROUND,
+    open_reading,
+    smoothed,
+)
 
 TOP = (ADC_COUNTS - 1) * SUBCOUNTS
 
@@ -96,14 +98,6 @@ def test_simulated_pinch_equals_its_filtered_scans() -> None:
     open_hand[:, 2:4] = [open_reading(v) for v in drawn(BLOCKS[1]).velostat]
     out = DeviceFilter().update(np.concatenate([open_hand, scans]))[ROUND:]
     assert (simulated(BLOCKS[1]).data == out).all()
-
-
-def test_scan_file_stores_scans_in_order(tmp_path: Path) -> None:
-    scans = random_scans(5, 100)
-    write_scans(tmp_path / "scans.bin", (scans[:30], scans[30:]))
-    assert (np.fromfile(tmp_path / "scans.bin", "<u2").reshape(-1, 6) == scans).all()
-    first_scan = scan_bytes(np.array([[1, 2, 3, 4, 0, 0x0102]], np.uint16))
-    assert first_scan == b"\1\0\2\0\3\0\4\0\0\0\2\1"
 
 
 @given(st.integers(0, 2**32 - 1))

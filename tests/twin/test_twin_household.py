@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from dataclasses import replace
-from importlib.resources import files
-from io import StringIO
-
 import numpy as np
 import pytest
 
@@ -17,26 +12,25 @@ from firstcontact.twin import (
     EVERYDAY_OBJECTS,
     HOUSEHOLD,
     HOUSEHOLD_SOURCES,
-    PAPER_RIG,
-    QUANTITIES,
+    condition,
     draw_household_specimen,
     household_named,
 )
-from firstcontact.twin._household_file import RANGES, read_household, read_sources
-from firstcontact.twin._household_object import SCATTER
+from firstcontact.twin._household import SCATTER, HouseholdObject
 
-TEXT = files("firstcontact.twin").joinpath("household.csv").read_text(encoding="utf-8")
-SOURCES = files("firstcontact.twin").joinpath("household_sources.csv").read_text(encoding="utf-8")
-
-
-def changed(line: int, **cells: str) -> str:
-    rows = list(csv.DictReader(StringIO(TEXT)))
-    rows[line].update(cells)
-    out = StringIO()
-    writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return out.getvalue()
+#: Smallest and largest value of each quantity, in SI units and Shore A. A value outside probably
+#: has another unit.
+RANGES = {
+    "shore_a": (1.0, 98.0),
+    "mass": (1e-4, 2.0),
+    "friction": (0.05, 1.5),
+    "limit": (0.1, 100.0),
+    "weibull": (1.0, 50.0),
+    "radius": (1e-3, 0.2),
+    "thickness": (1e-4, 0.2),
+    "bulk": (100.0, 1e7),
+    "loss": (0.0, 1.0),
+}
 
 
 def test_household_has_unique_names_in_four_groups() -> None:
@@ -58,7 +52,7 @@ def test_household_has_unique_names_in_four_groups() -> None:
 def test_every_number_has_a_listed_source() -> None:
     used = set()
     for item in HOUSEHOLD:
-        for name in QUANTITIES:
+        for name in RANGES:
             quantity = getattr(item.numbers, name)
             if quantity is not None:
                 assert quantity.estimated or quantity.source in HOUSEHOLD_SOURCES
@@ -67,8 +61,7 @@ def test_every_number_has_a_listed_source() -> None:
 
 
 @pytest.mark.parametrize("item", HOUSEHOLD, ids=lambda t: t.name)
-def test_twin_objects_have_the_values_of_the_table(item: object) -> None:
-    item = household_named(item.name)
+def test_twin_objects_have_the_values_of_the_table(item: HouseholdObject) -> None:
     kind, numbers = item.kind, item.numbers
     assert kind.shore_a == numbers.shore_a.value
     assert kind.mass == pytest.approx(numbers.mass.value)
@@ -77,59 +70,10 @@ def test_twin_objects_have_the_values_of_the_table(item: object) -> None:
     assert (kind.fragility is None) == ("robust" in item.group)
 
 
-@pytest.mark.parametrize(
-    ("cells", "word"),
-    [
-        ({"name": ""}, "name is empty"),
-        ({"name": "raspberry"}, "another object has the name 'raspberry'"),
-        ({"origin": "found"}, "origin is 'found'"),
-        (
-            {"group": "firm fragile"},
-            "the group is 'firm fragile', but the object's numbers fit 'soft fragile'",
-        ),
-        ({"mass": "5"}, "mass is '5': use a number from 0.0001 to 2"),
-        ({"mass": "five grams"}, "mass is 'five grams'"),
-        ({"mass": "nan"}, "mass is 'nan'"),
-        ({"radius": "10"}, "radius is '10'"),
-        ({"mass": "", "mass_from": ""}, "mass is empty"),
-        ({"mass_from": ""}, "the source of mass is ''"),
-        ({"mass_from": "hearsay"}, "the source of mass is 'hearsay'"),
-        ({"limit": "", "limit_from": ""}, "limit and weibull belong together"),
-        ({"limit": ""}, "limit has a source but no value"),
-        ({"bulk": "", "bulk_from": "", "radius": "", "radius_from": ""}, "bulk and radius are"),
-    ],
-)
-def test_invalid_rows_are_refused(cells: dict[str, str], word: str) -> None:
-    with pytest.raises(InputError) as caught:
-        read_household(changed(1, **cells), HOUSEHOLD_SOURCES, "here.csv")
-    assert str(caught.value).startswith(f"here.csv, line 3: {word}")
-
-
-def test_table_with_other_columns_is_refused() -> None:
-    for text in ("", TEXT.replace("shore_a,", "shore,", 1), TEXT + "raspberry,soft fragile\n"):
-        with pytest.raises(InputError, match=r"columns|cells"):
-            read_household(text, HOUSEHOLD_SOURCES, "here.csv")
-
-
-@pytest.mark.parametrize(
-    ("row", "word"),
-    [
-        ("ycb,a,2000,b,c", "has the key"),
-        ("estimate,a,2000,b,c", "has the key"),
-        ("new,a,two thousand,b,c", "the year is"),
-        ("new,a,20015,b,c", "the year is"),
-        ("new,,2000,b,c", "is empty"),
-    ],
-)
-def test_invalid_sources_are_refused(row: str, word: str) -> None:
-    with pytest.raises(InputError, match=word):
-        read_sources(f"{SOURCES}{row}\n", "here.csv")
-
-
 def test_specimens_have_the_scatter_of_their_origin() -> None:
     item = household_named("raspberry")
-    specimens = [draw_household_specimen(3, PAPER_RIG, item, n) for n in range(400)]
-    assert specimens[7] == draw_household_specimen(3, PAPER_RIG, item, 7)
+    specimens = [draw_household_specimen(3, condition("paper-rig"), item, n) for n in range(400)]
+    assert specimens[7] == draw_household_specimen(3, condition("paper-rig"), item, 7)
     scatter = SCATTER[item.origin]
     masses = np.log([specimen.mass / item.kind.mass for specimen in specimens])
     moduli = np.log(
@@ -150,8 +94,17 @@ def test_specimens_have_the_scatter_of_their_origin() -> None:
     assert {specimens[0].fragility.draw(rng) for _ in range(5)} == {limits[0]}
 
 
-def test_every_quantity_has_a_range() -> None:
-    assert tuple(RANGES) == QUANTITIES
-    assert all(low < high for low, high in RANGES.values())
-    heavy = replace(HOUSEHOLD[0].numbers.mass, value=1.0)
-    assert heavy.estimated == HOUSEHOLD[0].numbers.mass.estimated
+@pytest.mark.parametrize("item", HOUSEHOLD, ids=lambda t: t.name)
+def test_numbers_are_in_range_and_fit_the_group(item: HouseholdObject) -> None:
+    n = item.numbers
+    for name, (low, high) in RANGES.items():
+        quantity = getattr(n, name)
+        if quantity is None:
+            assert name in ("limit", "weibull", "radius", "bulk")
+        else:
+            assert low <= quantity.value <= high
+    assert (n.limit is None) == (n.weibull is None)
+    assert n.bulk is not None or n.radius is not None
+    assert item.origin in SCATTER
+    hardness = "soft" if n.shore_a.value < 45 else "firm"
+    assert item.group == f"{hardness} {'robust' if n.limit is None else 'fragile'}"

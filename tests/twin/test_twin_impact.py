@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from pinches import integrated
 
 from firstcontact.core import contact_modulus, hertz_stiffness
-from firstcontact.twin import FINGER_STATES, STATES
-from firstcontact.twin._mechanics import CONTACT_FORCE
+from firstcontact.twin._mechanics import CONTACT_FORCE, FINGER_STATES, STATES
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
 NEVER = 1e9

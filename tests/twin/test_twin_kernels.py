@@ -11,26 +11,24 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
-from pinches import drawn
+from pinches import EVERYDAY, PAPER_RIG, drawn
 
 from compiled_kernels import built_kernels
 from firstcontact.core import Command
 from firstcontact.twin import (
     BLOCKS,
     BRITTLE,
-    EVERYDAY,
-    PAPER_RIG,
     SlipParameters,
     VelostatParameters,
     excerpt,
 )
 from firstcontact.twin import _run as run_module
 from firstcontact.twin._drive import Drive
-from firstcontact.twin._filter import DeviceFilter
 from firstcontact.twin._mechanics import Piece, integrate_all
 from firstcontact.twin._noise import RUBBING
 from firstcontact.twin._parameters import FingerParameters
 from firstcontact.twin._run import PinchRun
+from firstcontact.twin._sensor import DeviceFilter
 from firstcontact.twin._slip_sound import PLACES
 
 Arguments = tuple[Any, ...]

@@ -7,49 +7,32 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
+from pinches import EVERYDAY, PAPER_RIG
 
 from firstcontact.core import _physics as physics
 from firstcontact.twin import (
     BLOCKS,
     BRITTLE,
-    EVERYDAY,
     EVERYDAY_OBJECTS,
     OPTIMISTIC,
-    PAPER_RIG,
     Condition,
     Drive,
     SlipParameters,
     VelostatParameters,
 )
-from firstcontact.twin import (
-    _draw as draw,
-)
-from firstcontact.twin import (
-    _lift as lift,
-)
+from firstcontact.twin import _draw as draw
 from firstcontact.twin import _noise as noise
-from firstcontact.twin import (
-    _objects as objects,
-)
+from firstcontact.twin import _objects as objects
 from firstcontact.twin import _outcome as outcome
-from firstcontact.twin import (
-    _pinch as pinch,
-)
-from firstcontact.twin import _plan as plan
-from firstcontact.twin import (
-    _plant as plant,
-)
-from firstcontact.twin import (
-    _run as run,
-)
-from firstcontact.twin import (
-    _stream as stream,
-)
-from firstcontact.twin import _stream_moves as stream_moves
-from firstcontact.twin._conditions import Spread
-from firstcontact.twin._filter import FORCE_READINGS
+from firstcontact.twin import _pinch as pinch
+from firstcontact.twin import _plant as plant
+from firstcontact.twin import _run as run
+from firstcontact.twin import _simulate as sets
+from firstcontact.twin import _stream as stream
+from firstcontact.twin._draw import Spread
 from firstcontact.twin._noise import MotorNoise
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
+from firstcontact.twin._sensor import FORCE_READINGS
 
 PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"
 NOMINAL: dict[str, dict[str, float]] = {
@@ -71,27 +54,27 @@ CONSTANTS = {
     "OVERSAMPLING": noise.OVERSAMPLING,
     "FORCE_READINGS": FORCE_READINGS,
     "POISSON": physics.POISSON,
-    "BLOCK_SESSIONS": plan.BLOCK_SESSIONS,
-    "OBJECT_SESSIONS": plan.OBJECT_SESSIONS,
+    "BLOCK_SESSIONS": sets.BLOCK_SESSIONS,
+    "OBJECT_SESSIONS": sets.OBJECT_SESSIONS,
 }
 RUNNING = {
     "REST[0]": stream.REST[0],
     "REST[1]": stream.REST[1],
-    "RAMP": stream_moves.RAMP,
+    "RAMP": stream.RAMP,
     "LEAD": stream.LEAD,
-    "STALLED": stream_moves.STALLED,
-    "PATIENCE": stream_moves.PATIENCE,
-    "GRIP": stream_moves.GRIP,
+    "STALLED": stream.STALLED,
+    "PATIENCE": stream.PATIENCE,
+    "GRIP": stream.GRIP,
     "HOLD[0]": stream.HOLD[0],
     "HOLD[1]": stream.HOLD[1],
-    "APART": stream_moves.APART,
-    "SETTLE": stream_moves.SETTLE,
+    "APART": stream.APART,
+    "SETTLE": stream.SETTLE,
 }
 HELD = {
     "FRICTION": objects.FRICTION,
     "SKIN_FRICTION": objects.SKIN_FRICTION,
     "GRAVITY": physics.GRAVITY,
-    "LIFT": lift.LIFT,
+    "LIFT": outcome.LIFT,
     "WATCHED": plant.WATCHED,
     "LONGEST": plant.LONGEST,
     "DROPPED": outcome.DROPPED,

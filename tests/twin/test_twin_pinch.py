@@ -7,15 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pinches import drawn, simulated
+from pinches import EVERYDAY, PAPER_RIG, drawn, simulated
 from scipy import stats
 
 from firstcontact.core import ChannelKind, Label, Pinch, fingertip_layout
 from firstcontact.twin import (
     BLOCKS,
     BRITTLE,
-    EVERYDAY,
-    PAPER_RIG,
     Condition,
     PinchJob,
     simulate_pinch,

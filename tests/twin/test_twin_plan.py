@@ -3,10 +3,13 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
+from pinches import EVERYDAY, PAPER_RIG
 
 from firstcontact.core import Role
-from firstcontact.twin import EVERYDAY, PAPER_RIG, Condition
-from firstcontact.twin._plan import plan_sessions
+from firstcontact.twin import (
+    Condition,
+)
+from firstcontact.twin._simulate import plan_sessions
 
 
 def test_the_paper_size_has_its_pinches_in_sessions() -> None:

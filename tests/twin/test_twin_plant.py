@@ -8,18 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pinches import drawn, simulated
+from pinches import EVERYDAY, PAPER_RIG, drawn, simulated
 from plants import COMMANDS, closed, plant
 
 from firstcontact.core import FINGERTIP_RATE, ChannelKind, Command, fingertip_layout
 from firstcontact.twin import (
     BLOCKS,
     BRITTLE,
-    EVERYDAY,
-    LIFT,
     OPTIMISTIC,
-    PAPER_RIG,
-    QUICK,
     Condition,
     Drive,
     GraspPlant,
@@ -27,8 +23,10 @@ from firstcontact.twin import (
     TwinObject,
     block,
 )
+from firstcontact.twin._outcome import LIFT
 from firstcontact.twin._pinch import DURATION
 from firstcontact.twin._plant import WATCHED
+from firstcontact.twin._run import QUICK
 
 LAYOUT = fingertip_layout()
 _, CRISP, BERRY = BRITTLE

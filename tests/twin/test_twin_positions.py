@@ -5,11 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from pinches import EVERYDAY
 
 from firstcontact.core import Label
 from firstcontact.recording import load_dataset
-from firstcontact.twin import BLOCKS, EVERYDAY, draw_pinch, draw_specimen, simulate, simulate_pinch
-from firstcontact.twin._positions import Positions
+from firstcontact.twin import (
+    BLOCKS,
+    draw_pinch,
+    draw_specimen,
+    simulate,
+    simulate_pinch,
+)
+from firstcontact.twin._drive import Positions
 
 
 def test_the_measured_speed_is_that_of_the_drives() -> None:

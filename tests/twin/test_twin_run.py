@@ -9,22 +9,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from pinches import drawn
+from pinches import EVERYDAY, PAPER_RIG, drawn
 
 from firstcontact.core import FINGERTIP_RATE
 from firstcontact.twin import (
     BLOCKS,
-    BURN_IN,
-    EVERYDAY,
     EVERYDAY_OBJECTS,
     INDENTATION,
-    PAPER_RIG,
     Condition,
     TwinObject,
     integrate_pinch,
 )
 from firstcontact.twin._mechanics import CONTACT_FORCE
-from firstcontact.twin._pinch import DURATION
+from firstcontact.twin._pinch import BURN_IN, DURATION
 from firstcontact.twin._run import PinchRun
 
 ALL = BURN_IN + round(DURATION * FINGERTIP_RATE)

@@ -1,4 +1,4 @@
-"""Random draws of hands, specimens, sessions and pinches, each from its own seed.
+"""Conditions, and random draws of hands, specimens, sessions and pinches.
 
 Every hand, specimen, session and pinch has a key. Its numbers depend only on the seed and that key.
 A set of pinches is therefore the same for any order and any number of workers.
@@ -13,13 +13,104 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import TAXELS
-from firstcontact.twin._conditions import Condition, Spread
-from firstcontact.twin._noise import MotorNoise
-from firstcontact.twin._objects import TwinObject, specimen, stiffened
-from firstcontact.twin._parameters import FingerParameters, ObjectParameters, Timing
-from firstcontact.twin._recorded_noise import RecordedNoise
-from firstcontact.twin._sensor import VelostatParameters
+from firstcontact.core import TAXELS, InputError
+from firstcontact.twin._noise import MotorNoise, RecordedNoise
+from firstcontact.twin._objects import TwinObject, specimen
+from firstcontact.twin._parameters import (
+    FingerParameters,
+    ObjectParameters,
+    Timing,
+    VelostatParameters,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Standard deviations of ln(parameter): between sessions, and between pinches."""
+
+    session: float = 0.0
+    pinch: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """Named variation of the simulated hand around its nominal parameters."""
+
+    name: str
+    speed: Spread
+    tip_radius: Spread
+    pad_stiffness: Spread
+    phalanx_mass: Spread
+    link_stiffness: Spread
+    gain: Spread
+    clamp: Spread
+    noise: Spread
+    click_rate: float
+    """Number of clicks of the gear train per second."""
+    mains_rates: tuple[float, ...]
+    """Possible mains frequencies, Hz. Each session has one of them."""
+    temperature: Spread
+    """Variation of the object's modulus due to temperature and wear."""
+    specimen_widen: float
+    """Factor on the object's ``modulus_scatter``, the scatter between specimens."""
+    specimens_per_block: int
+    jitter: float
+    """Standard deviation of the sampling instants (jitter), s."""
+    asymmetry: float
+    """Standard deviation of ln(parameter) between the two fingers of the hand."""
+
+
+PAPER_RIG = Condition(
+    name="paper-rig",
+    speed=Spread(0.01, 0.03),
+    tip_radius=Spread(0.02, 0.06),
+    pad_stiffness=Spread(0.02, 0.02),
+    phalanx_mass=Spread(0.0, 0.02),
+    link_stiffness=Spread(0.01, 0.03),
+    gain=Spread(0.02, 0.0),
+    clamp=Spread(0.10, 0.10),
+    noise=Spread(0.10, 0.10),
+    click_rate=0.3,
+    mains_rates=(50.0,),
+    temperature=Spread(0.02, 0.01),
+    specimen_widen=1.0,
+    specimens_per_block=1,
+    jitter=2e-6,
+    asymmetry=0.08,
+)
+EVERYDAY = Condition(
+    name="everyday",
+    speed=Spread(0.10, 0.20),
+    tip_radius=Spread(0.05, 0.20),
+    pad_stiffness=Spread(0.10, 0.05),
+    phalanx_mass=Spread(0.05, 0.08),
+    link_stiffness=Spread(0.05, 0.10),
+    gain=Spread(0.15, 0.02),
+    clamp=Spread(0.30, 0.40),
+    noise=Spread(0.30, 0.30),
+    click_rate=1.5,
+    mains_rates=(50.0, 60.0),
+    temperature=Spread(0.08, 0.03),
+    specimen_widen=1.5,
+    specimens_per_block=3,
+    jitter=8e-6,
+    asymmetry=0.15,
+)
+CONDITIONS = {c.name: c for c in (PAPER_RIG, EVERYDAY)}
+
+
+def condition(name: str) -> Condition:
+    """Return the condition with this name.
+
+    Raises
+    ------
+    InputError
+        There is no such condition.
+    """
+    if name not in CONDITIONS:
+        raise InputError(f"condition {name!r} is not known: use one of {', '.join(CONDITIONS)}")
+    return CONDITIONS[name]
+
 
 #: Published offset between the contacts, s: mean and standard deviation.
 OFFSET_MEAN = 16.65e-3
@@ -123,7 +214,7 @@ def draw_pinch(
             )
         )
     hold = factor("clamp")
-    o = stiffened(kind.nominal, factor("temperature"))
+    o = kind.nominal.stiffened(factor("temperature"))
     held_object = o._replace(
         clamp_stiffness=o.clamp_stiffness * hold,
         clamp_damping=o.clamp_damping * hold,

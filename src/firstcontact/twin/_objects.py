@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firstcontact.core import InputError, Role, gent_modulus
+from firstcontact.core import Role, gent_modulus
 from firstcontact.twin._parameters import ObjectParameters
 
 #: Coefficients of friction: silicone on silicone, and silicone on the skin of fruit.
@@ -59,23 +59,10 @@ def block(shore_a: float) -> TwinObject:
     # 7 x 7 x 3.5 cm, pinched across the 3.5 cm; silicone of 1.1 g/cm3.
     mass = 0.07 * 0.07 * 0.035 * 1100
     bulk = gent_modulus(shore_a) * 0.07 * 0.07 / 0.035
-    nominal = solid(shore_a, mass, bulk, 0.12)
+    solid = ObjectParameters.solid(shore_a, mass, bulk, 0.12)
+    usual = ObjectParameters()
+    nominal = solid._replace(arm_share=usual.arm_share, contact_loss=usual.contact_loss)
     return TwinObject(f"block {shore_a:g}", shore_a, Role.TRAIN, nominal, 0.06)
-
-
-def solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    """Return a solid from Shore A, mass (kg), stiffness of the bulk (N/m) and its loss factor."""
-    return ObjectParameters(
-        modulus=gent_modulus(shore_a),
-        face_mass=mass / 2,
-        bulk_stiffness=bulk,
-        bulk_damping=loss * math.sqrt(bulk * mass / 4),
-    )
-
-
-def lossy_solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    """Return a solid as :func:`solid` does. Its loss also affects relaxation and contact."""
-    return solid(shore_a, mass, bulk, loss)._replace(arm_share=2 * loss, contact_loss=loss)
 
 
 def _round(
@@ -83,7 +70,7 @@ def _round(
 ) -> ObjectParameters:
     # A ball pressed across its diameter is as stiff as a column of its own cross-section.
     column = gent_modulus(shore_a) * math.pi * radius / 2
-    return lossy_solid(shore_a, mass, column if bulk is None else bulk, loss)._replace(
+    return ObjectParameters.solid(shore_a, mass, column if bulk is None else bulk, loss)._replace(
         radius=radius, clamp_stiffness=60.0, clamp_damping=0.8
     )
 
@@ -136,28 +123,7 @@ BRITTLE = (
 OBJECTS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS)}
 
 
-def object_named(name: str) -> TwinObject:
-    """Return the paper's object with this name.
-
-    Raises
-    ------
-    InputError
-        There is no such object.
-    """
-    if name not in OBJECTS:
-        raise InputError(f"object {name!r} is not known: use one of {', '.join(OBJECTS)}")
-    return OBJECTS[name]
-
-
-def stiffened(parameters: ObjectParameters, factor: float) -> ObjectParameters:
-    """Return the object with its modulus multiplied by ``factor``."""
-    return parameters._replace(
-        modulus=parameters.modulus * factor,
-        bulk_stiffness=parameters.bulk_stiffness * factor,
-    )
-
-
 def specimen(kind: TwinObject, deviate: float, widen: float = 1.0) -> TwinObject:
     """Return a specimen whose ln(modulus) deviates by ``deviate * widen`` standard deviations."""
     factor = math.exp(kind.modulus_scatter * widen * deviate)
-    return replace(kind, nominal=stiffened(kind.nominal, factor))
+    return replace(kind, nominal=kind.nominal.stiffened(factor))

@@ -5,7 +5,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
+
+from firstcontact.core import gent_modulus
 
 
 class FingerParameters(NamedTuple):
@@ -82,6 +85,27 @@ class ObjectParameters(NamedTuple):
     """Coefficient c of the Hunt-Crossley loss, s/m. At a speed of impact v the
     restitution is about 1 - c v."""
 
+    @classmethod
+    def solid(cls, shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
+        """Return a solid from Shore A, mass (kg), bulk stiffness (N/m) and its loss factor.
+
+        The loss also affects relaxation and contact.
+        """
+        return cls(
+            modulus=gent_modulus(shore_a),
+            face_mass=mass / 2,
+            bulk_stiffness=bulk,
+            bulk_damping=loss * math.sqrt(bulk * mass / 4),
+            arm_share=2 * loss,
+            contact_loss=loss,
+        )
+
+    def stiffened(self, factor: float) -> ObjectParameters:
+        """Return the object with its modulus multiplied by ``factor``."""
+        return self._replace(
+            modulus=self.modulus * factor, bulk_stiffness=self.bulk_stiffness * factor
+        )
+
 
 class Timing(NamedTuple):
     """Contact times, s from the first sample."""
@@ -89,3 +113,33 @@ class Timing(NamedTuple):
     first: float
     second: float
     first_is_index: bool
+
+
+class VelostatParameters(NamedTuple):
+    """Parameters of one fingertip's force array. SI units."""
+
+    threshold: float = 0.30
+    """Force on a taxel up to which the conductance does not rise, N."""
+    rise: float = 0.030
+    """Time constant of the response when the load rises, s."""
+    fall: float = 0.060
+    """Time constant of the response when the load falls (hysteresis), s."""
+    creep_share: float = 0.15
+    """Share of the response that is slow."""
+    creep: float = 0.4
+    """Time constant of the slow response, s."""
+    conductance: float = 2.2e-4
+    """Conductance at a response of 1 N, in S / N^0.85."""
+    exponent: float = 0.85
+    leak: float = 2.0e-5
+    """Conductance of an unloaded taxel, S."""
+    resistor: float = 4700.0
+    """Resistor of the divider, ohm."""
+    crosstalk: float = 0.04
+    """Share of the conductance of the neighbour in the same row that a reading includes."""
+    noise: float = 0.004
+    """RMS of the noise at the converter, V."""
+
+
+#: Ideal force array, better than any real one: sensitive, fast and without creep.
+OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)

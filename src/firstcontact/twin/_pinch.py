@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -9,12 +10,25 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, Finger, Label, Pinch, fingertip_layout
+from firstcontact.core import FINGERTIP_RATE, TAXELS, Finger, Label, Pinch, fingertip_layout
 from firstcontact.twin._draw import PinchDraw
-from firstcontact.twin._filter import settled_filter
-from firstcontact.twin._fingertips import PinchFingertips, strip_contacts
-from firstcontact.twin._positions import Positions
+from firstcontact.twin._drive import Positions
+from firstcontact.twin._mechanics import BUFFER
+from firstcontact.twin._noise import MotorNoise
+from firstcontact.twin._parameters import (
+    FingerParameters,
+    ObjectParameters,
+    Timing,
+    VelostatParameters,
+)
 from firstcontact.twin._run import SUBSTEPS, PinchRun, whole_motions
+from firstcontact.twin._sensor import (
+    PinchFingertips,
+    piezo_readings,
+    settled_filter,
+    smoothed,
+    strip_contacts,
+)
 
 #: Length of a pinch, s.
 DURATION = 0.3
@@ -133,3 +147,41 @@ def _pinch(job: PinchJob, times: NDArray[np.float64], motion: NDArray[np.float64
 def _times(run: PinchRun) -> NDArray[np.float64]:
     """Return the sampling instants after the burn-in, s."""
     return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
+
+
+def touch_voltage(
+    finger: FingerParameters, target: ObjectParameters, noise: MotorNoise, jitter: float,
+    lead: float, tail: float, rng: np.random.Generator,
+) -> NDArray[np.float64]:  # fmt: skip
+    """Return the piezo voltage of one finger that touches an object.
+
+    Parameters
+    ----------
+    finger, target, noise
+        Parameters of finger, object and motor noise.
+    jitter
+        Standard deviation of the sampling instants (jitter), s.
+    lead, tail
+        Simulated time before and after the contact, s.
+    rng
+        Random generator of noise, jitter, and the contact time within a sampling interval.
+
+    Returns
+    -------
+    ndarray
+        Voltage at the converter. The first :data:`BURN_IN` samples come before ``lead``.
+    """
+    # The other finger never touches and so has no effect.
+    timing = Timing(lead + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
+    sheets, shares = (VelostatParameters(),) * 2, np.full((2, TAXELS), 1 / TAXELS)
+    fingers, noises = (finger, finger), (noise, noise)
+    draw = PinchDraw(fingers, target, timing, noises, sheets, shares, jitter, rng)
+    run = PinchRun(draw, lead + tail, BURN_IN)
+    volts = run.advance(run.times.size)[:, 0, BUFFER]
+    hum = 2 * math.pi * (noise.mains_rate * run.times + rng.random())
+    return volts + noise.hum * np.sin(hum) + noise.electronics * rng.standard_normal(volts.size)
+
+
+def piezo_samples(volts: NDArray[np.float64]) -> NDArray[np.int16]:
+    """Return the voltage of :func:`touch_voltage` as the device sends it, without the burn-in."""
+    return smoothed(piezo_readings(volts))[BURN_IN:]

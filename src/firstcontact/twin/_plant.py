@@ -19,15 +19,18 @@ from firstcontact.core import (
 )
 from firstcontact.twin._draw import PinchDraw
 from firstcontact.twin._drive import Drive
-from firstcontact.twin._filter import DeviceFilter, settled_filter
-from firstcontact.twin._fingertips import PinchFingertips, mask_contacts
-from firstcontact.twin._lift import Lift
 from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
 from firstcontact.twin._objects import TwinObject
-from firstcontact.twin._outcome import DROPPED, GraspOutcome, slide, stable_since
+from firstcontact.twin._outcome import DROPPED, GraspOutcome, Lift, slide, stable_since
+from firstcontact.twin._parameters import VelostatParameters
 from firstcontact.twin._pinch import BURN_IN
 from firstcontact.twin._run import PinchRun
-from firstcontact.twin._sensor import VelostatParameters
+from firstcontact.twin._sensor import (
+    DeviceFilter,
+    PinchFingertips,
+    mask_contacts,
+    settled_filter,
+)
 from firstcontact.twin._slip_sound import SlipParameters, SlipSound
 
 #: Time for which the lifted object is observed, s.

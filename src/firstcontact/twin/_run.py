@@ -24,7 +24,7 @@ from firstcontact.twin._mechanics import (
     integrate_all,
 )
 from firstcontact.twin._noise import PhalanxNoise
-from firstcontact.twin._objects import CRUSHED, stiffened
+from firstcontact.twin._objects import CRUSHED
 from firstcontact.twin._parameters import ObjectParameters, Timing
 
 #: Steps per sampling interval after the first contact, half as many before. A step is 20 us;
@@ -196,7 +196,7 @@ class PinchRun:
         out = piece.out[:taken]
         if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > self._strength:
             self.broken_at = begin + taken - 1
-            self._set_object(stiffened(self._held, CRUSHED))
+            self._set_object(self._held.stiffened(CRUSHED))
         fresh = out[self.done - begin :]
         self.done = begin + taken
         return fresh

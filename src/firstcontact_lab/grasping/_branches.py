@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command, Estimate
 from firstcontact.grasp import Grip
-from firstcontact.twin import LIFT, GraspPlant, Lift
+from firstcontact.twin import (
+    GraspPlant,
+    Lift,
+)
 from firstcontact_lab.grasping._approach import Pick, approached, pick_specimen
 from firstcontact_lab.grasping._own_hand import OwnHand
 from firstcontact_lab.grasping._slip import SlipWatch
@@ -65,7 +68,7 @@ def branches(
     for place, force in enumerate(how.forces):
         plant = begun.plant.copy()
         plant.command(Grip().pressing(force))
-        _until(plant, LIFT)
+        _until(plant, Lift().delay)
         lifted = plant.copy()
         _until(lifted, np.inf)
         forces = lifted.forces

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE, GREY, INK, RED, holding_force
 from firstcontact.grasp import POLICIES
-from firstcontact.twin import LIFT
+from firstcontact.twin import Lift
 from firstcontact_lab.grasping._approach import Pick, pick_specimen
 from firstcontact_lab.grasping._judgement import SettingsOf
 from firstcontact_lab.grasping._own_hand import OwnHand
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 KINDS, BEFORE, AFTER = ("raspberry", "hammer, at its handle"), 0.05, 0.65
 #: Number of pictures, and pictures per second.
 PICTURES, PACE = 72, 12
+#: Time from the first contact to the lift, s.
+LIFT = Lift().delay
 
 
 @dataclass(frozen=True, slots=True, eq=False)

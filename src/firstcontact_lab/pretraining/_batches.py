@@ -21,8 +21,8 @@ from firstcontact.models import (
     stage_index,
 )
 from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
-from firstcontact.twin import Rng
 from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, facts, placing, volts
+from firstcontact_lab.rigs import Rng
 
 #: Shares of contacts without a known rig, with a given closing speed, and with a given radius.
 NO_CONTEXT, TOLD_SPEED, TOLD_RADIUS = 0.08, 0.2, 0.3

@@ -25,8 +25,8 @@ from firstcontact.models import (
     spectra,
 )
 from firstcontact.signal import samples_in
-from firstcontact.twin import (
-    BLOCKS,
+from firstcontact.twin import BLOCKS, draw_offset
+from firstcontact_lab.rigs import (
     HARDEST,
     SOFTEST,
     Day,
@@ -37,7 +37,6 @@ from firstcontact.twin import (
     draw_block,
     draw_day,
     draw_object,
-    draw_offset,
     draw_rig,
     touch,
 )

@@ -10,8 +10,8 @@ import numpy as np
 from safetensors.numpy import load_file, save
 
 from firstcontact.core import Runner, replacing
-from firstcontact.twin import FAMILIES
 from firstcontact_lab.pretraining._examples import Examples, joined, rig_examples
+from firstcontact_lab.rigs import FAMILIES
 
 #: Version of the files, raised when rigs, objects or stored values change. Older files are
 #: replaced.

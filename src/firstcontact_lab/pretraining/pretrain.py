@@ -13,13 +13,13 @@ import torch
 from firstcontact.core import FINGERTIP_RATE, Runner
 from firstcontact.models import TIMES, InContextModel, Model, NetworkPredictor, TrainingRecord
 from firstcontact.signal import samples_in
-from firstcontact.twin import FAMILIES
 from firstcontact_lab.pretraining._compact_training import STEPS, compacted
 from firstcontact_lab.pretraining._examples import Examples
 from firstcontact_lab.pretraining._finishing import LEVEL, answers, finished
 from firstcontact_lab.pretraining._same_object import PINCHES, same_object
 from firstcontact_lab.pretraining._sets import example_set
 from firstcontact_lab.pretraining._training import Training
+from firstcontact_lab.rigs import FAMILIES
 
 #: First rig numbers for training, calibration, judgement and held-out families.
 TRAINED, CALIBRATED, JUDGED, HELD_OUT = 0, 1_000_000, 2_000_000, 3_000_000

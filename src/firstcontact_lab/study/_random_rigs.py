@@ -14,9 +14,13 @@ from firstcontact.models import BEFORE, LONGEST, Touches, cut_touch, lengths
 from firstcontact.signal import samples_in
 from firstcontact.twin import (
     BLOCKS,
+    CONDITIONS,
     EVERYDAY_OBJECTS,
+    draw_offset,
+    draw_specimen,
+)
+from firstcontact_lab.rigs import (
     FAMILIES,
-    PAPER_RIG,
     Day,
     Family,
     RandomObject,
@@ -25,9 +29,7 @@ from firstcontact.twin import (
     draw_block,
     draw_day,
     draw_object,
-    draw_offset,
     draw_rig,
-    draw_specimen,
     touch,
 )
 
@@ -169,7 +171,7 @@ def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -
         for _ in range(AGAIN):
             add(RANDOM, label, k % 2, f"object {k}", days[k % 2], target)
     for kind in EVERYDAY_OBJECTS:
-        drawn = draw_specimen(int(rng.integers(1 << 30)), PAPER_RIG, kind, 0)
+        drawn = draw_specimen(int(rng.integers(1 << 30)), CONDITIONS["paper-rig"], kind, 0)
         target = RandomObject(kind.shore_a, drawn.nominal)
         if name in _MATERIALS:
             target = family.change_object(target, rng)

@@ -30,17 +30,19 @@ from firstcontact.core import (
 from firstcontact.twin import (
     BLOCKS,
     BUFFER,
-    EVERYDAY,
+    CONDITIONS,
+    draw_pinch,
+    excerpt,
+    generator,
+    integrate_pinch,
+)
+from firstcontact_lab.rigs import (
     RandomObject,
     RandomRig,
     Rng,
     draw_block,
     draw_object,
-    draw_pinch,
     draw_rig,
-    excerpt,
-    generator,
-    integrate_pinch,
 )
 
 Values = NDArray[np.float64]
@@ -266,7 +268,7 @@ class StructuredRig:
         """Return the contacts of both fingers, and the signals of the piezos that they cause."""
         if target is None:
             return (), np.zeros((0, 2))
-        draw = draw_pinch(self.seed, EVERYDAY, "any", BLOCKS[0], key)
+        draw = draw_pinch(self.seed, CONDITIONS["everyday"], "any", BLOCKS[0], key)
         place = np.exp(0.15 * rng.standard_normal(2))
         finger = self.rig.finger._replace(speed=self.rig.finger.speed * speed)
         fingers = [finger._replace(tip_radius=finger.tip_radius * p) for p in place]

@@ -14,7 +14,6 @@ import pytest
 from firstcontact.chain import INPUTS
 from firstcontact.core import Serial, parallel
 from firstcontact.models import LEVELS, STAGES, TOKEN
-from firstcontact.twin import FAMILIES
 from firstcontact_lab.pretraining import _examples, _sets
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import (
@@ -26,6 +25,7 @@ from firstcontact_lab.pretraining._examples import (
 )
 from firstcontact_lab.pretraining._finishing import LEVEL, answers, finished
 from firstcontact_lab.pretraining._sets import example_set
+from firstcontact_lab.rigs import FAMILIES
 
 if TYPE_CHECKING:
     from firstcontact_lab.pretraining._training import Full, Training

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from firstcontact.core import Contact, Dataset, Label, Pinch
-from firstcontact.twin import PAPER_RIG, draw_pinch, excerpt, simulate_pinch
+from firstcontact.twin import (
+    CONDITIONS,
+    draw_pinch,
+    excerpt,
+    simulate_pinch,
+)
 from firstcontact_lab.study._subject import Subject
+
+PAPER_RIG = CONDITIONS["paper-rig"]
 
 
 def twin_pinches(kinds, each: int, sessions: int) -> list[Pinch]:

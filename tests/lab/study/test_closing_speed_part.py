@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Serial
-from firstcontact.twin import PAPER_RIG
+from firstcontact.twin import (
+    CONDITIONS,
+)
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._random_rigs import FREE_SPEED, OWN, judged_rig
 from firstcontact_lab.study._subject import Subject
@@ -21,6 +23,8 @@ from firstcontact_lab.study.parts.closing_speed import (
     usual_table,
 )
 from firstcontact_lab.study.settings import StudySettings
+
+PAPER_RIG = CONDITIONS["paper-rig"]
 
 
 def test_free_speeds_are_spread_over_their_range() -> None:

@@ -9,7 +9,9 @@ import pytest
 
 from firstcontact.core import Dataset, Serial, gent_modulus, gent_shore_a
 from firstcontact.models import LabelledWindows, window_estimators
-from firstcontact.twin import PAPER_RIG
+from firstcontact.twin import (
+    CONDITIONS,
+)
 from firstcontact_lab.study._comparison import MASKED, NETWORK
 from firstcontact_lab.study._entrants import Entrant, Query, answer
 from firstcontact_lab.study._off_blocks import Answered, off_blocks
@@ -22,6 +24,8 @@ from firstcontact_lab.study.parts.generalise import (
     others_off_blocks,
 )
 from firstcontact_lab.study.settings import StudySettings
+
+PAPER_RIG = CONDITIONS["paper-rig"]
 
 SIZES = Sizes(blocks=4, held_out=2, objects=3, other_blocks=2, kinds=4)
 

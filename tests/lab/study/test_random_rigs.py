@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Serial
-from firstcontact.twin import FAMILIES, PAPER_RIG
+from firstcontact.twin import (
+    CONDITIONS,
+)
 from firstcontact_lab.report.results import NOTHING
+from firstcontact_lab.rigs import FAMILIES
 from firstcontact_lab.study._random_rigs import (
     BLOCK,
     EVERYDAY,
@@ -26,6 +29,8 @@ from firstcontact_lab.study.parts.random_rigs import (
     measure,
 )
 from firstcontact_lab.study.settings import StudySettings
+
+PAPER_RIG = CONDITIONS["paper-rig"]
 
 
 def test_every_family_that_no_network_was_trained_on_is_judged() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firstcontact.models import WEIGHTS, read_card
-from firstcontact.twin import FAMILIES
+from firstcontact_lab.rigs import FAMILIES
 from ringing import ringing
 from saved import load_network
 from trainings import run

@@ -17,7 +17,9 @@ from firstcontact.models import (
     pretrained,
     resampled_sums,
 )
-from firstcontact.twin import PAPER_RIG
+from firstcontact.twin import (
+    CONDITIONS,
+)
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Line, Table, format_cell
@@ -85,7 +87,7 @@ class ClosingSpeeds(Record, frozen=True, kw_only=True):
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Score both models with each measurement, on random rigs instead of the subject's data."""
-    if subject.name != PAPER_RIG.name:
+    if subject.name != CONDITIONS["paper-rig"].name:
         return PartResult()
     names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
     rigs = 1 if settings.brief else RIGS

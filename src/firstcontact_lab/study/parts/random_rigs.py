@@ -26,7 +26,9 @@ from firstcontact.models import (
     resampled_sums,
 )
 from firstcontact.signal import samples_in
-from firstcontact.twin import PAPER_RIG
+from firstcontact.twin import (
+    CONDITIONS,
+)
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Line, Table, format_cell
@@ -101,7 +103,7 @@ class RandomRigs(Record, frozen=True, kw_only=True):
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Score all methods on the same contacts of random rigs, not on the subject's data."""
-    if subject.name != PAPER_RIG.name:
+    if subject.name != CONDITIONS["paper-rig"].name:
         return PartResult()
     names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
     rigs = 1 if settings.brief else RIGS

@@ -8,22 +8,25 @@ from functools import partial
 import numpy as np
 import pytest
 
-from firstcontact.core import ADC_COUNTS, SUBCOUNTS
-from firstcontact.twin import (
-    BURN_IN,
+from firstcontact.core import ADC_COUNTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.twin import _pinch as twin_pinch
+from firstcontact.twin._pinch import BURN_IN
+from firstcontact.twin._run import SUBSTEPS, PinchRun
+from firstcontact_lab import rigs
+from firstcontact_lab.rigs import (
     FAMILIES,
     HARDEST,
+    RIG_SPREAD,
     SOFTEST,
     RandomObject,
     RandomRig,
+    Resonance,
     draw_block,
     draw_day,
     draw_object,
     draw_rig,
     touch,
 )
-from firstcontact.twin import _run as twin_run
-from firstcontact.twin._rigs import RIG_SPREAD
 
 BEFORE, AFTER = 0.010, 0.015
 
@@ -85,13 +88,11 @@ def _extreme(number: int) -> tuple[RandomRig, RandomObject]:
 def test_halved_steps_change_the_waveform_of_extreme_rigs_little(
     number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from firstcontact.twin import _rigs as rigs
-
     rig, target = _extreme(number)
     waveforms = []
     for factor in (1, 2):
-        run = partial(twin_run.PinchRun, substeps=factor * twin_run.SUBSTEPS)
-        monkeypatch.setattr(rigs, "PinchRun", run)
+        run = partial(PinchRun, substeps=factor * SUBSTEPS)
+        monkeypatch.setattr(twin_pinch, "PinchRun", run)
         quiet = replace(
             rig, noise=replace(rig.noise, rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0,
                                mains=0.0, hum=0.0, electronics=0.0), jitter=0.0,
@@ -155,9 +156,6 @@ def test_signals_of_a_family_are_not_flat(name: str) -> None:
 
 
 def test_resonance_rings_at_its_frequency_and_decays() -> None:
-    from firstcontact.core import FINGERTIP_RATE
-    from firstcontact.twin._rigs import Resonance
-
     step = np.zeros(4096)
     step[10:] = 1.0
     ringing = Resonance(800.0, 0.05, 0.8).apply(step) - step

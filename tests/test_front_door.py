@@ -192,6 +192,7 @@ def test_each_wrong_value_is_refused_where_it_enters(
             ("model", lambda: fc.load_model(nul)),
             ("folder", lambda: model.save(nul)),
             ("calibration", lambda: next(fc.live(source, calibration=nul))),
+            ("record", lambda: next(fc.live(source, record=nul))),
         ]
         for parameter, call in calls:
             with pytest.raises(fc.InputError) as caught:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, given_path
 
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
@@ -154,7 +154,7 @@ def live(
         hand=hand,
         hand_port=hand_port,
         policy=policy,
-        recordings=Path() if record is None else Path(record),
+        recordings=Path() if record is None else given_path(record, "record"),
         shape="" if shape is None else str(shape),
     ) as session:
         if record is not None:

@@ -7,7 +7,7 @@ import pytest
 from memory_source import CALIBRATION, LAYOUT, RATE, Hand, MemorySource, arrivals, samples
 
 from firstcontact.chain import EventKind
-from firstcontact.collect import Guide, Item, make_header, run_session, so_far
+from firstcontact.collect import Guide, Item, Screen, make_header, run_session, so_far
 from firstcontact.contact import ThresholdDetector, contact_chain, detect
 from firstcontact.core import Block, Finger, InputError, Layout
 from firstcontact.device import Arrival
@@ -155,7 +155,7 @@ def test_closings_during_an_object_change_do_not_count():
     assert judge(guide, arrivals(hand.raw())) == []
 
 
-class Silent:
+class Silent(Screen):
     """Screen that shows nothing, for a person who is always ready."""
 
     def __init__(self, asks: bool = False) -> None:
@@ -165,14 +165,8 @@ class Silent:
         self.objects.append((label.object, recorded, wanted))
         return not self.asks
 
-    def in_place(self):
-        return True
-
     def judged(self, judged):
         self.judgements.append(judged)
-
-    def going_on(self):
-        pass
 
 
 def record(folder, hand, items, session="1"):

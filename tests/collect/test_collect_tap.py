@@ -3,7 +3,7 @@ import pytest
 from memory_source import CALIBRATION, FLOOR, LAYOUT, RATE, MemorySource, arrivals
 
 from firstcontact.collect import tap_warnings, wait_for_tap
-from firstcontact.collect._tap import TapWatch
+from firstcontact.collect._calibrate import TapWatch
 from firstcontact.core import Block, Calibration, Finger, InputError, VibrationCalibration
 
 

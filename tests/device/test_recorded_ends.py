@@ -12,14 +12,13 @@ import pytest
 from numbered import DESCRIPTOR, check
 from scripted_device import ScriptedDevice
 
-from firstcontact.collect import Guide, Item, make_header, run_session
+from firstcontact.collect import Guide, Item, Screen, make_header, run_session
 from firstcontact.contact import ThresholdDetector
 from firstcontact.core import (
     Block,
     Calibration,
     Finger,
     InputError,
-    Label,
     Layout,
     VibrationCalibration,
 )
@@ -77,22 +76,6 @@ class SlowActor:
 
     def ended(self) -> None:
         wait_for_samples(self._source, ENOUGH)
-
-
-class EmptyScreen:
-    """Screen without output."""
-
-    def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        return True
-
-    def in_place(self) -> bool:
-        return True
-
-    def judged(self, judged: object) -> None:
-        """Ignore the call."""
-
-    def going_on(self) -> None:
-        """Ignore the call."""
 
 
 @pytest.fixture
@@ -160,5 +143,5 @@ def test_a_guided_session_records_what_it_received(source: SerialSource, tmp_pat
         wait_for_samples(source, ENOUGH)
         return source.health.samples > 3 * ENOUGH
 
-    assert not run_session(source, guide, path, header, EmptyScreen(), stopped)
+    assert not run_session(source, guide, path, header, Screen(), stopped)
     check_recorded(path, source)

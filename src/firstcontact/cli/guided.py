@@ -7,7 +7,7 @@ import sys
 
 from firstcontact.cli.output import reader_gone
 from firstcontact.cli.stopping import Stop
-from firstcontact.collect import Guide, Judged, is_tapped
+from firstcontact.collect import Guide, Judged, Screen, is_tapped
 from firstcontact.core import InputError, Label
 from firstcontact.device import LinkNews, Source
 
@@ -33,7 +33,7 @@ def entered() -> bool:
     return True
 
 
-class Terminal:
+class Terminal(Screen):
     """Terminal display of a recording. It asks for Enter when the object has to be changed."""
 
     def __init__(self, source: Source, stop: Stop, asks: bool) -> None:

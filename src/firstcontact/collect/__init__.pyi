@@ -1,7 +1,14 @@
 """Collecting: guided recording, calibration, and the page on which contacts are labelled."""
 
 from ._calibrate import calibrate as calibrate
+from ._calibrate import is_tapped as is_tapped
 from ._calibrate import loaded_volts as loaded_volts
+from ._calibrate import measured_channel as measured_channel
+from ._calibrate import rest_request as rest_request
+from ._calibrate import rest_words as rest_words
+from ._calibrate import tap_warnings as tap_warnings
+from ._calibrate import tap_words as tap_words
+from ._calibrate import wait_for_tap as wait_for_tap
 from ._camera import compare as compare
 from ._camera import in_words as in_words
 from ._camera import read_contacts as read_contacts
@@ -9,23 +16,16 @@ from ._force_fit import Weighing as Weighing
 from ._force_fit import fit_force as fit_force
 from ._force_fit import read_weights as read_weights
 from ._guide import Guide as Guide
+from ._guide import Item as Item
 from ._guide import Judged as Judged
+from ._guide import read_plan as read_plan
 from ._label_result import Labeller as Labeller
-from ._label_server import LabelServer as LabelServer
+from ._label_session import LabelServer as LabelServer
 from ._label_session import Session as Session
 from ._label_signals import open_recordings as open_recordings
-from ._plan import Item as Item
-from ._plan import read_plan as read_plan
 from ._record import record as record
-from ._sensor_words import is_tapped as is_tapped
-from ._sensor_words import measured_channel as measured_channel
-from ._sensor_words import rest_request as rest_request
-from ._sensor_words import rest_words as rest_words
-from ._sensor_words import tap_words as tap_words
 from ._session import Screen as Screen
 from ._session import make_header as make_header
 from ._session import run_session as run_session
+from ._session import so_far as so_far
 from ._session import with_noise as with_noise
-from ._sessions import so_far as so_far
-from ._tap import tap_warnings as tap_warnings
-from ._tap import wait_for_tap as wait_for_tap

@@ -10,15 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.collect._force_fit import Weighing, fit_force, read_weights
-from firstcontact.collect._sensor_words import measured_channel, rest_request, rest_words, tap_words
-from firstcontact.collect._tap import tap_warnings, wait_for_tap
 from firstcontact.core import (
     AnyPath,
+    Block,
     Calibration,
+    Channel,
     ChannelKind,
     Finger,
     ForceCurve,
     InputError,
+    Layout,
+    VibrationCalibration,
     finger_name,
 )
 from firstcontact.device import LinkNews, Source, measure_noise, require_source, wait_for_arrivals
@@ -29,10 +31,6 @@ Say = Callable[[str], object]
 SECONDS = (0.1, 3600.0)
 
 
-def silent(line: str) -> None:
-    """Ignore a line. It is the default for ``say``."""
-
-
 def calibrate(
     source: Source,
     *,
@@ -41,7 +39,7 @@ def calibrate(
     tap: bool = False,
     weights: AnyPath | Sequence[Weighing] | None = None,
     weigh: Sequence[float] = (),
-    say: Say = silent,
+    say: Say = lambda line: None,
     confirmed: Callable[[], bool] | None = None,
 ) -> Calibration:
     """Measure the noise floors of an open source and, on request, taps and force curves.
@@ -53,10 +51,8 @@ def calibrate(
     ----------
     source
         An open source.
-    seconds
-        Duration of the measurement at rest, s.
-    patience
-        Longest additional time to wait for rest, s.
+    seconds, patience
+        Duration of the measurement at rest, and longest additional time to wait for rest, s.
     tap
         True to measure a tap on each fingertip.
     weights
@@ -144,9 +140,8 @@ def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibratio
         say(f"tap the {place}")
         calibration = wait_for_tap(source, calibration, finger)
         sensor = next(p for p in calibration.piezo if p.finger is finger)
-        if sensor.tap is not None:
-            words = tap_words(sensor.tap, measured_channel(layout, sensor))
-            say(f"{finger_name(finger):6} {words}")
+        words = tap_words(sensor.tap or 0.0, measured_channel(layout, sensor))
+        say(f"{finger_name(finger):6} {words}")
     return calibration
 
 
@@ -180,22 +175,7 @@ def _weighings(
 
 
 def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
-    """Return the mean voltage of a finger's most loaded taxel, V.
-
-    Parameters
-    ----------
-    source
-        An open source.
-    finger
-        Finger whose force channels are read.
-    seconds
-        Time over which the voltage is averaged, s by the device's clock.
-
-    Raises
-    ------
-    InputError
-        The finger has no force channel, or no samples come.
-    """
+    """Return the mean voltage of a finger's most loaded taxel over ``seconds`` of samples, V."""
     layout = source.descriptor.layout
     columns = layout.columns(ChannelKind.FORCE, finger)
     if not columns:
@@ -212,3 +192,119 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
             total += volts.sum(axis=0)
             count += len(volts)
     return float((total / count).max())
+
+
+#: Least peak of a tap, as a multiple of the noise floor, and in V. Both are required.
+FACTOR = 10.0
+LEAST = 0.02
+#: Duration over which the peak is searched, s.
+LASTS = 0.1
+#: Weakest tap with a finger or a pencil on a working buffer, V.
+WEAK = 0.1
+#: Largest ratio between the taps of two fingertips that are built alike.
+ALIKE = 3.0
+
+
+class TapWatch:
+    """Search for a tap on one fingertip."""
+
+    def __init__(self, layout: Layout, calibration: Calibration, finger: Finger | None) -> None:
+        self._layout = layout
+        self._columns = layout.columns(ChannelKind.VIBRATION, finger)
+        self._offset = next((p.offset for p in calibration.piezo if p.finger is finger), 0.0)
+        self._limit = max(LEAST, FACTOR * (calibration.noise(finger) or 0.0))
+        self._left: int | None = None
+        self._peak = 0.0
+
+    def update(self, block: Block) -> float | None:
+        """Process the next samples. Return the tap's peak (V) once it is over; None before."""
+        volts = np.abs(self._layout.physical(block.data, self._columns)[:, 0] - self._offset)
+        if self._left is None:
+            above = np.flatnonzero(volts > self._limit)
+            if not len(above):
+                return None
+            volts = volts[above[0] :]
+            self._left = round(LASTS * self._layout.rate)
+        if self._left > 0 and len(volts):
+            self._peak = max(self._peak, float(volts[: self._left].max()))
+            self._left -= len(volts)
+        return self._peak if self._left <= 0 else None
+
+
+def wait_for_tap(
+    source: Source, calibration: Calibration, finger: Finger | None, patience: float = 20.0
+) -> Calibration:
+    """Wait for a tap on a fingertip and put its peak into the calibration.
+
+    A ``finger`` of None means a sensor that belongs to no finger. The longest wait, ``patience``,
+    is in s by the device's clock.
+    """
+    layout = source.descriptor.layout
+    watch = TapWatch(layout, calibration, finger)
+    left = patience * layout.rate
+    source.read(0)  # drop the samples from before the request
+    while left > 0:
+        for arrival in wait_for_arrivals(source):
+            left -= len(arrival.block.data)
+            peak = watch.update(arrival.block)
+            if peak is not None:
+                piezo = tuple(
+                    replace(p, tap=peak) if p.finger is finger else p for p in calibration.piezo
+                )
+                return replace(calibration, piezo=piezo)
+    raise InputError(
+        f"no tap was measured at the {finger_name(finger)} within {patience:g} s: tap harder, "
+        "check the sensor's plug, or leave the tap test out",
+        parameter="tap",
+    )
+
+
+def tap_warnings(calibration: Calibration) -> Sequence[str]:
+    """Return sentences about taps that are too weak or too different."""
+    taps = {p.finger: p.tap for p in calibration.piezo if p.tap is not None}
+    warnings = [
+        f"the {finger_name(f)}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"
+        for f, tap in taps.items()
+        # ``WEAK`` holds for a fingertip's pad and buffer, which a sensor of no finger lacks.
+        if f is not None and tap < WEAK
+    ]
+    if len(taps) == 2 and max(taps.values()) > ALIKE * min(taps.values()):
+        loud = max(taps, key=lambda f: taps[f])
+        warnings.append(
+            f"the {finger_name(loud)}'s tap was {taps[loud] / min(taps.values()):.1f} times as "
+            "loud as the other: tap both alike, or check the pads"
+        )
+    return warnings
+
+
+def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel | None:
+    """Return the channel that was measured; None if the layout has no channel of that finger."""
+    return next((c for c in layout.vibration if c.finger is measured.finger), None)
+
+
+def is_tapped(layout: Layout) -> bool:
+    """Return True if no sensor belongs to a finger: a person taps a disc, and no motor closes."""
+    return all(finger is None for finger in layout.vibration_fingers)
+
+
+def rest_request(layout: Layout) -> str:
+    """Return the request to keep the hand still while the noise floor is measured."""
+    return "touch nothing" if is_tapped(layout) else "keep the hand open and still, motor off"
+
+
+def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
+    """Return a sentence with the noise and the mean (offset) of a sensor at rest."""
+    if channel is None or channel.unit == "V":
+        noise, offset = 1e3 * measured.noise, 1e3 * measured.offset
+        return f"noise {noise:.2f} mV RMS, offset {offset:+.2f} mV"
+    unit = _unit(channel)
+    return f"noise {measured.noise:.3g} {unit} RMS, offset {measured.offset:+.3g} {unit}"
+
+
+def tap_words(tap: float, channel: Channel | None) -> str:
+    """Return a sentence with the peak of a tap."""
+    return f"tap {tap:.3f} {'V' if channel is None else _unit(channel)}"
+
+
+def _unit(channel: Channel) -> str:
+    return "of full scale" if channel.unit == "full scale" else channel.unit

@@ -61,19 +61,7 @@ class Agreement:
 
 
 def read_contacts(path: Path) -> dict[Key, float]:
-    """Read a CSV with the columns pinch, finger (index or thumb) and time_s.
-
-    Returns
-    -------
-    dict
-        Camera time of each contact, s.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read or misses a column, a value cannot be used, or a contact is listed
-        twice.
-    """
+    """Read the camera's times, s, from a CSV with the columns pinch, finger and time_s."""
     contacts: dict[Key, float] = {}
     for line, row in read_rows(path, COLUMNS):
         try:
@@ -102,15 +90,8 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     ----------
     recording
         Recording whose pinches hold the strips' contacts.
-    contacts
-        Camera time of each contact, s.
-    fps
-        Frames per second of the camera.
-
-    Raises
-    ------
-    InputError
-        ``fps`` is out of range, or too few pinches have times from both the strips and the camera.
+    contacts, fps
+        Camera time of each contact, s, and the camera's frames per second.
     """
     if not 1.0 <= fps <= FASTEST:
         raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")
@@ -122,9 +103,9 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
         if c.finger is not None
     }
     both = [key for key in contacts if key in device]
-    if len({number for number, _ in both}) < LEAST:
+    if (count := len({number for number, _ in both})) < LEAST:
         raise InputError(
-            f"{recording.path}: only {len({n for n, _ in both})} pinches have contacts both from "
+            f"{recording.path}: only {count} pinches have contacts both from "
             f"the strips and from the camera, but {LEAST} are needed: check the pinch numbers"
         )
     epochs = sorted({device[key][0] for key in both})

@@ -37,13 +37,7 @@ class Weighing:
 
 
 def read_weights(path: Path) -> tuple[Weighing, ...]:
-    """Read a CSV with the columns finger (index or thumb), newtons and volts.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read or misses a column, or a value cannot be used.
-    """
+    """Read a CSV with the columns finger (index or thumb), newtons and volts."""
     weighings = []
     for line, row in read_rows(path, COLUMNS):
         try:
@@ -70,12 +64,6 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
         Weights on one finger. They may include the unloaded sheet (0 N).
     resistor
         Resistor of the divider, ohm.
-
-    Raises
-    ------
-    InputError
-        There are too few different weights, a voltage is outside the divider's range, or a heavier
-        weight gives less voltage.
     """
     finger = weighings[0].finger if weighings else Finger.INDEX
     subject = f"the {finger.name.lower()}'s weights"

@@ -1,20 +1,40 @@
-"""Guide of a recording: it names the next object and judges each closing, without a terminal."""
+"""Plan of a recording, and the guide that names the next object and judges each closing."""
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from firstcontact.collect._closing_check import ClosingCheck
-from firstcontact.collect._plan import Item
 from firstcontact.contact import ClosingBegan, Closings, ClosingSamples, ThresholdDetector
-from firstcontact.core import Block, Calibration, ChannelKind, Label, Layout
+from firstcontact.core import (
+    LONGEST_NAME,
+    Block,
+    Calibration,
+    ChannelKind,
+    InputError,
+    Label,
+    Layout,
+    Role,
+    check_text,
+    parse_float,
+    parse_int,
+)
 from firstcontact.device import Arrival, held_object
-from firstcontact.recording import PinchMark
+from firstcontact.recording import PinchMark, quote, read_rows
 
+_log = logging.getLogger("firstcontact.collect")
+
+#: Largest number of pinches of an object in a session.
+MOST_PINCHES = 1_000_000
+#: Columns of a plan; the first two must be there.
+COLUMNS = ("object", "pinches", "shore", "specimen", "role")
 #: Threshold of the detector that checks the strips: a click of the motor stays below it, and a
 #: touch is far above it.
 SIGMAS = 10.0
@@ -22,6 +42,90 @@ SIGMAS = 10.0
 PIECE = 0.015
 #: Length of the pieces of stream in which noise is measured, s.
 QUIET = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One object of a plan.
+
+    Parameters
+    ----------
+    object, specimen
+        Name of the object, and of the specimen if that differs.
+    pinches
+        Number of valid pinches wanted in a session.
+    shore
+        Shore A; None if unknown.
+    role
+        Use of the pinches: training or test.
+    """
+
+    object: str
+    pinches: int
+    shore: float | None = None
+    specimen: str = ""
+    role: Role = Role.TRAIN
+
+    def __post_init__(self) -> None:
+        if not self.object or max(len(self.object), len(self.specimen)) > LONGEST_NAME:
+            raise InputError(
+                f"the names of object and specimen must have 1 to {LONGEST_NAME} characters: give "
+                "other names"
+            )
+        for name in (self.object, self.specimen):
+            check_text(name)
+        if not 1 <= self.pinches <= MOST_PINCHES:
+            raise InputError(
+                f"{self.object}: the number of pinches is {self.pinches}: give a number from 1 to "
+                f"{MOST_PINCHES}"
+            )
+        if self.shore is not None and not 0 <= self.shore <= 100:
+            raise InputError(
+                f"{self.object}: the value of shore is {self.shore:g}: give a Shore A from 0 to 100"
+            )
+
+    def label(self, session: str) -> Label:
+        """Return the label of the object's pinches in a session."""
+        specimen = self.specimen or self.object
+        return Label(self.object, self.shore, None, specimen, session, self.role)
+
+
+def read_plan(path: Path) -> tuple[Item, ...]:
+    """Read a CSV with the columns object, pinches, shore, specimen and role."""
+    rows = read_rows(path, COLUMNS[:2])
+    for name in rows[0][1] if rows else ():
+        if name not in COLUMNS:
+            raise InputError(
+                f"{path}: column {name!r} is not known: the columns are {', '.join(COLUMNS)}"
+            )
+    items = tuple(_item(path, line, row) for line, row in rows)
+    if not items:
+        raise InputError(f"{path} has no objects: add a line for each object")
+    labels = [item.label("") for item in items]
+    for k, label in enumerate(labels):
+        if label in labels[:k]:
+            raise InputError(
+                f"{path}, line {rows[k][0]}: {label.specimen} is listed twice: join the lines"
+            )
+    return items
+
+
+def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
+    readers: dict[str, Callable[[str], Any]]
+    readers = {"pinches": parse_int, "shore": parse_float, "role": Role}
+    values: dict[str, Any] = {
+        name: text for name, text in cells.items() if text or name in COLUMNS[:2]
+    }
+    try:
+        for name in (name for name in readers if name in values):
+            try:
+                values[name] = readers[name](values[name])
+            except ValueError as error:
+                kind = "train or test" if name == "role" else "a number"
+                raise InputError(f"{name} is {quote(values[name])}: give {kind}") from error
+        return Item(**values)
+    except InputError as error:
+        raise InputError(f"{path}, line {line}: {error}") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +145,11 @@ class Judged:
     offset
         Time from the first to the second contact, by the strips, s; None if a contact is missing.
     disagreement
-        Time from the first strip's contact to the contact that the same finger's piezo shows, s;
-        None if one of them is missing.
+        Time from the first strip's contact to that of the same finger's piezo, s; None if one is
+        missing.
     noise
-        Noise in the quietest ``QUIET`` seconds of the stream since the last closing, as a multiple
-        of the noise floor. It is that of the louder finger. It is 0 before the first ``QUIET``
-        seconds have passed.
+        Noise of the louder finger in the quietest 0.1 s since the last closing, as a multiple of
+        the noise floor.
     """
 
     label: Label
@@ -64,14 +167,10 @@ class Guide:
 
     Parameters
     ----------
-    layout
-        Columns of the blocks.
-    items
-        Wanted objects, in this order.
-    session
-        Name of the session.
-    calibration
-        Calibration with the noise floors of the fingers.
+    layout, calibration
+        Columns of the blocks, and noise floors of the fingers.
+    items, session
+        Wanted objects in order, and the name of the session.
     recorded
         Number of valid pinches that are recorded already, by label.
 
@@ -176,6 +275,7 @@ class Guide:
         mark = None
         if faults:
             self.left_out += 1
+            _log.info("a closing on %s does not count: %s", label.object, "; ".join(faults))
         else:
             end = min(check.end or check.seen, check.seen)
             detected = tuple(c for c in check.detected if c.sample < end)
@@ -203,24 +303,21 @@ class _Noise:
     """Meter of the noise in a stream's quietest piece, as a multiple of the noise floor."""
 
     def __init__(self, layout: Layout, floors: np.ndarray) -> None:
-        self._layout = layout
+        self._layout, self._floors = layout, floors
         self._columns = layout.columns(ChannelKind.VIBRATION)
-        self._floors = floors
         self._length = round(QUIET * layout.rate)
-        self._parts: list[np.ndarray] = []
-        self._samples = 0
+        self._waiting = np.zeros((0, len(self._columns)))
         self.ratio = 0.0
 
     def restart(self) -> None:
         """Forget all measured noise."""
-        self._parts, self._samples, self.ratio = [], 0, 0.0
+        self._waiting, self.ratio = self._waiting[:0], 0.0
 
     def update(self, block: Block) -> None:
         """Process the next samples."""
-        self._parts.append(self._layout.physical(block.data, self._columns))
-        self._samples += len(block.data)
-        if self._samples >= self._length:
-            rms = np.concatenate(self._parts).std(axis=0)
-            ratio = float((rms / self._floors).max())
+        values = self._layout.physical(block.data, self._columns)
+        self._waiting = np.concatenate([self._waiting, values])
+        if len(self._waiting) >= self._length:
+            ratio = float((self._waiting.std(axis=0) / self._floors).max())
             self.ratio = min(self.ratio, ratio) if self.ratio else ratio
-            self._parts, self._samples = [], 0
+            self._waiting = self._waiting[:0]

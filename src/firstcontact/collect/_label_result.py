@@ -41,7 +41,8 @@ def write_labelled(
     accepted = [m for m in marks if m.status is Status.ACCEPTED]
     left = sum(m.status is Status.FOUND for m in marks)
     notes = [*recording.header.notes.splitlines(), _note(marks, by), *recording.skipped]
-    header = replace(recording.header, notes="\n".join(line for line in notes if _is_true(line)))
+    notes = [line for line in notes if NO_CONTACTS not in line]
+    header = replace(recording.header, notes="\n".join(notes))
     pinches = list(_pinches(recording, accepted))
     try:
         with creating(path) as temporary:
@@ -56,11 +57,6 @@ def write_labelled(
             "command again"
         ) from error
     return len(pinches), left
-
-
-def _is_true(line: str) -> bool:
-    """Return True if a note of the original recording is still true after labelling."""
-    return NO_CONTACTS not in line
 
 
 def _note(marks: Sequence[Mark], by: Labeller) -> str:
@@ -126,16 +122,14 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
     fingers = recording.header.layout.vibration_fingers
     groups: list[list[Mark]] = []
     for mark in accepted:
-        last = groups[-1] if groups else None
-        near = (
-            last is not None
-            and len(last) == 1
-            and last[0].stretch == mark.stretch
-            and last[0].column != mark.column
-            and mark.sample - last[0].sample <= ONE_PINCH * rate
-        )
-        if near and last is not None:
-            last.append(mark)
+        alone = groups[-1][0] if groups and len(groups[-1]) == 1 else None
+        if (
+            alone is not None
+            and alone.stretch == mark.stretch
+            and alone.column != mark.column
+            and mark.sample - alone.sample <= ONE_PINCH * rate
+        ):
+            groups[-1].append(mark)
         else:
             groups.append([mark])
     events = [Event(k, g[0].stretch, None, g[0].sample) for k, g in enumerate(groups)]
@@ -147,23 +141,18 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
             Contact(fingers[m.column], first + m.sample, first + m.sample) for m in group
         )
         begin, end, motor, speed, label = first + start, first + stop, None, None, Label()
-        original = _original(recording, block, contacts[0].sample)
+        original = next((p for p in recording.pinches if _holds(p, block, group[0])), None)
         if original is not None:
             label = original.label
-            alone = (
-                sum(
-                    original.first_sample <= first + g[0].sample < original.end
-                    for g in groups
-                    if g[0].stretch == group[0].stretch
-                )
-                == 1
-            )
-            if alone:
+            neighbours = [g[0] for g in groups if g[0].stretch == group[0].stretch]
+            is_alone = sum(_holds(original, block, mark) for mark in neighbours) == 1
+            is_short = original.end - original.first_sample <= ONE_CLOSING * rate
+            if is_alone:
                 speed = original.closing_speed
-            if original.end - original.first_sample <= ONE_CLOSING * rate:
+            if is_short:
                 motor = original.motor_start
-                if alone:
-                    begin, end = original.first_sample, original.end
+            if is_alone and is_short:
+                begin, end = original.first_sample, original.end
         end = max(end, contacts[-1].sample + 1)
         if motor is not None and not begin <= motor < contacts[0].sample:
             motor = None
@@ -180,9 +169,8 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
         )
 
 
-def _original(recording: Recording, block: Block, sample: int) -> PinchMark | None:
-    """Return the original pinch that contains ``sample``; None if there is none."""
-    for mark in recording.pinches:
-        if mark.epoch == block.epoch and mark.first_sample <= sample < mark.end:
-            return mark
-    return None
+def _holds(pinch: PinchMark, block: Block, mark: Mark) -> bool:
+    """Return True if an original pinch contains an onset of this block."""
+    return pinch.epoch == block.epoch and (
+        pinch.first_sample <= block.first_sample + mark.sample < pinch.end
+    )

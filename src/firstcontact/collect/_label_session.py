@@ -1,24 +1,32 @@
-"""Labelling session: it answers the messages of the page and changes the marks."""
+"""Labelling session, which answers the messages of the page, and the server of that page."""
 
 from __future__ import annotations
 
+import asyncio
+import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from msgspec import Meta
 
-from firstcontact.collect._label_journal import Journal, Opened
-from firstcontact.collect._label_marks import Action, Mark, Marks, Whole
+from firstcontact.collect._label_marks import Action, Journal, Marks, Opened, Whole
 from firstcontact.collect._label_result import Labeller, write_labelled
 from firstcontact.collect._label_signals import WIDEST, about, find_marks, piece
 from firstcontact.core import InputError, counted, read_record
 from firstcontact.recording import Recording
 
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+
 #: Longest message from the page, bytes.
 LONGEST = 4096
+HOST = "127.0.0.1"
+#: Interval between polls for a request to stop, s.
+POLL = 0.1
 #: Actions that change one mark only, so that the page keeps the others.
 _OF_ONE = ("accept", "reject", "move")
 #: Field that only requests have. The colon excludes an object with the name "ask".
@@ -42,20 +50,10 @@ class Session:
 
     Parameters
     ----------
-    recordings
-        Recordings to label.
-    out
-        Folder for the new recordings and the journal.
-    by
-        Author, date and tool.
+    recordings, out, by
+        Recordings to label, folder for the new recordings and the journal, and author.
     is_new_allowed
-        True to begin a new journal if ``out`` has none. If False, an ``out`` without a journal is
-        refused and stays unchanged.
-
-    Raises
-    ------
-    InputError
-        There are no onsets, a new recording exists already, or the journal cannot be used.
+        False to refuse an ``out`` without a journal, and leave it unchanged.
     """
 
     def __init__(
@@ -106,7 +104,7 @@ class Session:
     def state(self) -> dict[str, Any]:
         """Return all onsets with their labels, and the number of actions so far, as JSON."""
         return {
-            "marks": [_mark_json(mark) for mark in self.marks.ordered()],
+            "marks": [asdict(mark) for mark in self.marks.ordered()],
             "done": len(self.marks.done),
         }
 
@@ -115,13 +113,7 @@ class Session:
         return {"recordings": about(self._recordings), **self.state()}
 
     def obey(self, message: str | bytes) -> dict[str, Any]:
-        """Handle a message from the page, and return the reply.
-
-        Raises
-        ------
-        InputError
-            The message cannot be handled; nothing has changed.
-        """
+        """Handle a message from the page, and return the reply. After an error nothing changed."""
         data = message.encode() if isinstance(message, str) else message
         if _QUESTION.search(data):
             return self._ask(read_record(data, _Request, "the page", "load it again", LONGEST))
@@ -136,17 +128,10 @@ class Session:
         if action.do not in _OF_ONE:
             return {**self.state(), "at": number}
         (mark,) = (m for m in self.marks.ordered() if m.number == action.number)
-        return {"mark": _mark_json(mark), "done": len(self.marks.done)}
+        return {"mark": asdict(mark), "done": len(self.marks.done)}
 
     def finish(self) -> list[str]:
-        """Write the new recordings, and return a line about each.
-
-        Raises
-        ------
-        InputError
-            A recording cannot be written, or nothing is labelled. No recording is written then, and
-            labelling can continue.
-        """
+        """Write the new recordings, all or none, and return a line about each."""
         if not self.marks.done:
             raise InputError("no onset is labelled yet: accept or reject an onset first")
         lines = []
@@ -190,5 +175,76 @@ class Session:
         }
 
 
-def _mark_json(mark: Mark) -> dict[str, Any]:
-    return asdict(mark)
+class LabelServer:
+    """Server of the page of one labelling session, on this machine only.
+
+    Parameters
+    ----------
+    session
+        Session that the page shows.
+    port
+        TCP port; 0 takes a free one.
+    """
+
+    def __init__(self, session: Session, port: int) -> None:
+        from firstcontact.streaming import Guard, listen, load  # needs the extra `live`
+
+        self._session = session
+        self._files = load("firstcontact.collect", "label_page")
+        self._socket = listen(HOST, port)
+        self._guard = Guard(HOST, self._socket.getsockname()[1], None)
+        self._done = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    @property
+    def url(self) -> str:
+        """Address to open in a browser."""
+        return self._guard.url(None)
+
+    def run(
+        self,
+        ready: Callable[[], object] = lambda: None,
+        is_stopped: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Serve until the new recordings are written or ``is_stopped`` returns True.
+
+        Call ``ready`` once the page is served. Signal handlers must not raise exceptions while the
+        server runs: they would be lost in the task of a reply.
+        """
+        try:
+            asyncio.run(self._run(ready, is_stopped))
+        finally:
+            self._socket.close()
+
+    def stop(self) -> None:
+        """Stop the server, from any thread."""
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._done.set)
+
+    async def _run(self, ready: Callable[[], object], is_stopped: Callable[[], bool]) -> None:
+        from firstcontact.streaming import answer, serve_page
+
+        def reply(connection: ServerConnection, request: Any) -> Any:
+            return answer(request, self._guard, self._files)
+
+        self._loop = asyncio.get_running_loop()
+        async with serve_page(self._view, self._socket, reply, LONGEST):
+            ready()
+            while not (self._done.is_set() or is_stopped()):
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._done.wait(), POLL)
+
+    async def _view(self, connection: ServerConnection) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        with suppress(ConnectionClosed):
+            await connection.send(json.dumps(self._session.hello()))
+            async for message in connection:
+                try:
+                    reply = self._session.obey(message)
+                except InputError as error:
+                    # The page has already shown the refused change. The state reverts it.
+                    reply = {"refused": str(error), **self._session.state()}
+                await connection.send(json.dumps(reply))
+                if self._session.written:
+                    self._done.set()

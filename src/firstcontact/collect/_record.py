@@ -8,16 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from firstcontact.collect._guide import Guide, Judged
-from firstcontact.collect._plan import Item, read_plan
-from firstcontact.collect._sensor_words import rest_request
-from firstcontact.collect._session import Screen, make_header, run_session, with_noise
-from firstcontact.collect._sessions import so_far
+from firstcontact.collect._calibrate import rest_request
+from firstcontact.collect._guide import Guide, Item, Judged, read_plan
+from firstcontact.collect._session import Screen, make_header, run_session, so_far, with_noise
 from firstcontact.core import (
     AnyPath,
     Calibration,
     InputError,
-    Label,
     Progress,
     Role,
     check_text,
@@ -27,6 +24,7 @@ from firstcontact.core import (
     progress_steps,
 )
 from firstcontact.device import REST, Source, measure_noise, require_source, source_kind
+from firstcontact.recording import Header
 
 
 def record(
@@ -60,9 +58,8 @@ def record(
     out
         Folder for the recording. If it already holds this session, recording continues in another
         file.
-    object, pinches, shore_a, specimen, role
-        Name of the object; number of valid pinches to record; the object's Shore A and specimen;
-        and the role of the pinches.
+    object, specimen, shore_a, pinches, role
+        Name, specimen and Shore A of the object; number of valid pinches; and their role.
     plan
         Several objects instead of one: a CSV file with the columns object, pinches, shore, specimen
         and role, or the rows of such a file.
@@ -103,7 +100,7 @@ def record(
     check_text(session, "session")
     require_source(source)
     items = _items(source, object, pinches, shore_a, specimen, role, plan)
-    calibration = given_calibration(calibration)
+    floors = given_calibration(calibration)
     folder = given_path(out, "out")
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -113,30 +110,19 @@ def record(
         ) from error
     wanted = sum(item.pinches for item in items)
     with progress_steps(progress, wanted, "pinch") as step:
-        return _record(
-            source,
-            folder,
-            items,
-            session,
-            calibration,
-            hand,
-            notes,
-            screen or _CountingScreen(step),
-            stopped,
-        )
+        header = make_header(source.descriptor, session, floors, hand, notes)
+        return _record(source, folder, items, header, screen or _CountingScreen(step), stopped)
 
 
 def _record(
     source: Source,
     folder: Path,
     items: tuple[Item, ...],
-    session: str,
-    calibration: Calibration | None,
-    hand: str,
-    notes: str,
+    header: Header,
     screen: Screen,
     stopped: Callable[[], bool],
 ) -> Path:
+    session, calibration = header.session, header.calibration
     foreign = [p for p in folder.glob("*.mcap") if not p.name.startswith("session-")]
     if foreign:
         screen.say(
@@ -155,7 +141,7 @@ def _record(
         screen.say(f"measuring the noise floor at rest for {REST:g} s: {rest_request(layout)}")
         calibration = with_noise(calibration, measure_noise(source))
     guide = Guide(layout, items, session, calibration, earlier.counts)
-    header = make_header(source.descriptor, session, calibration, hand, notes)
+    header = replace(header, calibration=calibration)
     screen.say(f"session {session}: {earlier.path}")
     screen.begin(guide)
     try:
@@ -203,33 +189,13 @@ def _items(
     )
 
 
-class _CountingScreen:
+class _CountingScreen(Screen):
     """Screen of a recording without a terminal. It only counts valid pinches."""
 
     def __init__(self, step: Callable[[int], object]) -> None:
         self._step = step
 
-    def say(self, line: str) -> None:
-        """Ignore a line."""
-
-    def begin(self, guide: Guide) -> None:
-        """Ignore the call."""
-
-    def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        """Return True: the object is in place."""
-        return True
-
-    def in_place(self) -> bool:
-        """Return True: the object is in place."""
-        return True
-
     def judged(self, judged: Judged) -> None:
         """Count a valid pinch."""
         if not judged.faults:
             self._step(1)
-
-    def going_on(self) -> None:
-        """Ignore the call."""
-
-    def end(self) -> None:
-        """Ignore the call."""

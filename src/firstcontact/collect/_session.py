@@ -1,25 +1,30 @@
-"""Session of a guided recording: a source, a recorder and a guide."""
+"""Session of a guided recording: source, recorder, guide and files."""
 
 from __future__ import annotations
 
+import os
+import re
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Protocol
 
 from firstcontact.collect._guide import Guide, Judged
 from firstcontact.core import Calibration, InputError, Label
 from firstcontact.device import Descriptor, Recorder, Source, drain, object_text
-from firstcontact.recording import Header
+from firstcontact.recording import Header, cut, read_recording
 
 #: Longest wait for samples, and so for a request to stop, s.
 WAIT = 0.1
 
 
-class Screen(Protocol):
-    """Display for the person who records. It shows results and asks for the next object."""
+class Screen:
+    """Display for the person who records. It shows results and asks for the next object.
+
+    A subclass overrides what it shows.
+    """
 
     def say(self, line: str) -> None:
         """Show a line."""
@@ -32,9 +37,11 @@ class Screen(Protocol):
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
         """Show the next object. Return False if the person has to put it in place first."""
+        return True
 
     def in_place(self) -> bool:
         """Return True if the person has put the object in place."""
+        return True
 
     def judged(self, judged: Judged) -> None:
         """Show the result of a closing."""
@@ -73,31 +80,20 @@ def run_session(
     screen: Screen,
     stopped: Callable[[], bool] = lambda: False,
 ) -> bool:
-    """Record until every object has its pinches.
+    """Record until every object has its pinches. Return True if all were recorded.
+
+    Close the source at the end. The file then holds all samples that the source received.
 
     Parameters
     ----------
-    source
-        An open source. It is closed at the end, and the file holds all samples that it received.
-    guide
-        Guide that was made for the source's layout.
+    source, guide
+        Open source, and the guide for its layout.
     path, header
         File of the recording, and its header.
     screen
         Display for the person.
     stopped
         Function that is called repeatedly. When it returns True, recording ends early.
-
-    Returns
-    -------
-    bool
-        True if all pinches were recorded.
-
-    Raises
-    ------
-    InputError
-        The recording cannot be created or continued, or the source fails. The file is closed in any
-        case.
     """
     with Recorder() as recorder:
         recorder.start(path, header)
@@ -155,3 +151,53 @@ def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibr
     fingers = {p.finger for p in calibration.piezo}
     more = tuple(p for p in measured.piezo if p.finger not in fingers)
     return replace(calibration, piezo=calibration.piezo + more)
+
+
+@dataclass(frozen=True, slots=True)
+class SoFar:
+    """Files and pinches of a session that are already in a folder."""
+
+    path: Path
+    counts: Counter[Label] = field(default_factory=Counter)
+    files: tuple[Path, ...] = ()
+    unreadable: tuple[str, ...] = ()
+
+
+def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
+    """Return the files and pinches of a session that a folder holds.
+
+    The first file of session 3 is ``session-3.mcap``. After an interruption the next file is
+    ``session-3.part2.mcap``, because recordings are never overwritten. A file that cannot be read
+    stays as it is: its recorder was killed before it wrote a sample.
+    """
+    stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
+    pinches_by_label: Counter[Label] = Counter()
+    files: list[Path] = []
+    unreadable: list[str] = []
+    path = folder / f"{stem}.mcap"
+    while os.path.lexists(path):
+        parts = len(files) + len(unreadable) + 1
+        part, path = path, folder / f"{stem}.part{parts + 1}.mcap"
+        try:
+            recording = read_recording(part)
+        except InputError as error:
+            unreadable.append(str(error))
+            continue
+        header = recording.header
+        if header.session != session:
+            raise InputError(
+                f"{part} belongs to session {header.session!r}, not to {session!r}: choose "
+                "another name or folder",
+                parameter="session",
+            )
+        if (header.layout, header.source) != (descriptor.layout, descriptor.source):
+            raise InputError(
+                f"{part} was recorded with another sensor or layout than this device has: choose "
+                "another folder",
+                parameter="out",
+            )
+        pinches_by_label.update(
+            mark.label for mark in recording.pinches if cut(recording, mark) is not None
+        )
+        files.append(part)
+    return SoFar(path, pinches_by_label, tuple(files), tuple(unreadable))

@@ -5,12 +5,11 @@ python docs/write_cli.py
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
 from pathlib import Path
-
-from firstcontact.cli.verbs import verb_places
 
 PAGE = Path(__file__).parent / "reference" / "cli.md"
 HEAD = """\
@@ -21,38 +20,34 @@ HEAD = """\
 [Exit codes and logs](endings.md).
 """
 
-#: Program that runs the command without installed plug-ins.
-ALONE = """
-import sys
+#: Program that prints the help of each verb as JSON, without installed plug-ins.
+HELP = """
+import contextlib, io, json, sys
 from firstcontact.core import Registry
 Registry._find_plugins = lambda self: {}
 from firstcontact.cli.main import main
-sys.argv[0] = "firstcontact"
-sys.exit(main(sys.argv[1:]))
+from firstcontact.cli.verbs import verb_places
+
+def help_text(*arguments):
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
+        main(list(arguments))
+    return "\\n".join(line.rstrip() for line in text.getvalue().strip().splitlines())
+
+texts = {verb: help_text(verb, "--help-all") for verb in verb_places()}
+json.dump({"": help_text("--help"), **texts}, sys.stdout)
 """
 
 
-def help_text(*arguments: str) -> str:
-    """Return the ``--help-all`` of a command, 96 columns wide, without colours."""
-    option = "--help-all" if arguments else "--help"
-    command = [sys.executable, "-c", ALONE, *arguments, option]
-    environment = {
-        **os.environ,
-        "COLUMNS": "96",
-        "NO_COLOR": "1",
-        "TERM": "dumb",
-        "PYTHONIOENCODING": "utf-8",
-    }
-    process = subprocess.run(
-        command, capture_output=True, text=True, check=True, env=environment, encoding="utf-8"
-    )
-    return "\n".join(line.rstrip() for line in process.stdout.strip().splitlines())
-
-
 def page() -> str:
-    """Return the page."""
-    parts = [HEAD, f"```text\n{help_text()}\n```\n"]
-    parts += [f"## {verb}\n\n```text\n{help_text(verb)}\n```\n" for verb in verb_places()]
+    """Return the page: the help of each verb, 96 columns wide, without colours."""
+    environment = {**os.environ, "COLUMNS": "96", "NO_COLOR": "1", "TERM": "dumb"}
+    process = subprocess.run(
+        [sys.executable, "-c", HELP], capture_output=True, check=True, env=environment
+    )
+    overview, *texts = json.loads(process.stdout).items()
+    parts = [HEAD, f"```text\n{overview[1]}\n```\n"]
+    parts += [f"## {verb}\n\n```text\n{text}\n```\n" for verb, text in texts]
     return "\n".join(parts)
 
 

@@ -18,7 +18,6 @@ from firstcontact.models import (
     cut_touches,
     pretrained,
     read_card,
-    shipped_model,
 )
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
@@ -170,14 +169,6 @@ def test_a_rig_that_the_model_cannot_read_is_refused(
     assert not Path("rig").exists()
 
 
-def test_the_card_keeps_how_the_model_was_checked(rig: Path) -> None:
-    scores = read_card(rig).predictors[0].record.scores
-    best = min(scores["held out, one"], scores["held out, each finger"])
-    assert best < scores["held out, always the mean"]
-    widest = (load_network(rig).factors / pretrained().factors).max()
-    assert widest == pytest.approx(scores["intervals widened"], abs=1e-3)
-
-
 def test_a_training_is_not_torn_apart(blocks: Path, rig: Path, tmp_path: Path, capsys: Any) -> None:
     """The window models require their own detector. Another detector is refused."""
     trained = tmp_path / "trained"
@@ -192,11 +183,3 @@ def test_a_training_is_not_torn_apart(blocks: Path, rig: Path, tmp_path: Path, c
     rig_copy = shutil.copytree(rig, tmp_path / "rig")
     assert run("adapt", "--out", rig_copy) == 0  # its own is replaced
     assert read_card(rig_copy).trained_on.pinches == 0
-
-
-def test_live_without_a_model_finds_contacts_with_the_shipped_detector(tmp_path: Path) -> None:
-    assert run("adapt", "--out", tmp_path / "any") == 0
-    shipped, written = shipped_model().detector, load_detector(tmp_path / "any")
-    assert shipped is not None
-    for name, array in written.to_arrays().items():
-        np.testing.assert_array_equal(shipped.to_arrays()[name], array)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -33,23 +32,6 @@ def test_info_says_what_it_is_and_what_its_filter_costs(
     output = capsys.readouterr().out
     assert "its own filter delays samples by 0.36 ms" in output
     assert "sound input disc" in output
-
-
-def test_calibrate_measures_its_noise(
-    tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "calibration.json"
-    with local_sound(tmp_path, quiet, loop=1):
-        options = ["--device", "audio:disc", "--no-tap", "--seconds", "0.5", "--out", str(out)]
-        assert main(["calibrate", *options]) == 0
-    output = capsys.readouterr().out
-    assert "of full scale RMS" in output
-    assert "touch nothing" in output
-    assert "mV" not in output
-    (floor,) = json.loads(out.read_text())["piezo"]
-    # White noise of 30 steps, of which the filter leaves what is below 2.5 of 24 kHz.
-    assert floor["noise"] == pytest.approx(30 / 32768 * (4936 / 48_000) ** 0.5, rel=0.1)
-    assert floor["finger"] is None
 
 
 def test_live_counts_the_filter_in_its_ledger(

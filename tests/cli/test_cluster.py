@@ -16,10 +16,8 @@ import pytest
 
 from dask_cluster import Cluster, cluster
 from firstcontact.cli.main import main
-from firstcontact.cli.verbs.train import Train
 from firstcontact.twin import simulate
 from processes import children, until
-from trainings import recordings
 
 #: What results say of the run and of times on this machine.
 RUN = {"study", "inference_us", "anytime_us", "part_seconds", "seconds"}
@@ -85,17 +83,6 @@ def test_an_interrupt_leaves_neither_processes_nor_work_behind(
     assert process.returncode == 128 + signal.SIGINT
     until(lambda: not any(asyncio.run(processing(one.address)).values()))
     assert one.workers[0].poll() is None
-
-
-@pytest.mark.slow  # as the set above: the same jobs, and a training in addition
-def test_a_model_learned_there_is_the_same(one: Cluster, tmp_path: Path) -> None:
-    data = recordings(tmp_path / "data")
-    location: list[dict[str, Any]] = []
-    for name, address in (("here", None), ("there", one.address)):
-        options = {"estimator": "peak", "contacts": "detected", "cluster": address}
-        Train(data, tmp_path / name, **options).run()
-        location.append(contents(tmp_path / name))
-    assert location[0] == location[1]
 
 
 @pytest.mark.slow

@@ -62,33 +62,6 @@ def test_seen_and_unseen_are_told_apart(
     assert "30 pinches" in familiar
 
 
-def test_a_stranger_with_the_same_session_name_is_not_seen_in_training(
-    data: Path, svm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    rng = np.random.default_rng(5)
-    label = Label("ball", 40.0, None, "ball 1", "a")
-    pinches = tuple(touch(40.0, label, rng, True) for _ in range(5))
-    folder = tmp_path / "stranger"
-    folder.mkdir()
-    write_dataset(Dataset(pinches, "synthetic"), folder, Header(LAYOUT, "synthetic"))
-    capsys.readouterr()
-    assert run("evaluate", svm, folder) == 0
-    output = capsys.readouterr().out
-    assert "warning" not in output
-    assert "sessions of the training by name, other specimens:" in output
-
-
-def test_a_specimen_of_one_pinch_has_no_spread(
-    data: Path, svm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    pinch = touch(40.0, Label("ball", 40.0, None, "b", "z"), np.random.default_rng(6), True)
-    folder = tmp_path / "one"
-    folder.mkdir()
-    write_dataset(Dataset((pinch,), "synthetic"), folder, Header(LAYOUT, "synthetic"))
-    assert run("evaluate", svm, folder) == 0
-    assert "–" in capsys.readouterr().out.splitlines()[-1]
-
-
 def test_a_model_whose_detector_was_lost_says_so(
     data: Path, peak: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -97,13 +70,6 @@ def test_a_model_whose_detector_was_lost_says_so(
     assert run("evaluate", bare, data, "--contacts", "known") == 0
     assert run("evaluate", bare, data) == 2
     assert "detector" in capsys.readouterr().err
-
-
-def test_a_folder_without_a_model(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("evaluate", tmp_path, data) == 2
-    assert "model" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -144,28 +110,6 @@ def test_recordings_slower_than_the_training_give_a_warning(
     capsys.readouterr()
     assert run("evaluate", peak, slow) == 0
     assert "hold nothing above 1250 Hz" in capsys.readouterr().out
-
-
-def test_names_alone_do_not_make_a_training_pinch(
-    data: Path, peak: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Recordings of another lab have the same names of blocks, sessions and source."""
-    rng = np.random.default_rng(77)
-    pinches = [
-        touch(shore, Label(f"block {shore:g}", shore, None, f"block {shore:g}", "a"), rng)
-        for shore in (10.0, 29.0, 60.0)
-        for _ in range(5)
-    ]
-    folder = tmp_path / "namesakes"
-    folder.mkdir()
-    write_dataset(Dataset(tuple(pinches), "synthetic"), folder, Header(LAYOUT, "synthetic"))
-    capsys.readouterr()
-    assert run("evaluate", peak, folder) == 0
-    output = capsys.readouterr().out
-    assert "warning" not in output
-    assert "note: 15 pinches have the session and specimen of training pinches" in output
-    assert "names as in the training, other samples: " in output
-    assert "seen in training: " not in output.replace("not seen in training", "")
 
 
 # A table of numbers comes back by tests/cli/test_inspect_export.py, too.

@@ -100,35 +100,3 @@ sys.exit(main(sys.argv[1:]))
     assert [child.returncode for child in children] == [0, 2]
     assert "exists: choose another --out" in errors[1]
     assert [p.name for p in out.parent.iterdir()] == ["x.csv"]
-
-
-@pytest.mark.parametrize("selected", [15, 13])
-def test_fingers_that_an_array_cannot_hold_are_refused(
-    tmp_path: Path, selected: int, capsys: pytest.CaptureFixture[str]
-):
-    """The layouts have only one strip, or five taxels on the thumb and no strip."""
-    layout = type(LAYOUT)(LAYOUT.channels[:selected], LAYOUT.rate)
-    pinch = Pinch(np.zeros((100, selected), np.int16), layout, Label("a"))
-    write_dataset(Dataset((pinch,)), tmp_path, Header(layout, "synthetic"))
-    out = tmp_path / "x.h5"
-    assert main(["export", str(tmp_path), "--to", "hdf5", "--out", str(out)]) == 2
-    assert "export to csv or parquet" in capsys.readouterr().err
-    assert not out.exists()
-    assert main(["export", str(tmp_path), "--to", "csv", "--out", str(out)]) == 0
-
-
-def test_arrays_have_index_before_thumb_whatever_the_order_of_the_columns(tmp_path: Path):
-    turned = type(LAYOUT)(LAYOUT.channels[::-1], LAYOUT.rate)
-    data = np.random.default_rng(1).integers(-99, 99, (100, 16)).astype(np.int16)
-    for name, layout, columns in (("a", LAYOUT, data), ("b", turned, data[:, ::-1])):
-        folder = tmp_path / name
-        folder.mkdir()
-        pinch = Pinch(np.ascontiguousarray(columns), layout, Label("a"))
-        write_dataset(Dataset((pinch,)), folder, Header(layout, "synthetic"))
-        out = str(tmp_path / f"{name}.h5")
-        assert main(["export", str(folder), "--to", "hdf5", "--out", out]) == 0
-    import h5py
-
-    with h5py.File(tmp_path / "a.h5") as one, h5py.File(tmp_path / "b.h5") as other:
-        for name in ("piezo", "force", "strip"):
-            assert np.array_equal(one[name][()], other[name][()])

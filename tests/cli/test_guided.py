@@ -107,27 +107,6 @@ def test_a_link_that_goes_and_comes_is_said_once_each(capsys):
     ]
 
 
-def test_a_recording_with_gaps_is_said_to_have_them_at_the_end(capsys):
-    source = Counts()
-    terminal = begun(source, guide())
-    source.health = Health(samples=1000, lost_samples=7 + 500)
-    terminal.going_on()
-    terminal.end()
-    last = capsys.readouterr().out.splitlines()[-1]
-    assert last.startswith("warning: ")
-    assert " 500 samples " in last
-
-
-def test_a_lossy_link_does_not_hide_the_next_step(capsys):
-    source = Counts()
-    terminal = begun(source, guide())
-    for part in range(1, 12):
-        samples = 1000 + round(part * REMIND / 10 * LAYOUT.rate)
-        source.health = Health(samples=samples, lost_samples=7 + part)
-        terminal.going_on()
-    assert "waiting for the hand to close" in capsys.readouterr().out
-
-
 def test_a_hand_that_does_not_close_is_asked_for_and_noise_is_blamed_where_it_is(capsys):
     source, watching = Counts(), guide()
     terminal = begun(source, watching)

@@ -6,12 +6,9 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.core import Block, fingertip_layout
-from firstcontact.recording import Header, RecordingWriter
 
 
 def fields(text: str) -> dict[str, str]:
@@ -42,18 +39,6 @@ def test_a_device_reports_its_identity_and_samples(capsys: pytest.CaptureFixture
     assert captured["frames"] == "0 damaged, 0 lost, 0 doubled"
     assert captured["epochs"] == "1"
     assert not {"numpy", "platform", "ports"} & set(captured)  # those are of info without a device
-
-
-def test_a_recording_is_a_device_too(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    path = tmp_path / "short.mcap"
-    with RecordingWriter(path, Header(fingertip_layout(), "synthetic", hand="a hand")) as writer:
-        writer.write(Block(np.zeros((100, 16), np.int16)))
-        writer.write(Block(np.zeros((100, 16), np.int16), 150))
-    assert main(["info", "--device", str(path)]) == 0
-    captured = fields(capsys.readouterr().out)
-    assert captured["hand"] == "a hand"
-    assert captured["firmware"] == "not known"
-    assert captured["samples"] == "200, and 50 lost"
 
 
 def test_a_missing_port_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -127,15 +125,6 @@ def test_parquet_has_a_row_a_sample(tmp_path, recordings):
     assert np.diff(time) == pytest.approx(1 / loaded.layout.rate)
 
 
-def test_labels_not_known_for_all_are_left_out(tmp_path, recordings):
-    out = tmp_path / "x.csv"
-    assert main(["export", str(recordings), "--to", "csv", "--out", str(out)]) == 0
-    with out.open(encoding="utf-8") as stream:
-        header = next(csv.reader(stream))
-    assert "shore_a" in header
-    assert "hardness_rank" not in header
-
-
 def test_an_export_never_overwrites_and_leaves_nothing_half(tmp_path, recordings, dataset, capsys):
     out = tmp_path / "x.h5"
     out.write_text("mine")
@@ -181,12 +170,6 @@ def test_inspect_says_what_is_in_a_recording(recordings, capsys):
         assert words in output
 
 
-def test_inspect_says_that_a_session_was_assumed(tmp_path, dataset, capsys):
-    write_dataset(dataset, tmp_path, Header(dataset.layout, session_assumed=True))
-    assert main(["inspect", str(min(tmp_path.iterdir()))]) == 0
-    assert "session     s0 (assumed)" in capsys.readouterr().out
-
-
 def test_inspect_says_what_is_damaged(recordings, capsys):
     file = sorted(recordings.iterdir())[0]
     file.write_bytes(file.read_bytes()[:-2000])
@@ -201,21 +184,6 @@ def test_inspect_draws_a_pinch(tmp_path, recordings, suffix):
     assert main(["inspect", str(file), "--plot", str(picture), "--pinch", "1"]) == 0
     start = {".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[suffix]
     assert picture.read_bytes().startswith(start)
-
-
-def test_a_pinch_of_one_channel_is_drawn_too(tmp_path, layout_of_one):
-    recording = tmp_path / "a.mcap"
-    with RecordingWriter(recording, Header(layout_of_one, dtype="float32")) as writer:
-        data = np.sin(np.arange(200, dtype=np.float32))[:, None]
-        writer.pinch(Pinch(data, layout_of_one))
-    assert main(["inspect", str(recording), "--plot", str(tmp_path / "a.png")]) == 0
-    assert (tmp_path / "a.png").stat().st_size > 5000
-
-
-@pytest.fixture
-def layout_of_one() -> Layout:
-    layout = fingertip_layout()
-    return Layout(layout.channels[:1], 16_000.0)
 
 
 @pytest.mark.parametrize(
@@ -240,16 +208,3 @@ def test_files_that_are_no_recordings_are_refused(tmp_path, capsys, monkeypatch,
     assert main([verb[0], "a.mcap", *verb[1:]]) == 2
     assert "a.mcap is not an MCAP file" in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]
-
-
-def test_a_name_with_a_character_0_is_no_text_of_hdf5(tmp_path, dataset, capsys):
-    first, *remaining = dataset.pinches
-    odd = replace(first, label=replace(first.label, object="a\0b"))
-    (tmp_path / "odd").mkdir()
-    odds = replace(dataset, pinches=(odd, *remaining))
-    write_dataset(odds, tmp_path / "odd", Header(dataset.layout, "synthetic"))
-    out = tmp_path / "x.h5"
-    assert main(["export", str(tmp_path / "odd"), "--to", "hdf5", "--out", str(out)]) == 2
-    assert "object of a pinch has a character 0" in capsys.readouterr().err
-    assert not out.exists()
-    assert main(["export", str(tmp_path / "odd"), "--to", "csv", "--out", f"{out}.csv"]) == 0

@@ -55,15 +55,6 @@ def test_a_folder_in_use_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert [p.name for p in tmp_path.iterdir()] == ["mine"]
 
 
-def test_an_unknown_condition_is_refused_with_exit_code_2(tmp_path: Path) -> None:
-    process = subprocess.run(
-        [*COMMAND, str(tmp_path / "set"), "--condition", "lab"], capture_output=True, text=True
-    )
-    assert process.returncode == 2
-    assert "paper-rig" in process.stderr
-    assert not (tmp_path / "set").exists()
-
-
 @pytest.mark.slow
 def test_the_paper_size_set_stays_below_2_gb(tmp_path: Path) -> None:
     subprocess.run([*COMMAND, str(tmp_path / "set")], check=True, capture_output=True)

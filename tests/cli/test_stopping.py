@@ -77,11 +77,6 @@ def test_what_is_ignored_stays_so() -> None:
     assert not stop.requested
 
 
-def test_one_within_another_is_the_same() -> None:
-    with stopping() as outer, stopping() as inner:
-        assert inner is outer
-
-
 def test_in_another_thread_there_is_nothing_to_take() -> None:
     taken: list[Stop] = []
 

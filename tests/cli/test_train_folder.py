@@ -11,7 +11,6 @@ import forked
 from firstcontact.contact import load_detector
 from firstcontact.core import InputError
 from firstcontact.models import CARD, WEIGHTS, load_model
-from saved import edit
 from trainings import recordings, run
 
 #: Trains with files of at most so many bytes, which is a full disk for what is larger.
@@ -82,12 +81,6 @@ def test_parts_of_two_trainings_are_no_model(
     for contacts in ("known", "detected"):
         assert run("evaluate", model, other, "--contacts", contacts) == 2
         assert "is not the detector that" in capsys.readouterr().err
-
-
-def test_a_model_without_a_detector_of_its_own_takes_any(model: Path) -> None:
-    edit(model, detector=None)
-    (model / "detector.json").write_bytes((model / "detector.json").read_bytes() + b"\n")
-    assert load_model(model).windows[0].model.kind == "peak"
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "pinches/a.mcap", "15ms/notes.txt", CARD])

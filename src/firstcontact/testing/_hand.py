@@ -54,17 +54,13 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     assert kind.name.isidentifier(), (
         f"the name {kind.name!r} may contain only letters, digits and _"
     )
-    for rule in (
-        _limits,
-        _takes,
-        _releases,
-        _closes,
-        _passes_exceptions,
-        _needs_opening,
-        _measures,
-        _safe,
-    ):
-        rule(make)
+    _limits(make)
+    _takes(make)
+    _releases(make)
+    _passes_exceptions(make)
+    _needs_opening(make)
+    _measures(make)
+    _safe(make)
 
 
 def _limits(make: Callable[[], Hand]) -> None:
@@ -87,22 +83,16 @@ def _takes(make: Callable[[], Hand]) -> None:
 
 
 def _releases(make: Callable[[], Hand]) -> None:
+    make().close()
     hand = make()
     hand.release()
     with hand:
-        hand.release()
         hand.release()
         hand.send(_STILL)
         hand.release()
+        hand.close()
+        hand.close()
     hand.release()
-
-
-def _closes(make: Callable[[], Hand]) -> None:
-    make().close()
-    hand = make()
-    with hand:
-        hand.close()
-        hand.close()
     hand.close()
 
 

@@ -130,7 +130,7 @@ def test_the_same_seed_gives_the_same_files(
 ) -> None:
     words = ("--estimator", "peak", "--contacts", "known", "--seed", 0)
     assert run("train", data, "--out", tmp_path / "m", *words) == 0
-    for file in (CARD, ESTIMATORS, WEIGHTS, "detector.json", "detector.safetensors"):
+    for file in (CARD, WEIGHTS, "detector.json", "detector.safetensors"):
         assert (tmp_path / "m" / file).read_bytes() == (trained["known"] / file).read_bytes()
 
 

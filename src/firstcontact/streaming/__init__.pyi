@@ -28,6 +28,7 @@ from ._outputs import Sink as Sink
 from ._outputs import Update as Update
 from ._pipeline import Pipeline as Pipeline
 from ._predictors import AnytimePredictor as AnytimePredictor
+from ._predictors import Predictor as Predictor
 from ._predictors import WindowLadder as WindowLadder
 from ._predictors import live_predictor as live_predictor
 from ._session import LiveSession as LiveSession

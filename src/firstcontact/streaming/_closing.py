@@ -68,20 +68,20 @@ class Strips:
         self._columns = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}
         #: True if the layout has a strip.
         self.exist = layout.has_strip
-        self.begin()
+        self._closed: list[Contact] = []
+        self._open: set[Finger] = set()
 
     def begin(self) -> None:
         """Begin a closing: forget the contacts of the previous closing."""
-        self._closed: list[Contact] = []
-        self._open: set[Finger] = set()
+        self._closed, self._open = [], set()
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
         """First contact of each strip, in order of time."""
         return tuple(sorted(self._closed, key=lambda contact: contact.sample))
 
-    def watch(self, block: Block, end: int | None) -> None:
-        """Process samples of the closing. Samples from ``end`` on are ignored."""
+    def watch(self, block: Block) -> None:
+        """Process samples of the closing."""
         for finger, columns in self._columns.items():
             if not columns or any(contact.finger is finger for contact in self._closed):
                 continue
@@ -95,5 +95,5 @@ class Strips:
                 self._open.add(finger)
                 is_closed = is_closed & (np.cumsum(~is_closed) > 0)
             sample = first_closed_sample(is_closed, block.first_sample)
-            if sample is not None and (end is None or sample < end):
+            if sample is not None:
                 self._closed.append(Contact(finger, sample, sample))

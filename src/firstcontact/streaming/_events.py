@@ -309,7 +309,7 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the device knew the contact or estimate."""
+        """Sample after which the event was known."""
         return self.event.known_sample
 
 
@@ -363,7 +363,7 @@ class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
 
     @property
     def known_sample(self) -> int:
-        """Sample at which the pinch is placed in the stream."""
+        """Sample after which the event was known."""
         return self.sample
 
 

@@ -8,7 +8,7 @@ from typing import TextIO
 import msgspec
 
 from firstcontact.core import Finger, finger_name
-from firstcontact.device import Descriptor, DevicePredictor, Health
+from firstcontact.device import Descriptor, DevicePredictor
 from firstcontact.recording import Marker
 from firstcontact.streaming._outputs import Update, write_now
 
@@ -146,12 +146,12 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
 
 
 class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
-    """Report that a line could not be written, or that an output failed. Other outputs continue.
+    """Report that an output failed. The others continue.
 
     Parameters
     ----------
     subject
-        Type of the missing line, or name of the output: ``page``, ``lsl``, ``json``.
+        Name of the output: ``page`` or ``lsl``.
     reason
         Reason in a few words.
     """
@@ -161,12 +161,8 @@ class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
 
 
 def json_line(record: msgspec.Struct) -> str:
-    """Return a record as one line of JSON without line end, or a ``failed`` line on errors."""
-    try:
-        return msgspec.json.encode(record).decode()
-    except (ValueError, TypeError, OverflowError) as error:
-        subject = str(type(record).__struct_config__.tag)
-        return msgspec.json.encode(FailedLine(subject, str(error))).decode()
+    """Return a record as one line of JSON without line end."""
+    return msgspec.json.encode(record).decode()
 
 
 def marker_line(marker: Marker) -> str:
@@ -175,14 +171,9 @@ def marker_line(marker: Marker) -> str:
 
 
 class JsonLinesSink:
-    """Sink that writes each event immediately as a line of JSON.
+    """Sink that writes each event immediately as a line of JSON to a stream, which stays open.
 
     ``docs/reference/live-output.md`` lists the fields.
-
-    Parameters
-    ----------
-    stream
-        Text stream to write to; stays open.
     """
 
     name = "json"
@@ -207,7 +198,7 @@ class JsonLinesSink:
             The reader has closed the stream (BrokenPipeError), or the stream cannot be written.
         """
         lines = []
-        link = _link(update.health)
+        link = msgspec.convert(update.health, LinkLine, from_attributes=True)
         if link != self._link:
             lines.append(json_line(link))
         self._link = link
@@ -224,7 +215,3 @@ class JsonLinesSink:
 
     def _write(self, lines: Sequence[str]) -> None:
         write_now(self._stream, "".join(line + "\n" for line in lines))
-
-
-def _link(health: Health) -> LinkLine:
-    return msgspec.convert(health, LinkLine, from_attributes=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from firstcontact.core import Estimate, percent
 from firstcontact.streaming._events import PinchDone, Verdict
@@ -28,17 +28,14 @@ class Ledger:
     def __init__(self, rate: float, delay: float = 0.0) -> None:
         self.rate = rate
         self.delay = delay
-        #: Number of estimates so far.
-        self.estimates = 0
+        self.blocks = self.estimates = 0
         #: Number of pinches so far by verdict.
         self.verdicts: Counter[Verdict | None] = Counter()
         #: Number of pinches in time because no second contact was detected.
         self.unheard = 0
         #: Number of blocks that took longer to process than their samples last.
         self.overruns = 0
-        #: Number of blocks so far.
-        self.blocks = 0
-        #: Time spent on these blocks, s.
+        #: Time spent on the blocks, s.
         self.busy = 0.0
         self._times: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in TIMES}
 
@@ -88,17 +85,15 @@ class Ledger:
             figures["delay"] = self.delay
         for name, times in self._times.items():
             if times:
-                ordered = sorted(times)
-                figures |= {
-                    f"{name}_p50": _quantile(ordered, 0.5),
-                    f"{name}_p99": _quantile(ordered, 0.99),
-                    f"{name}_max": ordered[-1],
-                }
+                figures[f"{name}_p50"] = _quantile(times, 0.5)
+                figures[f"{name}_p99"] = _quantile(times, 0.99)
+                figures[f"{name}_max"] = max(times)
         return figures
 
 
-def _quantile(ordered: list[float], share: float) -> float:
-    """Return a quantile of ascending values. NumPy's function imports modules when first called."""
+def _quantile(values: Collection[float], share: float) -> float:
+    """Return a quantile. NumPy's function imports modules when first called."""
+    ordered = sorted(values)
     place = share * (len(ordered) - 1)
     low = int(place)
     high = min(low + 1, len(ordered) - 1)
@@ -119,25 +114,26 @@ def ledger_lines(
     ----------
     figures
         Result of :meth:`Ledger.summary`.
-    samples
-        Length of the processed samples, s of the device's time.
-    cpu
-        Processor time of the whole program, s.
+    samples, cpu
+        Length of the processed samples, s of the device's time, and processor time of the program.
     alone
         True for a single sensor, which has no second contact.
     speed
         Speed of the samples as a multiple of real time. At another speed than 1 the lines leave out
         times and verdicts, since the computer does not become faster with the samples.
     """
-    if speed == 1.0:
-        yield from _verdict_lines(figures, alone)
-        yield from _time_lines(figures)
-    else:
+    with_estimate = figures["pinches"] - figures["none"]
+    if speed != 1.0:
         yield (
             f"times and verdicts are left out: at --speed {speed:g} they say nothing about a hand "
             "in real time"
         )
-        yield _with_estimate(figures)
+    if alone or speed != 1.0:
+        yield f"{with_estimate:.0f} of {figures['pinches']:.0f} pinches had an estimate"
+    else:
+        yield from _verdict_lines(figures)
+    if speed == 1.0:
+        yield from _time_lines(figures)
     yield (
         f"{samples:.1f} s of samples in {figures['blocks']:.0f} blocks; "
         f"{figures['overruns']:.0f} of them took longer to process than they last"
@@ -157,16 +153,7 @@ def _time_lines(figures: Mapping[str, float]) -> Iterator[str]:
         yield f"{1e3 * figures['delay']:.3f} ms of each wait are the source's own filter"
 
 
-def _with_estimate(figures: Mapping[str, float]) -> str:
-    count = figures["pinches"] - figures["none"]
-    return f"{count:.0f} of {figures['pinches']:.0f} pinches had an estimate"
-
-
-def _verdict_lines(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
-    """Return lines with the counts of pinches by verdict. A single sensor has no second contact."""
-    if alone:
-        yield _with_estimate(figures)
-        return
+def _verdict_lines(figures: Mapping[str, float]) -> Iterator[str]:
     share = f" ({percent(figures['in_time'] / figures['pinches'])})" if figures["pinches"] else ""
     yield (
         f"estimate in force when the second finger touched: {figures['in_time']:.0f} of "

@@ -21,17 +21,11 @@ BUFFERED = 60
 class LslSink:
     """Two LSL streams: samples in physical units, and events as JSON.
 
-    Parameters
-    ----------
-    name
-        Name of the streams: "NAME samples" of type Tactile, "NAME events" of type Markers.
-
-    Raises
-    ------
-    InputError
-        The package pylsl or its library is missing.
+    They are named "NAME samples", of type Tactile, and "NAME events", of type Markers. If the
+    package pylsl or its library is missing, InputError is raised.
     """
 
+    name = "lsl"
     every = 0.02
     is_prompt = True
 
@@ -40,11 +34,8 @@ class LslSink:
         self._name = name
         self._samples: Any = None
         self._events: Any = None
-
-    @property
-    def name(self) -> str:
-        """Name under which dropped updates are reported."""
-        return "lsl"
+        self._newest = -np.inf  # time stamp of the newest event
+        self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
         """Announce the streams."""
@@ -54,18 +45,9 @@ class LslSink:
         self._clock = DeviceClock(layout.rate)
         # Both clocks of this machine count seconds, but they may begin at different times.
         self._shift = self._lsl.local_clock() - time.monotonic()
-        self._newest = -np.inf  # time stamp of the newest event
-        self._failed: Mapping[str, str] = {}
-        identity = f"{self._name}@{socket.gethostname()}"
-        samples = self._lsl.StreamInfo(
-            f"{self._name} samples",
-            "Tactile",
-            layout.width,
-            layout.rate,
-            self._lsl.cf_float32,
-            f"{identity} samples",
+        samples = self._info(
+            "samples", "Tactile", layout.width, layout.rate, self._lsl.cf_float32, descriptor
         )
-        _describe(samples, descriptor)
         channels = samples.desc().append_child("channels")
         for name, c in zip(layout.column_names, layout.column_channels, strict=True):
             channel = channels.append_child("channel")
@@ -73,15 +55,8 @@ class LslSink:
             channel.append_child_value("type", c.sensor or c.kind.value)
             channel.append_child_value("unit", c.unit)
             channel.append_child_value("finger", finger_name(c.finger))
-        events = self._lsl.StreamInfo(
-            f"{self._name} events",
-            "Markers",
-            1,
-            self._lsl.IRREGULAR_RATE,
-            self._lsl.cf_string,
-            f"{identity} events",
-        )
-        _describe(events, descriptor)
+        irregular, text = self._lsl.IRREGULAR_RATE, self._lsl.cf_string
+        events = self._info("events", "Markers", 1, irregular, text, descriptor)
         self._samples = self._lsl.StreamOutlet(samples, max_buffered=BUFFERED)
         self._events = self._lsl.StreamOutlet(events, max_buffered=BUFFERED)
 
@@ -114,8 +89,13 @@ class LslSink:
         self._newest = max(self._newest, host + self._shift)
         self._events.push_sample([text], self._newest)
 
-
-def _describe(info: Any, descriptor: Descriptor) -> None:
-    acquisition = info.desc().append_child("acquisition")
-    for field in ("firmware", "sensor", "hand", "source"):
-        acquisition.append_child_value(field, getattr(descriptor, field))
+    def _info(
+        self, kind: str, content: str, width: int, rate: float, form: Any, descriptor: Descriptor
+    ) -> Any:
+        """Return the description of one of the two streams."""
+        identity = f"{self._name}@{socket.gethostname()} {kind}"
+        info = self._lsl.StreamInfo(f"{self._name} {kind}", content, width, rate, form, identity)
+        acquisition = info.desc().append_child("acquisition")
+        for field in ("firmware", "sensor", "hand", "source"):
+            acquisition.append_child_value(field, getattr(descriptor, field))
+        return info

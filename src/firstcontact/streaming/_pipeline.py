@@ -81,12 +81,9 @@ class Pipeline:
     detector
         Fitted or loaded detector.
     predictor
-        Model that predicts; see :func:`firstcontact.streaming.live_predictor`. None to detect
-        contacts without estimates.
+        Model that predicts; None to detect contacts without estimates.
     calibration
-        Noise floors of the fingers. Without them a closing begins with each epoch, and a warning is
-        logged if an epoch is longer than any closing. With them, a warning is logged if a force
-        that stays high hides the closings.
+        Noise floors of the fingers. Without them a closing begins with each epoch.
     clock
         Clock of the host, s.
     delay
@@ -96,14 +93,6 @@ class Pipeline:
         time or too late.
     resettles
         False to judge by the first steady state of each closing, without withdrawals.
-
-    Attributes
-    ----------
-    radius
-        Radius of the object at the next contacts, m: infinite for a flat object, NaN if unknown.
-    measure_speed
-        Function that returns the closing speed before a contact; None if nothing measures the
-        speed.
 
     Raises
     ------
@@ -130,19 +119,23 @@ class Pipeline:
         #: Model that predicts; None to detect contacts without estimates.
         self.predictor = predictor
         self.ledger = Ledger(layout.rate, delay)
+        #: True if samples come as fast as they were taken.
+        self.real_time = real_time
+        #: Radius of the object at the next contacts, m: infinite for a flat one, NaN if unknown.
         self.radius = math.nan
+        #: Function that returns the closing speed before a contact; None if nothing measures it.
         self.measure_speed: MeasureSpeed | None = None
         self._delay = delay
         self._resettles = resettles
         self._transport = TransportDelay(layout.rate) if real_time else None
         self._clock = clock
-        self._longest = 0.0 if predictor is None else predictor.moments[-1]
+        longest = 0.0 if predictor is None else predictor.moments[-1]
         constants = detector.constants(layout.rate)
         self._image = build_image(
             layout.rate,
             constants,
             None if predictor is None else predictor.constants,
-            after=max(AFTER, 1.5 * self._longest),
+            after=max(AFTER, 1.5 * longest),
         )
         self._plugin: Any = detector if constants.kind is DetectorKind.PROGRAM else None
         self._fingers = layout.vibration_fingers
@@ -157,7 +150,9 @@ class Pipeline:
         self._block, self._host, self._now = Block(np.zeros((0, layout.width))), 0.0, 0.0
         #: First contacts in the samples that the chain processes: closing speed and radius.
         self._touched: dict[int, tuple[ClosingSpeed | None, float]] = {}
-        self._epoch_start: tuple[int, int] | None = None  # epoch and its first sample
+        self._epoch_start = -1, 0  # epoch and its first sample
+        self._has_warned = False  # of the length of an epoch
+        self._has_warned_of_load = False
         self.calibrate(calibration)
 
     def calibrate(self, calibration: Calibration | None) -> None:
@@ -172,19 +167,12 @@ class Pipeline:
             keeps_first_state=not self._resettles,
         )
         self._has_warned = self._chain.has_floors
-        self._has_warned_of_load = False
 
     def update(self, block: Block, host: float) -> Iterator[Event]:
         """Yield the events of the next block in order, without delay.
 
+        ``host`` is the time at which the block's last byte had been read, on the host's clock, s.
         Exhaust the iterator before you pass the next block.
-
-        Parameters
-        ----------
-        block
-            Samples.
-        host
-            Time at which the block's last byte had been read, on the host's clock, s.
         """
         waiting = self._waiting
         if waiting and (waiting[-1].end, waiting[-1].epoch) != (block.first_sample, block.epoch):
@@ -195,11 +183,6 @@ class Pipeline:
         self._waiting_samples += len(block.data)
         if self._waiting_samples >= self._lot:
             yield from self._work(host)
-
-    @property
-    def real_time(self) -> bool:
-        """True if samples come as fast as they were taken."""
-        return self._transport is not None
 
     @property
     def is_closing(self) -> bool:
@@ -266,12 +249,10 @@ class Pipeline:
 
     def _warn_of_long_epoch(self, block: Block) -> None:
         """Warn once that, without noise floors, only the first closing of an epoch is detected."""
-        if self._has_warned:
-            return
-        if self._epoch_start is None or self._epoch_start[0] != block.epoch:
+        if self._epoch_start[0] != block.epoch:
             self._epoch_start = block.epoch, block.first_sample
         seconds = (block.end - self._epoch_start[1]) / self.layout.rate
-        if seconds > LONGEST_EPOCH:
+        if seconds > LONGEST_EPOCH and not self._has_warned:
             self._has_warned = True
             _log.warning(
                 "this stream has run for %.0f s without noise floors, so only the first closing "
@@ -390,8 +371,7 @@ class Pipeline:
         self, pinch: OpenClosing, last: int, complete: int, reason: str
     ) -> Estimate | NoEstimate:
         """Return the final estimate, from samples up to ``last``; without one, the reason."""
-        real_time = self._transport is not None
-        final = pinch.settle(last, self.layout.rate, real_time=real_time)
+        final = pinch.settle(last, self.layout.rate, real_time=self.real_time)
         pinch.reason = reason if final is None else ""
         return final or NoEstimate(pinch.contacts[0], reason, complete, pinch.epoch)
 
@@ -405,7 +385,7 @@ class Pipeline:
             return
         data = block.data[start - block.first_sample : stop - block.first_sample]
         part = Block(data, start, block.epoch)
-        self._strips.watch(part, None)
+        self._strips.watch(part)
         windows, first = self._windows, pinch.contacts[0] if pinch.contacts else None
         if windows is None:
             return
@@ -459,7 +439,7 @@ class Pipeline:
             offset=None if second is None else (second.sample - first.sample) / self.layout.rate,
             estimates=tuple(estimate for _, estimate in pinch.made),
             reason=pinch.reason,
-            real_time=self._transport is not None,
+            real_time=self.real_time,
             closing_speed=pinch.closing_speed,
         )
         self.ledger.close(finished_pinch)

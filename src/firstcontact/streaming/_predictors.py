@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,60 +18,39 @@ if TYPE_CHECKING:
 NOT_FINITE = "the model's prediction is not a finite number"
 
 
-class Predictor(Protocol):
+class Predictor:
     """Model that predicts at one or several moments after a contact.
 
     The chain predicts with ``constants`` or ``predict``. Without constants, :meth:`start` returns
     the window models of a closing.
     """
 
-    @property
-    def name(self) -> str:
-        """Name of the estimator."""
-
-    @property
-    def rate(self) -> float:
-        """Sampling rate of the signals that the model needs, Hz."""
-
-    @property
-    def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which the model predicts, s, ascending."""
-
-    @property
-    def uses_speed(self) -> bool:
-        """True if a measured closing speed is an input of the model."""
-
-    @property
-    def uses_shape(self) -> bool:
-        """True if the shape of the object is an input of the model."""
-
-    @property
-    def level(self) -> float:
-        """Nominal share of truths inside the intervals of the chain's estimates."""
-
-    @property
-    def constants(self) -> ModelConstants | None:
-        """Constants of the chain; None for window models."""
-
-    @property
-    def predict(self) -> Predict | None:
-        """Function that predicts in place of the chain; None if the chain predicts."""
+    #: Name of the estimator.
+    name: str
+    #: Sampling rate of the signals that the model needs, Hz.
+    rate: float
+    #: Elapsed times after a contact at which the model predicts, s, ascending.
+    moments: tuple[float, ...]
+    #: True if a measured closing speed, or the shape of the object, is an input of the model.
+    uses_speed = False
+    uses_shape = False
+    #: Nominal share of truths inside the intervals of the chain's estimates.
+    level = 0.0
+    #: Constants of the chain; None for window models.
+    constants: ModelConstants | None = None
+    #: Function that predicts in place of the chain; None if the chain predicts.
+    predict: Predict | None = None
 
     def check(self, layout: Layout) -> None:
         """Raise InputError if the model cannot be used with this layout."""
 
     def start(self, layout: Layout) -> WindowPredictions | None:
         """Return the window models of one closing; None if the chain predicts."""
+        return None
 
 
-class AnytimePredictor:
-    """Predictor with an any-time model, such as the network. It predicts after each millisecond.
-
-    Parameters
-    ----------
-    model
-        Model, conditioned on a rig.
-    """
+class AnytimePredictor(Predictor):
+    """Predictor with an any-time model that is conditioned on a rig, such as the network."""
 
     uses_shape = True
 
@@ -94,9 +73,6 @@ class AnytimePredictor:
                 f"{layout.rate:g} Hz: set the source to {self.model.rate:g} Hz, or use a model "
                 f"folder with window models at {layout.rate:g} Hz"
             )
-
-    def start(self, layout: Layout) -> None:
-        """Return None: the chain predicts."""
 
 
 def _called(model: InContextModel) -> Predict:
@@ -124,32 +100,14 @@ def _called(model: InContextModel) -> Predict:
     return predict
 
 
-class WindowLadder:
+class WindowLadder(Predictor):
     """Predictor with several window models: each predicts when its window is complete.
 
-    Parameters
-    ----------
-    windows
-        Models of one estimator with their intervals, one for each length of the window.
-
-    Raises
-    ------
-    InputError
-        There is no model, or two models have windows of the same length.
+    ``windows`` are models of one estimator with their intervals, each for another length.
     """
-
-    uses_shape = uses_speed = False
-    level = 0.0
-    constants = predict = None
 
     def __init__(self, windows: Sequence[WindowPredictor]) -> None:
         self._windows = {w.model.spec.duration: w for w in windows}
-        if len(self._windows) < len(windows):
-            raise InputError(
-                "two models are for windows of the same length: give one of each length"
-            )
-        if not windows:
-            raise InputError("no window model is given: name at least one")
         self.name, self.rate = windows[0].name, windows[0].rate
         self.moments = tuple(sorted(self._windows))
 
@@ -233,20 +191,8 @@ class WindowPredictions:
 def live_predictor(model: Model, estimator: str | None = None) -> Predictor | None:
     """Return the live predictor of a model; None for a model that holds a detector only.
 
-    As in :meth:`Model.predict`, the model's first estimator predicts. Estimators whose sampling
-    rate is not the detector's are left out.
-
-    Parameters
-    ----------
-    model
-        Trained model.
-    estimator
-        Name of another estimator of the model.
-
-    Raises
-    ------
-    InputError
-        The model has no such estimator, or none with the detector's sampling rate.
+    As in :meth:`Model.predict`, the model's first estimator predicts if none is named. Estimators
+    whose sampling rate is not the detector's are left out. If none is left, InputError is raised.
     """
     from firstcontact.models import InContextModel
 

@@ -14,6 +14,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from firstcontact.core import Calibration, Contact, InputError, merge_blocks
 from firstcontact.device import Arrival, Recorder, RecorderStatus, Source, drain
@@ -55,10 +56,8 @@ class LiveSession:
         Pipeline for the source's layout.
     grasping
         Handler that gets each event before any output does; None without a hand.
-    recordings
-        Folder for recordings that a viewer starts.
-    calibration
-        Calibration that is stored in the headers of the viewers' recordings.
+    recordings, calibration
+        Folder for recordings that a viewer starts, and calibration for their headers.
     shape
         Shape of all objects, "flat" or a radius in mm, until a viewer sets another shape.
     model
@@ -112,19 +111,9 @@ class LiveSession:
         if shape:
             self.set_shape(shape)
 
-    def run(
-        self,
-        sinks: Sequence[Sink] = (),
-        seconds: float | None = None,
-        pinches: int | None = None,
-        stopped: Callable[[], bool] = lambda: False,
-        patient: bool = False,
-    ) -> None:
-        """Run until the source ends, all outputs have failed, or a limit is reached.
-
-        The parameters are those of :meth:`events`.
-        """
-        for _ in self.events(sinks, seconds, pinches, stopped, patient):
+    def run(self, sinks: Sequence[Sink] = (), **limits: Any) -> None:
+        """Run until the end. The parameters are those of :meth:`events`."""
+        for _ in self.events(sinks, **limits):
             pass
 
     def events(
@@ -137,8 +126,9 @@ class LiveSession:
     ) -> Iterator[Event]:
         """Run until the source ends, all outputs have failed, or a limit is reached.
 
-        At the end, or when the iteration is left, the source is closed before the recording. So the
-        recorder and the sinks get all samples that the source has received.
+        Yield each event after the hand's policy has processed it. At the end, or when the iteration
+        is left, the source is closed before the recording. So the recorder and the sinks get all
+        samples that the source has received.
 
         Parameters
         ----------
@@ -151,16 +141,6 @@ class LiveSession:
         patient
             True to wait for slow sinks, until ``stopped`` or ``seconds`` have passed. Use it only
             with a source that can wait.
-
-        Yields
-        ------
-        Event
-            Each event, after the hand's policy has processed it.
-
-        Raises
-        ------
-        InputError
-            The source failed.
         """
         until = math.inf if seconds is None else time.monotonic() + seconds
 
@@ -237,10 +217,7 @@ class LiveSession:
     def start_recording(self) -> Path:
         """Begin a recording in the session's folder, under a free name, and return its path.
 
-        Raises
-        ------
-        InputError
-            A recording is running, the session has ended, or the file cannot be created.
+        Raise InputError if one is running, the session has ended, or the file cannot be created.
         """
         now = datetime.now().astimezone()
         descriptor = self.source.descriptor

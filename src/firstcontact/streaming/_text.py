@@ -22,12 +22,7 @@ from firstcontact.streaming._outputs import Update, write_now
 class TextSink:
     """Sink that writes text: a line for each pinch, loss of samples, reconnection or failure.
 
-    Parameters
-    ----------
-    stream
-        Stream to write to.
-    shore_a
-        Function that returns the Shore A of an object of the twin by its name, None if unknown.
+    ``shore_a`` returns the Shore A of an object of the twin by its name, None if unknown.
     """
 
     name = "text"
@@ -80,7 +75,10 @@ class TextSink:
             elif isinstance(event, HandPinch):
                 self._write(hand_line(event))
             elif isinstance(event, ObjectEstimate) and event.pinches > 1:
-                self._write(object_line(event))
+                self._write(
+                    f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
+                    f"({event.low:.0f} to {event.high:.0f})"
+                )
         for pinch, name in late:
             self._unnamed.remove(pinch)
             self._write(f"  pinch {pinch.number} was {name}")
@@ -146,29 +144,20 @@ def estimate_words(estimate: Estimate, *, timed: bool) -> str:
 
 def hand_line(event: HandPinch) -> str:
     """Return one line of text about a device's predictions for a pinch."""
-    parts = []
     if not event.contacts:
-        parts.append("no contact")
+        words = "no contact"
     elif event.final is None:
-        parts.append(f"{finger_name(event.contacts[0].finger)} first, no estimate")
+        words = f"{finger_name(event.contacts[0].finger)} first, no estimate"
     else:
-        parts.append(estimate_words(event.final, timed=True))
-    parts.append("not checked" if event.check is None else check_words(event.check))
-    return f"  on the hand (model {event.model}): {', '.join(parts)}"
+        words = estimate_words(event.final, timed=True)
+    return f"  on the hand (model {event.model}): {words}, {_check_words(event.check)}"
 
 
-def check_words(check: HandCheck) -> str:
-    """Return the comparison of the device's predictions with the host's, in words."""
+def _check_words(check: HandCheck | None) -> str:
+    if check is None:
+        return "not checked"
     if check.same:
         return f"the same on this computer ({check.compared} estimates)"
     if check.lost:
         return "not compared: this computer lost samples"
     return "differs on this computer"
-
-
-def object_line(event: ObjectEstimate) -> str:
-    """Return one line of text about the pooled estimate of an object."""
-    return (
-        f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
-        f"({event.low:.0f} to {event.high:.0f})"
-    )

@@ -131,7 +131,13 @@ class Live:
             # A replay without a pace can wait, so that no line of it is dropped.
             patient = math.isinf(self.speed)
             with session_keys(session):
-                session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
+                session.run(
+                    sinks,
+                    seconds=self.seconds,
+                    pinches=self.pinches,
+                    stopped=lambda: stop.requested,
+                    patient=patient,
+                )
             self._report(session, began, time.process_time() - used)
         if session.grasping is not None:  # with the release at its end
             for line in session.grasping.lines(real_time=self.speed == 1.0):

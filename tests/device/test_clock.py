@@ -1,11 +1,15 @@
-"""Tests of the device's clock: a simulated hour, late blocks, jumps and restarts."""
+"""Tests of clocks: drift, sample times, transport delays, and the check of a stated rate."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from firstcontact.device._clock import ClockFit
+from firstcontact.core import Block
+from firstcontact.device import DeviceClock, TransportDelay
+from firstcontact.device._clock import SLEW, ClockFit, RateCheck
 
 RATE = 4936.0
 
@@ -46,16 +50,150 @@ def test_rate_away_from_the_nominal_one_is_estimated(rate: float) -> None:
     assert clock.rate == pytest.approx(rate, rel=1e-9)
 
 
-def test_lost_samples_do_not_change_the_drift() -> None:
-    clock = ClockFit(RATE)
-    for sample in range(0, 100_000, 5):
-        if not 30_000 < sample < 60_000:
-            clock.add(sample, 7.0 + sample / RATE)
-    assert clock.rate == pytest.approx(RATE, rel=1e-9)
-
-
 def test_no_drift_is_reported_before_enough_data() -> None:
     clock = ClockFit(RATE)
     assert clock.rate == 0.0
     feed(clock, 50.0, 4, 1e-4)
     assert clock.rate == 0.0
+
+
+STATED = 5000.0
+
+
+def refusal_time(times: np.ndarray, ends: np.ndarray) -> float | None:
+    """Return the time after which a stream of arrivals is refused, s; None if it is accepted."""
+    check = RateCheck(STATED)
+    for seconds, end in zip(times.tolist(), ends.tolist(), strict=True):
+        if check.add(end, seconds):
+            return seconds - float(times[0])
+    return None
+
+
+def arrivals(rate: float, seconds: float, jitter: float = 0.0, seed: int = 0) -> np.ndarray:
+    """Yield times and numbers of chunks of 5 ms with random delays, in order."""
+    times = np.arange(0.005, seconds, 0.005)
+    late = np.abs(np.random.default_rng(seed).normal(0.0, jitter, len(times)))
+    return np.stack([np.maximum.accumulate(times + late), np.floor(times * rate)])
+
+
+@pytest.mark.parametrize("rate", [500.0, 2500.0, 10_000.0, 50_000.0])
+def test_large_rate_error_is_refused_within_a_second(rate: float) -> None:
+    refusal = refusal_time(*arrivals(rate, 5.0))
+    assert refusal is not None
+    assert refusal <= 1.3
+
+
+@pytest.mark.parametrize("rate", [4850.0, 5150.0])
+def test_rate_error_of_3_percent_is_refused_within_two_seconds(rate: float) -> None:
+    refusal = refusal_time(*arrivals(rate, 5.0))
+    assert refusal is not None
+    assert refusal <= 2.3
+
+
+@pytest.mark.parametrize(
+    "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 20))]
+)
+@pytest.mark.parametrize("jitter", [0.0, 0.002, 0.02, 0.1])
+def test_jitter_within_the_tolerance_is_not_refused(jitter: float, seed: int) -> None:
+    for rate in (4940.0, 5060.0):
+        assert refusal_time(*arrivals(rate, 60.0, jitter, seed)) is None
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.1, 0.6, 3.0])
+def test_backlog_of_any_length_is_not_refused(begin: float) -> None:
+    check = RateCheck(STATED)
+    number = 0.0
+    for millisecond in range(20_000):
+        behind = begin < 1e-3 * millisecond < begin + 6.0
+        number += 35.0 if behind else 5.0
+        assert not check.add(number, 1e-3 * millisecond, behind=behind)
+    assert check.rate == pytest.approx(STATED)
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.1, 0.6, 1.0, 3.0, 9.0])
+@pytest.mark.parametrize("loses_samples", [False, True])
+def test_stall_of_five_seconds_is_not_refused(begin: float, loses_samples: bool) -> None:
+    times, ends = arrivals(STATED, 30.0)
+    stalled = (times > begin) & (times < begin + 5.0)
+    if loses_samples:  # as without a counter: the samples of the stall never come
+        ends = ends - np.cumsum(np.diff(ends, prepend=0.0) * stalled)
+    times = np.where(stalled, begin + 5.0 + 0.01 * (times - begin) / 5.0, times)
+    assert refusal_time(np.maximum.accumulate(times), ends) is None
+
+
+RATE = 4936.0
+
+
+def stamps(clock: DeviceClock, first: int, n: int, host: float, epoch: int = 0) -> list[float]:
+    return clock.stamps(Block(np.zeros((n, 16), np.int16), first, epoch), host).tolist()
+
+
+ARRIVALS = st.lists(
+    st.tuples(
+        st.integers(1, 400),  # samples
+        st.integers(0, 2000),  # lost before them
+        st.floats(0.0, 30.0),  # since the last arrival, s
+        st.sampled_from([0, 0, 0, 0, 1]),  # whether the device started anew
+    ),
+    min_size=1,
+    max_size=30,
+)
+
+
+@given(ARRIVALS, st.floats(0, 1e6))
+def test_stamps_increase_for_any_arrivals(
+    arrivals: list[tuple[int, int, float, int]], host: float
+) -> None:
+    clock, times, first, epoch = DeviceClock(RATE), [], 0, 0
+    for n, gap, delay, restarted in arrivals:
+        epoch += restarted
+        first = gap if restarted else first + gap
+        host += delay
+        times += stamps(clock, first, n, host, epoch)
+        first += n
+        assert clock.host_time(first - 1, epoch) == times[-1]
+    assert (np.diff(times) > 0).all()
+
+
+def test_stamps_without_delay_are_the_arrival_times() -> None:
+    clock = DeviceClock(RATE)
+    for k in range(100):
+        last = stamps(clock, 5 * k, 5, 50.0 + (5 * k + 4) / RATE)
+        np.testing.assert_allclose(last, 50.0 + np.arange(5 * k, 5 * k + 5) / RATE, atol=1e-9)
+
+
+def test_stamps_follow_drift_without_jitter() -> None:
+    """Blocks are up to 20 ms late, and the clock is 100 ppm fast."""
+    rng = np.random.default_rng(0)
+    clock, worst = DeviceClock(RATE), 0.0
+    for k in range(0, 300_000, 25):
+        true = 7.0 + np.arange(k, k + 25) / (RATE * (1 + 100e-6))
+        delay = 0.0 if rng.random() < 0.05 else rng.exponential(0.004)
+        estimate = stamps(clock, k, 25, true[-1] + min(delay, 0.02))
+        if k > RATE:
+            worst = max(worst, float(np.abs(np.array(estimate) - true).max()))
+    assert worst < 1.5e-3
+
+
+def test_small_offset_is_corrected_slowly() -> None:
+    """The first block came 100 ms late. Later blocks pull the stamps back gradually."""
+    clock = DeviceClock(RATE)
+    times = stamps(clock, 0, 5, 0.1 + 4 / RATE)
+    for k in range(5, 30_000, 5):
+        times += stamps(clock, k, 5, (k + 4) / RATE)
+    steps = np.diff(times) * RATE
+    assert steps.min() >= 1 - SLEW - 1e-6
+    assert steps.max() <= 1 + SLEW + 1e-6
+    assert abs(times[-1] - 29_999 / RATE) < 1e-9
+
+
+@given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=40), st.integers(1, 200))
+def test_transport_delay_is_relative_to_the_shortest(delays: list[float], n: int) -> None:
+    transport, host = TransportDelay(RATE), 0.0
+    least = np.inf
+    for k, delay in enumerate(delays):
+        sampled = 20.0 + (n * (k + 1) - 1) / RATE
+        host = max(host, sampled + delay)
+        transport.add(Block(np.zeros((n, 16), np.int16), n * k), host)
+        least = min(least, host - sampled)
+        assert abs(transport.delay(n * (k + 1) - 1, host) - (host - sampled - least)) < 1e-9

@@ -1,4 +1,4 @@
-"""Tests of boards that print numbers, over a real pseudo terminal."""
+"""Tests of boards that print numbers, over a real pseudo terminal, and of their lines."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from printing_board import PrintingBoard
 
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, SourceOptions, _csv_source, source_kind
 from firstcontact.device._csv_source import CsvSource, from_name
-from firstcontact.device._number_lines import identify_columns
+from firstcontact.device._number_lines import LineReader, identify_columns
 from firstcontact.device._ports import SerialTransport
-from processes import PATIENCE
 
 MEASURED = 0.6
 #: Longest time until trouble is reported, s: one to three, and what a busy machine adds.
@@ -236,29 +237,6 @@ def test_port_without_number_lines_is_refused(
         CsvSource(board.port, columns, measured=MEASURED).__enter__()
 
 
-def test_backlog_after_a_reconnection_is_not_refused(tmp_path: Path) -> None:
-    printed, backlog = 0, False
-
-    def line(number: int) -> bytes:
-        nonlocal printed
-        lines = 60 if backlog else 1  # more than any reader takes in the time
-        printed += lines
-        return b"".join(numbered_line(n) for n in range(printed - lines, printed))
-
-    with (
-        PrintingBoard(tmp_path / "port", line) as board,
-        CsvSource(board.port, measured=MEASURED) as source,
-    ):
-        until(source, samples(1500))
-        board.unplug()
-        board.plug()
-        backlog = True
-        while source.health.samples < 100_000:
-            source.read(0.1)
-            backlog = printed < 120_000
-    assert source.health.reconnects == 1
-
-
 @pytest.mark.usefixtures("_measured_rate")
 def test_slow_board_is_refused(tmp_path: Path) -> None:
     with (
@@ -302,32 +280,6 @@ def test_device_name_has_port_baud_and_columns() -> None:
             from_name(f"csv:/dev/ttyUSB0@{baud}", SourceOptions())
     with pytest.raises(InputError, match="none"):
         CsvSource("/dev/none").__enter__()
-
-
-def test_value_out_of_range_costs_one_sample(tmp_path: Path) -> None:
-    trouble = Trouble()
-
-    def line(number: int) -> bytes:
-        since = trouble.lines_since(number)
-        bad = since > 0 and since % 1000 == 0
-        return b"%d,1e300,0\n" % number if bad else numbered_line(number)
-
-    with PrintingBoard(tmp_path / "port", line) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source:
-            trouble.begin()
-            arrivals = until(source, lambda _: source.health.unusable_samples > 1)
-    assert 2 <= source.health.lost_samples <= 4 * source.health.unusable_samples
-    assert max(float(np.abs(a.block.data).max()) for a in arrivals) < 1000
-
-
-def test_board_without_usable_values_is_refused(tmp_path: Path) -> None:
-    with PrintingBoard(tmp_path / "port", lambda n: b"%d,1e300,0\n" % n) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source, pytest.raises(InputError, match="csv:"):
-            source.read(PATIENCE)
-    assert source.health.samples == 0
-    assert source.health.lost_samples > 4936
 
 
 def test_counter_that_runs_back_is_reported_and_counted(tmp_path: Path) -> None:
@@ -437,3 +389,39 @@ def test_arrivals_after_a_pause_are_ignored() -> None:
         age = 0.01 * k + (0.4 if k > 80 else 0.0)
         arrivals.add(age, 20 * k - (500 if k > 80 else 0))  # the pause lost 500 lines
     assert arrivals.rate() == pytest.approx(2000.0, rel=1e-6)
+
+
+@settings(max_examples=60)
+@given(st.lists(st.binary(max_size=200), max_size=20))
+def test_any_bytes_give_finite_numbers_or_none(pieces: list[bytes]) -> None:
+    reader = LineReader()
+    for piece in pieces:
+        for line in reader.feed(piece):
+            assert line is None or all(abs(v) < float("inf") for v in line)
+
+
+@settings(max_examples=60)
+@given(st.lists(st.integers(1, 40), min_size=1, max_size=40))
+def test_reads_split_anywhere_give_the_same_lines(sizes: list[int]) -> None:
+    text = b"junk\nn,piezo\r\n" + b"".join(b"%d,%d\r\n" % (k, k * k % 97) for k in range(60))
+    expected = LineReader().feed(text)
+    reader, parts, place = LineReader(), [], 0
+    while place < len(text):
+        size = sizes[place % len(sizes)]
+        parts += reader.feed(text[place : place + size])
+        place += size
+    assert parts == expected
+    assert reader.header == ("n", "piezo")
+    assert [line for line in parts if line] == [(float(k), float(k * k % 97)) for k in range(60)]
+
+
+def test_plotter_lines_have_names() -> None:
+    reader = LineReader()
+    assert reader.feed(b"x\nleft:1,right:2\n") == [(1.0, 2.0)]
+    assert reader.header == ("left", "right")
+
+
+def test_python_only_number_formats_are_damaged_lines() -> None:
+    reader = LineReader()
+    assert reader.feed("x\n1,1_0\n１,2\n1,2\n".encode()) == [None, None, (1.0, 2.0)]
+    assert reader.bad == 2

@@ -91,12 +91,6 @@ def test_silent_device_is_refused_with_its_progress(
     assert "takes no models" not in sentence
 
 
-def test_device_silent_at_the_end_is_refused(tmp_path: Path, clock: HostClock) -> None:
-    answer: Says = lambda kind, stored: None if kind == FrameType.MODEL_END else stored  # noqa: E731
-    sentence, _ = flash_error(tmp_path / "port", answer, clock)
-    assert f"after {len(DATA)} of {len(DATA)} bytes" in sentence
-
-
 def test_device_without_models_is_refused(tmp_path: Path, clock: HostClock) -> None:
     class Plain(Responder):
         def _do(self, kind: int, payload: bytes) -> None:
@@ -109,24 +103,6 @@ def test_device_without_models_is_refused(tmp_path: Path, clock: HostClock) -> N
         pytest.raises(InputError, match=f"{re.escape(device.port)}: .*no models"),
     ):
         flash_model(device.port, DATA)
-
-
-def test_hanging_device_is_refused_as_silent(tmp_path: Path, clock: HostClock) -> None:
-    count = 0
-
-    def first_messages(data: bytes) -> bytes:
-        nonlocal count
-        count += 1
-        if count <= 2:
-            return data
-        clock.skip()
-        return b""
-
-    with ScriptedDevice(tmp_path / "port", descriptor=TAKER) as device:
-        device.script.hears = first_messages
-        with pytest.raises(InputError, match="port") as refusal:
-            flash_model(device.port, DATA)
-    assert "no models" not in str(refusal.value)
 
 
 @pytest.mark.parametrize("reply", [b"", b"\0\x87", 2**32 - 1, len(DATA) + 1])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-import termios
 import time
 
 import pytest
@@ -70,17 +69,6 @@ def test_markers_of_an_interrupted_epoch_keep_it(device: ScriptedDevice) -> None
     markers = [marker for arrival in arrivals for marker in arrival.markers]
     assert all((m.sample, m.epoch) == (125, 0) for m in markers)
     assert [m.text for m in markers] == ["before", "then"][: len(markers)]
-
-
-def test_port_lost_during_opening_is_refused(
-    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(number: int, queue: int) -> None:
-        raise termios.error(5, "Input/output error")
-
-    monkeypatch.setattr(termios, "tcflush", fail)
-    with pytest.raises(InputError, match=device.port):
-        SerialTransport(device.port)
 
 
 def test_closed_port_raises(device: ScriptedDevice) -> None:

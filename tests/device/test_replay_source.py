@@ -122,20 +122,6 @@ def test_a_replay_begins_at_the_first_read(recording: Path) -> None:
     assert first.host >= begun
 
 
-def test_closing_ends_the_replay(recording: Path) -> None:
-    source = ReplaySource(recording, math.inf)
-    with source:
-        assert source.read(0)
-    source.close()
-    assert source.ended
-    assert source.read(0) == []
-
-
-def test_marking_a_replay_is_refused(recording: Path) -> None:
-    with ReplaySource(recording) as source, pytest.raises(InputError, match=recording.name):
-        source.mark("now")
-
-
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, -math.inf])
 def test_invalid_speeds_are_refused(recording: Path, speed: float) -> None:
     with pytest.raises(InputError, match="--speed"):

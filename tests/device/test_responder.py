@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -14,7 +13,7 @@ from firstcontact.core import fingertip_layout
 from firstcontact.device import Descriptor, FrameType, encode
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._protocol import Frame
-from firstcontact.device._responder import LONGEST_HEARD, Responder
+from firstcontact.device._responder import Responder
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "test", "sensor", "hand", "twin")
 CHANNELS = 16
@@ -70,13 +69,6 @@ def device(room: int = 1000) -> Host:
     return Host(Responder(DESCRIPTOR, 7, room))
 
 
-def test_device_is_silent_before_the_start() -> None:
-    host = device()
-    host.make(500)
-    host.device.marker(10, "twin: apple 1")
-    assert host.listen() == []
-
-
 def test_hello_is_answered_with_the_descriptor() -> None:
     host = device()
     host.say(FrameType.HELLO, b"\1")
@@ -85,25 +77,6 @@ def test_hello_is_answered_with_the_descriptor() -> None:
     version, boot, text = protocol.read_descriptor(frame.payload)
     assert (version, boot) == (protocol.VERSION, 7)
     assert Descriptor.from_text(text) == DESCRIPTOR
-
-
-@pytest.mark.parametrize("version", [0, 2, 255])
-def test_another_version_is_refused(version: int) -> None:
-    host = device()
-    host.say(FrameType.HELLO, bytes([version]))
-    (frame,) = host.listen()
-    assert frame.type == FrameType.REFUSED
-    assert frame.payload[0] == protocol.VERSION
-    assert f"not {version}" in frame.payload[1:].decode()
-
-
-def test_samples_count_while_nothing_is_sent() -> None:
-    host = device()
-    host.make(123)
-    host.say(FrameType.START)
-    host.make(10)
-    host.listen()
-    assert host.numbers() == list(range(123, 133))
 
 
 @given(st.lists(st.integers(0, 40), max_size=20))
@@ -153,17 +126,6 @@ def test_received_and_overflow_sum_to_all_samples(room: int, turns: list[tuple[i
             count += len(s.data)
 
 
-def test_a_stall_is_counted_to_the_sample() -> None:
-    host = device(room=100)
-    host.say(FrameType.START)
-    host.make(1000)
-    host.listen()
-    assert host.numbers() == list(range(100))
-    host.make(5)
-    last = protocol.read_samples(host.listen()[-1].payload, CHANNELS)
-    assert (last.first_sample, last.overflow) == (1000, 900)
-
-
 def test_a_mark_is_echoed_with_the_number_of_the_next_sample() -> None:
     orders: list[str] = []
     host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: orders.append(text) or "done"))
@@ -188,14 +150,6 @@ def test_order_is_answered_with_its_result() -> None:
     host.say(FrameType.ORDER, bytes(201))
     assert host.listen() == []
     assert orders == ["hand: release"]
-
-
-def test_device_without_a_hand_ignores_orders() -> None:
-    host = device()
-    host.say(FrameType.ORDER, b"hand: release")
-    assert host.listen() == []
-    host.say(FrameType.HELLO, b"\1")
-    assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]
 
 
 def test_marker_of_the_device_follows_earlier_samples() -> None:
@@ -228,31 +182,3 @@ def test_noise_between_requests_is_ignored(noise: bytes, piece: int) -> None:
     for k in range(0, len(wire), piece):
         host.device.hear(wire[k : k + piece])
     assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]
-
-
-@pytest.mark.parametrize("place", range(11))
-def test_damaged_request_is_ignored(place: int) -> None:
-    host = device()
-    wire = bytearray(encode(FrameType.HELLO, 0, b"\1"))
-    wire[place] ^= 0x10
-    host.device.hear(bytes(wire) + b"\0")
-    assert host.listen() == []
-
-
-def test_overlong_request_is_discarded() -> None:
-    host = device()
-    for _ in range(100):
-        host.device.hear(b"\1" * LONGEST_HEARD)
-    assert len(host.device._heard) <= LONGEST_HEARD + 1
-    host.device.hear(b"\0")
-    host.say(FrameType.HELLO, b"\1")
-    assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]
-
-
-def test_unknown_request_is_ignored() -> None:
-    host = device()
-    host.say(0x99, b"later")
-    host.say(FrameType.DESCRIPTOR, b"")
-    assert host.listen() == []
-    host.say(FrameType.HELLO, b"")
-    assert host.listen() == []

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
-from numbered import DESCRIPTOR
 from scripted_device import DEAD, ScriptedDevice, collect
 from serial_faults import read_until, samples
 
 from firstcontact.device import FrameType, SerialSource, encode
 from firstcontact.device import _serial_source as serial_source
-from firstcontact.device._assembler import Assembled
 from firstcontact.device._twin_source import TwinSource
 
 
@@ -103,37 +99,6 @@ def test_dead_device_is_disconnected_until_it_answers(
         read_until(source, lambda: not source.health.connected)
         device.script.hears = lambda data: data
         monkeypatch.setattr(serial_source, "SILENCE", DEAD)
-        device.put(100)
-        collect(source, lambda n: n == 100)
-        assert source.health.connected
-
-
-def test_source_opens_although_the_device_is_disconnected_again(
-    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    take = SerialSource._take
-
-    def disconnect(source: SerialSource, data: bytes, now: float) -> Assembled:
-        with source._changed:
-            assembled = take(source, data, now)
-            source._connected = False
-        return assembled
-
-    monkeypatch.setattr(SerialSource, "_take", disconnect)
-    with SerialSource(device.port) as source:
-        assert source.descriptor == DESCRIPTOR
-
-
-def test_device_without_samples_is_disconnected_after_two_seconds(
-    device: ScriptedDevice,
-) -> None:
-    with SerialSource(device.port) as source:
-        began = time.monotonic()
-        device.put(100)
-        collect(source, lambda n: n == 100)
-        read_until(source, lambda: not source.health.connected)
-        # Two seconds, and what a busy machine adds.
-        assert 1.0 < time.monotonic() - began < 12.0
         device.put(100)
         collect(source, lambda n: n == 100)
         assert source.health.connected

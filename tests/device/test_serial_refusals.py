@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,21 +27,6 @@ def test_second_open_of_a_port_is_refused(device: ScriptedDevice) -> None:
         collect(source, lambda n: n == 1000)
     with SerialSource(device.port):
         pass
-
-
-def test_open_from_another_process_is_refused(device: ScriptedDevice) -> None:
-    script = (
-        "import sys\n"
-        "from firstcontact.device._serial_source import SerialSource\n"
-        "SerialSource(sys.argv[1]).__enter__()"
-    )
-    with SerialSource(device.port) as source:
-        result = subprocess.run(
-            [sys.executable, "-c", script, device.port], capture_output=True, text=True
-        )
-        assert "another program has this port open" in result.stderr
-        device.put(500)
-        collect(source, lambda n: n == 500)
 
 
 @pytest.mark.parametrize(
@@ -130,13 +113,6 @@ def test_missing_port_and_plain_file_are_refused(tmp_path: Path) -> None:
         SerialSource(str(tmp_path)).__enter__()
     with pytest.raises(InputError, match=os.devnull):
         SerialSource(os.devnull).__enter__()
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may open every port")
-def test_a_port_without_permission(device: ScriptedDevice) -> None:
-    Path(device.port).resolve().chmod(0)
-    with pytest.raises(InputError, match="port"):
-        SerialSource(device.port).__enter__()
 
 
 def test_error_in_the_thread_is_raised_in_read(

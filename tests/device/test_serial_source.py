@@ -1,19 +1,22 @@
-"""Tests of a device on a port: every sample arrives once and in order, markers too."""
+"""Tests of a device on a port: samples, markers, damaged lines and wrong rates."""
 
 from __future__ import annotations
 
+import logging
+import os
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from numbered import DESCRIPTOR, numbered
+from numbered import DESCRIPTOR
 from scripted_device import ScriptedDevice, collect
 from serial_faults import every_other, read_until, samples
 
 from firstcontact.core import InputError
-from firstcontact.device import Arrival, FrameType, SerialSource
+from firstcontact.device import Arrival, Descriptor, FrameType, SerialSource, _serial_source
 from firstcontact.device import _serial_source as serial_source
 from firstcontact.device._ports import SerialTransport
 from firstcontact.recording import Marker
@@ -160,23 +163,6 @@ def test_overflow_of_the_device_is_counted_separately(tmp_path: Path) -> None:
     assert source.health.lost_frames == 0
 
 
-def test_host_clock_step_changes_nothing(
-    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with SerialSource(device.port) as source:
-        start = time.monotonic()
-        device.put(2500)
-        arrivals = collect(source, lambda n: n == 2500)
-        monkeypatch.setattr(time, "time", lambda: 0.0)
-        monkeypatch.setattr(time, "time_ns", lambda: 0)
-        device.put(2500)
-        arrivals += collect(source, lambda n: n == 2500)
-        end = time.monotonic()
-    hosts = [start, *(a.host for a in arrivals), end]
-    assert hosts == sorted(hosts)
-    assert source.health.reconnects == source.health.lost_samples == 0
-
-
 def test_running_stream_of_another_host_is_taken_over(device: ScriptedDevice) -> None:
     first = SerialTransport(device.port)
     first.send(FrameType.START)
@@ -211,15 +197,6 @@ def test_marks_return_with_their_sample(device: ScriptedDevice) -> None:
             source.mark("lost")
 
 
-@pytest.mark.usefixtures("_is_patient")
-def test_mark_after_the_last_sample_is_returned(device: ScriptedDevice) -> None:
-    with SerialSource(device.port) as source:
-        device.put(100)
-        source.mark("the end")
-    arrivals = collect(source, lambda n: n == 100)
-    assert [m.text for m in arrivals[-1].markers] == ["the end"]
-
-
 def test_unopened_source_can_be_closed() -> None:
     source = SerialSource("nowhere")
     assert source.health.samples == 0
@@ -228,5 +205,99 @@ def test_unopened_source_can_be_closed() -> None:
     source.close()
 
 
-def test_numbered_samples_have_their_formula() -> None:
-    assert numbered(2**32 - 1, 2)[:, :2].tolist() == [[-1, -1], [0, 0]]
+@pytest.mark.parametrize(
+    ("change", "bad"),
+    [
+        (lambda f: f[:20] + bytes([f[20] ^ 1]) + f[21:], 1),
+        (lambda f: f[:20] + b"\x55" + f[20:], 1),
+        (lambda f: f[:20] + f[21:], 1),
+        (lambda f: f[:20] + b"\0" + f[21:], 2),
+        (lambda f: os.urandom(1000).replace(b"\0", b"\1") + b"\0", 1),
+        (lambda f: b"", 0),
+    ],
+    ids=["flipped", "inserted", "deleted", "cut", "burst", "gone"],
+)
+def test_damage_loses_only_its_frames(
+    device: ScriptedDevice, change: Callable[[bytes], bytes], bad: int
+) -> None:
+    device.script.sends = every_other(10, change)
+    with SerialSource(device.port) as source:
+        device.put(5005)  # 1001 frames, of which 100 are damaged
+        collect(source, lambda n: n == 5005 - 500)
+    health = source.health
+    assert health.lost_frames == 100
+    assert health.lost_samples == 500
+    assert health.samples == 4505
+    assert health.bad_frames == 100 * bad
+
+
+def test_doubled_frames_are_dropped(device: ScriptedDevice) -> None:
+    device.script.sends = every_other(10, lambda frame: frame + frame)
+    with SerialSource(device.port) as source:
+        device.put(5000)
+        collect(source, lambda n: n == 5000)
+    assert source.health.doubled_frames == 100
+    assert source.health.lost_frames == 0
+
+
+RATE = DESCRIPTOR.layout.rate
+REAL = replace(DESCRIPTOR, source="real")
+
+
+#: Samples that are surely enough, however busy this machine is.
+MANY = round(60 * RATE)
+
+
+def read(
+    tmp_path: Path,
+    rate: float,
+    enough: Callable[[int], bool],
+    descriptor: Descriptor = REAL,
+    hold: float = 0.0,
+) -> None:
+    """Read a device that sends at ``rate`` Hz until there are enough samples."""
+    with (
+        ScriptedDevice(tmp_path / "port", descriptor=descriptor) as device,
+        SerialSource(device.port) as source,
+        device.sending(rate),
+    ):
+        collect(source, lambda n: n >= round(RATE) or enough(n))
+        device.hold(hold)
+        collect(source, enough)
+
+
+def test_rate_off_by_3_percent_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_serial_source, "OPENING", 60.0)
+    with pytest.raises(InputError, match=r"\b5\d{3} .*\b4936\b") as refusal:
+        read(tmp_path, 1.03 * RATE, lambda n: n >= MANY)
+    assert str(tmp_path / "port") in str(refusal.value)
+
+
+def test_stated_rate_with_a_burst_passes(tmp_path: Path) -> None:
+    read(tmp_path, RATE, lambda n: n >= round(2 * RATE), hold=0.6)
+
+
+@pytest.mark.parametrize("descriptor", [replace(REAL, paced=False), DESCRIPTOR])
+def test_rate_is_not_checked_without_real_time(descriptor: Descriptor, tmp_path: Path) -> None:
+    read(tmp_path, 4 * RATE, lambda n: n >= round(6 * RATE), descriptor)
+
+
+def test_rate_change_during_a_session_is_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(_serial_source, "OPENING", 0.0)
+
+    def warnings() -> list[str]:
+        return [r.getMessage() for r in caplog.records if r.levelno == logging.WARNING]
+
+    with caplog.at_level(logging.WARNING):
+        read(tmp_path, 2 * RATE, lambda n: bool(warnings()) or n >= MANY)
+    (message,) = warnings()
+    assert "4936" in message
+
+
+def test_descriptor_without_real_time_round_trips() -> None:
+    for paced in (True, False):
+        text = replace(REAL, paced=paced).to_text()
+        assert Descriptor.from_text(text).paced is paced
+        assert ("paced" in text) is not paced  # absent means real time

@@ -13,12 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import serial
-from twin_host import DEAD, expected, host
+from twin_host import expected, host
 
 from firstcontact.core import InputError
-from firstcontact.device import Descriptor, FrameType, encode
-from firstcontact.device import _protocol as protocol
 from firstcontact.device._twin_process import RING
 from firstcontact.device._twin_source import TwinDevice
 from firstcontact.twin import DeviceFilter, TwinStream
@@ -68,28 +65,6 @@ def test_stalled_host_losses_are_counted_in_real_time() -> None:
         stopped = h.stop()
         assert stopped[1] > 0
         h.check(stopped)
-
-
-def test_pyserial_opens_the_port(twin: TwinDevice) -> None:
-    with serial.Serial(twin.port, 115_200, timeout=DEAD, exclusive=True) as port:
-        port.write(encode(FrameType.HELLO, 0, b"\1"))
-        frame = protocol.decode(port.read_until(b"\0")[:-1])
-        text = protocol.read_descriptor(frame.payload)[2]
-        descriptor = Descriptor.from_text(text)
-        assert descriptor.source == "twin"
-        assert len(descriptor.layout.channels) == 16
-
-
-def test_host_reconnects_to_the_same_device(twin: TwinDevice) -> None:
-    with host(twin.port) as h:
-        boot = h.boot()
-        h.start(500)
-        end, _ = h.stop()
-    with host(twin.port) as h:
-        assert h.boot() == boot
-        h.start(500)
-        assert h.first >= end
-        h.check(h.stop())
 
 
 def test_reset_starts_another_boot_on_the_same_port() -> None:
@@ -213,14 +188,6 @@ def test_interrupt_ends_a_twin_that_hangs_at_its_start(
     assert parent.returncode == 128 + number
     assert error == b"firstcontact: interrupted\n"
     assert gone(pid)
-
-
-def test_terminated_twin_removes_its_port(twin: TwinDevice) -> None:
-    os.kill(twin.pid, signal.SIGTERM)
-    assert gone(twin.pid)
-    assert not Path(twin.port).parent.exists()
-    with pytest.raises(InputError):
-        twin.reset()
 
 
 def test_closed_twin_has_ended() -> None:

@@ -1,19 +1,30 @@
-"""Tests of orders to the twin's hand, on its terminal."""
+"""Tests of orders to the twin's hand, and of the texts between host and twin."""
 
 from __future__ import annotations
 
 import select
 from collections.abc import Iterator
+from math import isfinite
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from twin_host import Host, host
 
-from firstcontact.core import Command
-from firstcontact.device import FrameType, held_object, order_text
+from firstcontact.core import Command, InputError
+from firstcontact.device import (
+    FrameType,
+    concerns_hand,
+    held_object,
+    lost_object,
+    object_text,
+    order_text,
+)
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._twin_source import TwinDevice, TwinSource
-from firstcontact.device._twin_words import ACCEPTED, peak_text
+from firstcontact.device._twin_words import ACCEPTED, lost_text, peak_text, read_order
 from firstcontact.twin import TwinStream
+from firstcontact.twin._objects import OBJECTS
 
 #: Multiple of real time at which orders still arrive within a closing.
 SPEED = 4
@@ -44,13 +55,6 @@ def test_order_selects_the_object(twin: TwinDevice) -> None:
         count = len(held_texts())
         h.listen(lambda: len(held_texts()) >= count + 5)
         assert set(held_texts()[count + 1 :]) != {"twin: block 29"}
-
-
-def test_only_given_objects_are_grasped() -> None:
-    with TwinDevice(objects=["block 10", "apple 1"], speed=20) as twin, host(twin.port) as h:
-        h.start(1)
-        h.listen(lambda: len(h.markers) >= 8)
-        assert {held_object(text) for _, text in h.markers} == {"block 10", "apple 1", None}
 
 
 class ClosingLog:
@@ -207,3 +211,43 @@ def test_accelerated_twin_stays_close_to_its_reader() -> None:
             arrivals = source.read(60.0)
             count += sum(len(a.block.data) for a in arrivals)
             objects += [held_object(m.text) for a in arrivals for m in a.markers]
+
+
+@given(st.floats(-1.0, 1.0), st.floats(0.0, 100.0))
+def test_order_text_round_trips(speed: float, force: float) -> None:
+    command = read_order(order_text(Command(speed, force)))
+    assert command is not None
+    assert command.speed == pytest.approx(speed, abs=5.1e-5)
+    assert command.force == pytest.approx(force, abs=5.1e-4)
+    assert read_order(order_text(None)) is None
+
+
+@given(st.text(max_size=30))
+def test_other_hand_texts_are_refused_or_ignored(text: str) -> None:
+    try:
+        order = read_order("hand:" + text)
+    except InputError:
+        return
+    assert order is None or (isfinite(order.speed) and isfinite(order.force))
+
+
+def test_object_texts_differ_from_hand_texts() -> None:
+    for name in OBJECTS:
+        assert held_object(f"twin: {name}") == name
+        assert not concerns_hand(f"twin: {name}")
+    about = (peak_text(3.44), ACCEPTED + order_text(None), ACCEPTED + object_text("apple 1"))
+    for text in (*about, "twin: hand is not closing", "hand: release", "hand: -0.0160 2.551"):
+        assert held_object(text) is None
+        assert concerns_hand(text)
+    for text in ("an apple", "hand: my left one", "hand: 0.0160 2.551 or so"):
+        assert held_object(text) is None
+        assert not concerns_hand(text)
+    assert peak_text(3.44) == "twin: peak 3.4 N"
+
+
+def test_loss_texts_concern_the_hand() -> None:
+    for loss in ("dropped", "broken"):
+        assert lost_object(lost_text(loss)) == loss
+        assert concerns_hand(lost_text(loss))
+        assert held_object(lost_text(loss)) is None
+    assert lost_object(peak_text(3.0)) is None

@@ -10,13 +10,6 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Block, merge_blocks
 
-
-def test_the_end_is_where_the_next_block_starts() -> None:
-    block = Block(np.zeros((7, 2)), first_sample=2**40)
-    assert block.end == 2**40 + 7
-    assert Block(np.zeros((0, 2)), block.end).end == block.end
-
-
 STEPS = st.tuples(
     st.integers(1, 9),  # samples
     st.sampled_from([0, 0, 0, 2]),  # missing before them

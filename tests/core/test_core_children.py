@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -14,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from firstcontact.core import Child
-from processes import PATIENCE, children, gone, stop
+from processes import PATIENCE, gone, stop
 
 #: Children that do not listen, each in a way of its own.
 DEAF = {
@@ -94,8 +93,10 @@ def test_deaf_child_times_out_and_is_ended(module: Path, words: str) -> None:
         assert gone(process.pid)
 
 
-@pytest.mark.parametrize("is_stopped", [False, True], ids=["running", "stopped"])
-@pytest.mark.parametrize("words", DEAF.values(), ids=DEAF)
+@pytest.mark.parametrize(
+    ("words", "is_stopped"),
+    [(DEAF["is busy"], False), (DEAF["keeps the lock"], False), (DEAF["sleeps"], True)],
+)
 def test_children_die_with_a_killed_parent(module: Path, words: str, is_stopped: bool) -> None:
     module.write_text(f"print('ready', flush=True)\n{words}")
     pipe = subprocess.PIPE
@@ -119,33 +120,6 @@ def test_child_outlives_the_thread_that_started_it(module: Path) -> None:
     processes[0].end(PATIENCE)
 
 
-INTERRUPTED = """
-import signal, sys, threading
-from firstcontact.core import _children as children
-made = []
-keep = children.subprocess.Popen
-def slowly(*arguments, **options):
-    # Ctrl-C comes when the process is there and nobody has been given it.
-    process = keep(*arguments, **options)
-    made.append(process)
-    signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
-    taken.wait()
-    return process
-
-taken = threading.Event()
-def take(number, frame):
-    taken.set()
-    raise KeyboardInterrupt
-signal.signal(signal.SIGINT, take)
-children.subprocess.Popen = slowly
-try:
-    children.Child("child")
-except KeyboardInterrupt:
-    assert made[0].poll() is not None
-    print("gone", flush=True)
-"""
-
-
 def test_child_ignores_modules_of_the_working_folder(
     module: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -156,37 +130,6 @@ def test_child_ignores_modules_of_the_working_folder(
     with child() as process:
         process.tell("hello", PATIENCE)
         assert process.answer(PATIENCE) == "heard hello"
-
-
-def test_child_with_an_interrupted_start_is_ended(module: Path) -> None:
-    module.write_text(DEAF["sleeps"])
-    result = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert result.stdout == "gone\n"
-
-
-def test_interrupt_while_the_thread_of_a_child_starts_leaves_no_child(
-    module: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    module.write_text(DEAF["sleeps"])
-    earlier = children(os.getpid())
-    start = threading.Thread.start
-
-    def interrupted(thread: threading.Thread) -> None:
-        start(thread)
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(threading.Thread, "start", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            Child("child")
-    for thread in threading.enumerate():
-        if thread.name == "keeper of child":
-            thread.join(PATIENCE)
-    assert children(os.getpid()) == earlier
 
 
 def test_suspended_child_with_wakes_is_continued(module: Path) -> None:
@@ -224,12 +167,3 @@ def test_child_polls_for_its_parent_without_kernel_support(module: Path) -> None
         pid = int(parent.stdout.readline())
         parent.kill()
         assert gone(pid)
-
-
-def test_child_of_a_dead_parent_ends() -> None:
-    code = (
-        "import os, signal\nfrom firstcontact.core._children import follow\n"
-        "follow(os.getppid() + 1, signal.SIGKILL)\n"
-    )
-    result = subprocess.run([sys.executable, "-c", code])
-    assert result.returncode == -signal.SIGKILL

@@ -21,7 +21,6 @@ from firstcontact.core import (
     read_regular,
     replacing,
     replacing_folder,
-    resolve_path,
     write_json,
     write_text,
 )
@@ -137,16 +136,6 @@ def test_files_of_a_running_writer_stay(tmp_path: Path) -> None:
     assert names(tmp_path) == ["results.json"]
 
 
-def test_only_folders_of_the_same_target_are_removed(tmp_path: Path) -> None:
-    others = [".o.12345678.part.txt", ".o.1234567.part", "o.12345678.part", ".p.12345678.part"]
-    for name in (".o.12345678.part", *others):
-        (tmp_path / name).mkdir()
-    (tmp_path / ".o.12345678.part" / "000.mcap").touch()
-    (tmp_path / ".o.abcdef02.part").symlink_to(tmp_path)
-    write_text(tmp_path / "o", "")
-    assert names(tmp_path) == sorted([*others, "o", ".o.abcdef02.part"])
-
-
 def test_creating_never_replaces_a_file(tmp_path: Path) -> None:
     path = tmp_path / "o.csv"
 
@@ -187,15 +176,6 @@ def test_read_accepts_only_small_regular_files(tmp_path: Path) -> None:
             open_regular(irregular)
     with pytest.raises(FileNotFoundError):
         open_regular(tmp_path / "none")
-
-
-def test_link_loop_is_refused(tmp_path: Path) -> None:
-    link = tmp_path / "link"
-    link.symlink_to(link)
-    if sys.version_info < (3, 13):  # later ones say where the circle begins
-        with pytest.raises(InputError):
-            resolve_path(link)
-    assert resolve_path(tmp_path / "nothing") == (tmp_path / "nothing").resolve()
 
 
 def test_files_are_found_by_suffix_up_to_a_limit(tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -72,11 +71,6 @@ def test_fingertip_has_the_channels_of_the_published_hand() -> None:
     assert sorted(columns) == list(range(16))
 
 
-def test_names_are_unique() -> None:
-    names = [c.name for c in fingertip_layout().channels]
-    assert len(set(names)) == len(names)
-
-
 def test_counts_convert_to_volts() -> None:
     layout = fingertip_layout()
     piezo = layout.columns(ChannelKind.VIBRATION)
@@ -92,19 +86,8 @@ def test_counts_convert_to_volts() -> None:
     np.testing.assert_allclose(layout.physical(data, force)[2], 0)
 
 
-def test_the_whole_range_of_the_adc_fits_in_int16() -> None:
-    largest = (ADC_COUNTS - 1) * SUBCOUNTS
-    assert np.int16(largest) == largest
-
-
 def test_columns_keep_the_requested_order() -> None:
     layout = fingertip_layout()
     data = np.arange(16, dtype=np.int16)[None, :]
     values = layout.physical(data, (15, 14))
     np.testing.assert_array_equal(values, [[15.0, 14.0]])
-
-
-@pytest.mark.parametrize("finger", Finger)
-def test_the_other_finger_of_the_other_is_the_finger(finger: Finger) -> None:
-    assert finger.other is not finger
-    assert finger.other.other is finger

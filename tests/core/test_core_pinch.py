@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import (
+    FASTEST,
+    SLOWEST,
     Block,
     Channel,
     ChannelKind,
+    ClosingSpeed,
     Contact,
     Dataset,
     Finger,
@@ -63,10 +67,6 @@ def test_shore_a_outside_its_scale_is_refused(shore_a: float) -> None:
         assert caught.value.parameter == "shore_a"
 
 
-def test_shore_a_may_be_unknown() -> None:
-    assert np.isnan(Dataset((pinch(Label(shore_a=None)),)).shore_a).all()
-
-
 @pytest.mark.parametrize("shore_a", [-1, 428, 1e300])
 def test_stored_shore_a_outside_its_scale_is_refused_by_file_and_field(shore_a: float) -> None:
     text = json.dumps({"object": "block", "shore_a": shore_a}).encode()
@@ -91,21 +91,6 @@ def test_times_of_a_slower_group_begin_with_the_pinch() -> None:
     times, read = Pinch(data, layout, Label(), first_sample=988, groups=groups).group("slow")
     assert times == pytest.approx(np.array([0.21, 0.22, 0.23]) - 988 / rate)
     np.testing.assert_array_equal(read, values)
-
-
-def test_contacts_are_in_order_of_time() -> None:
-    two_contacts = pinch(Label(), 100, 182)
-    assert two_contacts.first is two_contacts.truth[0]
-    assert two_contacts.second is two_contacts.truth[1]
-    assert pinch(Label()).first is None
-    assert pinch(Label(), 100).second is None
-
-
-def test_channels_of_a_pinch_have_their_shapes() -> None:
-    sample_pinch = pinch(Label())
-    assert sample_pinch.vibration().shape == (10, 2)
-    assert sample_pinch.force(Finger.THUMB).shape == (10, 6)
-    assert sample_pinch.strip(Finger.INDEX).shape == (10, 1)
 
 
 @pytest.fixture
@@ -154,15 +139,23 @@ def test_a_mask_and_its_positions_take_the_same_pinches(dataset: Dataset) -> Non
     assert by_mask.notes == ("a note",)
 
 
-def test_positions_may_repeat_and_reorder(dataset: Dataset) -> None:
-    selection = dataset.take([2, 0, 0])
-    assert list(selection.objects) == ["shoebox", "block", "block"]
-    assert len(dataset.take(np.zeros(3, dtype=bool))) == 0
-
-
 @pytest.mark.parametrize("closed", [[0, 0, 3, 0], [False, False, True, True]])
 def test_a_strip_closes_at_its_first_sample_that_is_not_0(closed: list[int]) -> None:
     assert first_closed_sample(np.array(closed)) == 2
     assert first_closed_sample(np.array(closed), 100) == 102
     assert first_closed_sample(np.array(closed[:2]), 100) is None
     assert first_closed_sample(np.array([], np.int16)) is None
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.1, SLOWEST / 2, 2 * FASTEST, math.inf, math.nan])
+def test_a_speed_out_of_range_is_refused(speed: float) -> None:
+    with pytest.raises(InputError) as raised:
+        ClosingSpeed(speed, 0.0)
+    assert raised.value.parameter == "speed"
+
+
+@pytest.mark.parametrize("error", [-1.0, 2 * FASTEST, math.inf, math.nan])
+def test_an_error_out_of_range_is_refused(error: float) -> None:
+    with pytest.raises(InputError) as raised:
+        ClosingSpeed(0.1, error)
+    assert raised.value.parameter == "error"

@@ -22,26 +22,30 @@ ONSETS = (0.3, 0.5, 0.7, 0.9)
 BY = Labeller("Ada", "2026-01-02", "the fuzzer")
 
 
-@cache
-def _recording() -> Recording:
-    """Return a recording of a few knocks, read once."""
+def _write(path: Path) -> None:
+    """Write a recording of a few knocks."""
     rng = np.random.default_rng(3)
     signal = 0.01 * rng.standard_normal(4800)
     t = np.arange(200) / RATE
     for at in ONSETS:
         signal[round(at * RATE) :][:200] += np.exp(-t / 0.01) * np.sin(2 * np.pi * 400 * t)
     layout = Layout((Channel("disc", ChannelKind.VIBRATION, None, "V"),), RATE)
+    with RecordingWriter(path, Header(layout, "real", dtype="float32")) as writer:
+        writer.write(Block(signal.astype(np.float32)[:, None], 0))
+
+
+@cache
+def _recording() -> Recording:
+    """Return the recording of a few knocks, read once."""
     with TemporaryDirectory() as folder:
-        path = Path(folder) / "knocks.mcap"
-        with RecordingWriter(path, Header(layout, "real", dtype="float32")) as writer:
-            writer.write(Block(signal.astype(np.float32)[:, None], 0))
-        return read_recording(path)
+        _write(Path(folder) / "knocks.mcap")
+        return read_recording(Path(folder) / "knocks.mcap")
 
 
-def _message(rng: Random) -> bytes:
-    """Return a message of the page, sometimes with a damaged field."""
+def _message(rng: Random, requests: float = 0.3) -> bytes:
+    """Return an action of the page, or a request, sometimes with a damaged field."""
     tree: dict[str, object]
-    if rng.random() < 0.3:
+    if rng.random() < requests:
         tree = {
             "ask": rng.choice(("signal", "signal", "signal", "finish")),
             "number": 1, "recording": rng.choice((0, 0, 0, 1)), "stretch": rng.choice((0, 0, 0, 1)),
@@ -109,3 +113,16 @@ def journal(rng: Random, folder: Path) -> None:
     with closing(again):
         assert damaged.strip(bytes(1)) or not damaged, "zeros are taken for a new journal"
         assert again.marks.done == finished[: len(again.marks.done)], "an action that was not done"
+
+
+def write_journal(rng: Random, recording: Path, folder: Path) -> None:
+    """Write a recording, and a damaged journal of its labelling into a new folder."""
+    _write(recording)
+    folder.mkdir()
+    lines = [
+        json.dumps({"labelling": [recording.name], "found": rng.choice((4, 4, 0, 3))}).encode()
+    ]
+    for _ in range(rng.randrange(1, 6)):
+        lines.append(_message(rng, 0.0))
+    raw = b"\n".join(lines) + rng.choice((b"\n", b"\n", b""))
+    (folder / "labels.jsonl").write_bytes(mutate.raw(rng, raw) if rng.random() < 0.2 else raw)

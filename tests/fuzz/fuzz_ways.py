@@ -12,16 +12,12 @@ from random import Random
 
 import fuzz_imports
 import fuzz_label
-import fuzz_lines
 import fuzz_models
 import fuzz_mutate as mutate
 import fuzz_recordings
-import fuzz_strangers
 import fuzz_streams
 import fuzz_wire
 from fuzz_seeds import Seeds
-
-from firstcontact.core import InputError
 
 #: A port that is not there: what is given besides it is read first.
 NO_PORT = "/dev/no-such-port"
@@ -141,29 +137,12 @@ def _use_model(rng: Random, original: Path, seeds: Seeds, folder: Path, case: Ca
 
 
 def _import(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    if rng.random() < 0.12:
-        path, events = fuzz_imports.events(rng, seeds, folder / "wav")
-        case.commands.append(
-            ["import", str(path), "--events", str(events), "--out", str(folder / "out")]
-        )
-        return
-    make, name = rng.choice(
-        (
-            (fuzz_imports.wav, "wav"),
-            (fuzz_imports.npz, "arrays.npz"),
-            (fuzz_imports.npz, "arrays.npz"),
-            (fuzz_imports.hdf5, "arrays.h5"),
-            (fuzz_imports.hdf5, "arrays.h5"),
-            (fuzz_imports.table, "table.csv"),
-        )
-    )
-    path = make(rng, seeds, folder / name)
-    words = ["import", str(path), "--out", str(folder / "out")]
-    if name == "table.csv" and rng.random() < 0.3:
-        words += ["--rate", str(rng.choice((4936, 0, -1, 1e9, "nan", 2000)))]
-    case.commands.append(words)
+    make = rng.choice(fuzz_imports.MAKERS)
+    case.route = f"import: {make.__name__}"
+    out = str(folder / "out")
+    case.commands.append(["import", *make(rng, seeds, folder), "--out", out])
     if rng.random() < 0.15:  # what was taken must be of use
-        case.commands.append(["export", str(folder / "out"), "--to", "csv", "--out", f"{folder}/c"])
+        case.commands.append(["export", out, "--to", "csv", "--out", f"{folder}/c"])
 
 
 def _text(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
@@ -246,17 +225,18 @@ def _wire(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     case.calls.append(lambda: kind(rng, folder))
 
 
-def _stranger(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    """Make damaged files of other programs, or of the label page."""
-    kind = rng.choice(fuzz_strangers.MAKERS)
-    case.route = f"stranger: {kind.__name__}"
-    case.commands.append([*kind(rng, seeds, folder), "--out", str(folder / "out")])
+def _journal(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
+    """Continue the journal of a label page."""
+    fuzz_label.write_journal(rng, folder / "a.mcap", folder / "out")
+    case.commands.append(
+        ["label", str(folder / "a.mcap"), "--finish", "--out", str(folder / "out")]
+    )
 
 
 #: What comes over wires and from pages.
 WIRE = (
     fuzz_wire.descriptor, fuzz_wire.frames, fuzz_wire.frames, fuzz_wire.requests,
-    fuzz_wire.answers, fuzz_wire.flashing, fuzz_wire.page, fuzz_lines.lines, fuzz_lines.stamps,
+    fuzz_wire.answers, fuzz_wire.flashing, fuzz_wire.page, fuzz_streams.lines, fuzz_streams.stamps,
     fuzz_streams.board, fuzz_streams.lsl, fuzz_streams.sound,
     fuzz_label.labels, fuzz_label.journal,
 )  # fmt: skip
@@ -266,10 +246,9 @@ WAYS: dict[str, tuple[int, Maker]] = {
     "recording": (42, _recording),
     "model": (20, _model),
     "anytime": (10, _anytime),
-    "import": (20, _import),
+    "import": (36, _import),
     "text": (6, _text),
     "path": (4, _path),
     "wire": (12, _wire),
-    "stranger": (20, _stranger),
+    "journal": (4, _journal),
 }
-REFUSALS = (InputError,)

@@ -17,7 +17,7 @@ import numpy as np
 from fuzz_seeds import piezo_layout
 
 from firstcontact.contact import DETECTORS
-from firstcontact.core import Block, Finger, InputError, fingertip_layout
+from firstcontact.core import Block, Finger, fingertip_layout
 from firstcontact.device import (
     Assembler,
     Descriptor,
@@ -299,7 +299,3 @@ def page(rng: Random, _: Path) -> None:
         answer, wait = asyncio.run(commands.obey(message, Allowance(10, 5.0), "viewer"))
         json.dumps(answer, allow_nan=False).encode()
         assert wait >= 0
-
-
-#: What may be raised: a sentence for the user.
-REFUSALS = (InputError,)

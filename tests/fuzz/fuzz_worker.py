@@ -1,7 +1,8 @@
-"""Worker process that runs inputs one after another and prints their results."""
+"""Worker process that runs inputs one after another and writes their results."""
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
 import re
@@ -15,31 +16,30 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from fuzz_seeds import Seeds
-from fuzz_ways import REFUSALS, make_case
+from fuzz_ways import make_case
 
 from firstcontact.cli.main import main
+from firstcontact.core import InputError
 
-#: An input may take so much time of a processor, s, and so much memory more, bytes.
+#: An input that takes longer hangs, s.
+HANGS = 30.0
+#: Limits of an input: time of a processor, s, and additional memory, bytes.
 SECONDS = 5.0
 MEMORY = 400 << 20
-#: What is refused by the system, beyond what the process has at the beginning, bytes.
+#: Memory that the system refuses, beyond what the process has at the beginning, bytes.
 ADDRESSES = 3 << 30
-#: Longest sentence that is one.
+#: Longest message, characters.
 SENTENCE = 4000
 _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
-#: What an input came to: its codes, and what is wrong with them, one sentence each.
-Outcome = tuple[list[int], list[str]]
 
-
-def work(
-    seed: int, numbers: Iterable[int], seeds: Seeds, place: Path, say: Callable[[str], None]
-) -> None:
-    """Run inputs. Print the number of each before it starts, then its result, as JSON lines.
+def work(seed: int, numbers: Iterable[int], seeds: Seeds, place: Path) -> None:
+    """Run inputs. Write a JSON line for each into the file ``results``.
 
     If an input used too much memory, the worker ends early, because a new process measures the
     memory of the next inputs better.
     """
+    place.mkdir()
     os.environ["XDG_STATE_HOME"] = str(place / "state")
     os.environ["TMPDIR"] = str(place)
     text = _capture()
@@ -47,33 +47,31 @@ def work(
     most = pages * resource.getpagesize() + ADDRESSES
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    for number in numbers:
-        say(json.dumps({"began": number}))
-        folder = place / f"input-{number}"
-        began = time.process_time()
-        route, codes, wrong = run_one(seed, number, seeds, folder, text)
-        took = time.process_time() - began
-        shutil.rmtree(folder, ignore_errors=True)
-        ended = {"ended": number, "route": route, "codes": codes, "wrong": wrong, "took": took}
-        say(json.dumps(ended))
-        if any("memory" in sentence for sentence in wrong):
-            return
+    with (place / "results").open("w", buffering=1) as results:
+        for number in numbers:
+            folder = place / f"input-{number}"
+            faulthandler.dump_traceback_later(HANGS, exit=True)
+            route, codes, wrong = _run(seed, number, seeds, folder, text)
+            faulthandler.cancel_dump_traceback_later()
+            shutil.rmtree(folder, ignore_errors=True)
+            result = {"number": number, "route": route, "codes": codes, "wrong": wrong}
+            print(json.dumps(result), file=results)
+            if any("memory" in sentence for sentence in wrong):
+                return
 
 
-def run_one(
+def _run(
     seed: int, number: int, seeds: Seeds, folder: Path, text: Callable[[], tuple[str, str]]
 ) -> tuple[str, list[int], list[str]]:
-    """Make an input in a new folder and run it."""
+    """Make an input in a new folder and run it. Return its route, exit codes and findings."""
     folder.mkdir()
-    codes: list[int] = []
     wrong: list[str] = []
     try:
         case = make_case(seed, number, seeds, folder)
     except Exception:
-        return "?", codes, [f"the fuzzer failed: {traceback.format_exc()[-600:]}"]
+        return "?", [], [f"the fuzzer failed: {traceback.format_exc()[-600:]}"]
     resident = _resident()
-    for call in case.calls:
-        codes.append(_call(call, wrong))
+    codes = [_timed(lambda call=call: _call(call, wrong), wrong) for call in case.calls]
     for words in case.commands:
         codes.append(_command(words, folder, text, wrong))
     if _resident() - resident > MEMORY:
@@ -81,65 +79,73 @@ def run_one(
     return case.route, codes, wrong
 
 
-def _call(call: Callable[[], None], wrong: list[str]) -> int:
+def _timed(run: Callable[[], int], wrong: list[str]) -> int:
     began = time.process_time()
     try:
-        call()
-    except REFUSALS:
-        return 2
+        return run()
     except BaseException as error:
-        wrong.append(_raised(error))
+        frames = traceback.extract_tb(error.__traceback__)
+        at = ([f for f in frames if "/firstcontact/" in f.filename] or frames)[-1]
+        location = f"{Path(at.filename).name}:{at.lineno} in {at.name}"
+        wrong.append(f"raised {type(error).__name__} at {location}: {str(error)[:200]!r}")
         return 70
     finally:
-        _in_time(began, wrong)
+        took = time.process_time() - began
+        if took > SECONDS:
+            wrong.append(f"slow: {took:.1f} s of a processor")
+
+
+def _call(call: Callable[[], None], wrong: list[str]) -> int:
+    try:
+        call()
+    except InputError:
+        return 2
     return 0
 
 
+def _main(words: list[str]) -> int:
+    try:
+        return main(words)
+    except SystemExit as left:
+        return left.code if isinstance(left.code, int) else 1
+
+
 def _command(
-    words: list[str],
-    folder: Path,
-    text: Callable[[], tuple[str, str]],
-    wrong: list[str],
+    words: list[str], folder: Path, text: Callable[[], tuple[str, str]], wrong: list[str]
 ) -> int:
     original = _files(folder)
-    began = time.process_time()
     text()
-    try:
-        code = main(words)
-    except SystemExit as left:
-        code = left.code if isinstance(left.code, int) else 1
-    except BaseException as error:
-        wrong.append(_raised(error))
-        code = 70
-    _in_time(began, wrong)
-    _threads(wrong)
+    code = _timed(lambda: _main(words), wrong)
+    for thread in threading.enumerate():
+        if thread is not threading.main_thread():
+            thread.join(3)
+            if thread.is_alive() and not thread.daemon:
+                wrong.append(f"a thread goes on: {thread.name}")
     out, err = text()
     if code not in (0, 2):
         wrong.append(f"exit code {code}: {err[-300:].strip()!r}{_logged(folder)}")
-    if code == 2 and _files(folder) != original:
-        left_over = sorted(set(_files(folder).items()) ^ set(original.items()))
-        wrong.append(f"half-written: {left_over[:3]}")
     if code == 2:
+        if _files(folder) != original:
+            left_over = sorted(set(_files(folder).items()) ^ set(original.items()))
+            wrong.append(f"half-written: {left_over[:3]}")
         sentences = [line for line in err.splitlines() if line.startswith("firstcontact: ")]
         if len(sentences) != 1 or not err.endswith(sentences[0] + "\n"):
             wrong.append(f"not one sentence: {err[-300:]!r}")
         elif len(sentences[0]) > SENTENCE:
             wrong.append(f"a sentence of {len(sentences[0])} characters: {sentences[0][:200]!r}")
-    for name in _files(folder):
-        if ".part" in name:
-            wrong.append(f"left behind: {name}")
+    wrong += [f"left behind: {name}" for name in _files(folder) if ".part" in name]
     if "Traceback" in err or re.search(r"^\S+:\d+: \w*Warning", err, re.MULTILINE):
         wrong.append(f"on standard error: {err[-600:]!r}")
-    match = _CONTROL.search(out.replace("\r\n", "\n") + err.replace("\r", "\n"))
-    if match:
-        location = (out + err)[max(0, match.start() - 40) : match.start() + 20]
+    printed = out.replace("\r\n", "\n") + err.replace("\r", "\n")
+    if match := _CONTROL.search(printed):
+        location = printed[max(0, match.start() - 40) : match.start() + 20]
         wrong.append(f"control character in {words[0]}: {location!r}")
     if "--json" in words:
-        _json_lines(out, wrong)
+        wrong += _json_faults(out)
     return code
 
 
-def _json_lines(out: str, wrong: list[str]) -> None:
+def _json_faults(out: str) -> list[str]:
     def refuse(name: str) -> None:
         raise ValueError(name)
 
@@ -147,52 +153,28 @@ def _json_lines(out: str, wrong: list[str]) -> None:
         try:
             json.loads(line, parse_constant=refuse)
         except ValueError as error:
-            wrong.append(f"a line that is no JSON ({error}): {line[:200]!r}")
-            return
-
-
-def _in_time(began: float, wrong: list[str]) -> None:
-    took = time.process_time() - began
-    if took > SECONDS:
-        wrong.append(f"slow: {took:.1f} s of a processor")
-
-
-def _threads(wrong: list[str]) -> None:
-    for thread in threading.enumerate():
-        if thread is not threading.main_thread():
-            thread.join(3)
-            if thread.is_alive() and not thread.daemon:
-                wrong.append(f"a thread goes on: {thread.name}")
-
-
-def _raised(error: BaseException) -> str:
-    frames = traceback.extract_tb(error.__traceback__)
-    ours = [f for f in frames if "/firstcontact/" in f.filename]
-    at = ours[-1] if ours else frames[-1]
-    location = f"{Path(at.filename).name}:{at.lineno} in {at.name}"
-    return f"raised {type(error).__name__} at {location}: {str(error)[:200]!r}"
+            return [f"a line that is no JSON ({error}): {line[:200]!r}"]
+    return []
 
 
 def _logged(folder: Path) -> str:
     """Return the end of the log of an unexpected error."""
     logs = sorted((folder.parent / "state").rglob("*.log"))
-    if not logs:
-        return ""
-    text = logs[-1].read_text(errors="replace")
+    texts = [log.read_text(errors="replace") for log in logs]
     for log in logs:
         log.unlink()
-    frames = re.findall(r'File ".*?/(firstcontact/[^"]+)", line (\d+), in (\w+)', text)
-    return f" at {' '.join(frames[-1]) if frames else '?'}: {text.strip().splitlines()[-1][:200]}"
+    frames = re.findall(r'File ".*?/(firstcontact/[^"]+)", line (\d+), in (\w+)', "".join(texts))
+    return f" at {' '.join(frames[-1])}: {texts[-1].splitlines()[-1][:200]}" if frames else ""
 
 
 def _files(folder: Path) -> dict[str, tuple[int, int]]:
     """Return size and modification time of every file in a folder."""
-    collected = {}
+    states = {}
     for above, _, names in os.walk(folder):
         for file in (Path(above) / name for name in names):
             state = file.lstat()
-            collected[str(file.relative_to(folder))] = state.st_size, state.st_mtime_ns
-    return collected
+            states[str(file.relative_to(folder))] = state.st_size, state.st_mtime_ns
+    return states
 
 
 def _resident() -> int:
@@ -202,8 +184,7 @@ def _resident() -> int:
 def _capture() -> Callable[[], tuple[str, str]]:
     """Keep standard output and error in memory. Return a function that reads the new part."""
     files = [os.memfd_create(name) for name in ("out", "err")]
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, 0)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     for number, file in zip((1, 2), files, strict=True):
         os.dup2(file, number)
     sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115

@@ -165,16 +165,6 @@ def test_every_recording_comes_back_equal_or_is_refused(tmp_path: Path, name: st
     check_equal(dataset, load_dataset(tmp_path / "out"))
 
 
-@pytest.mark.parametrize("name", ["twin", "sound input"])
-def test_only_layouts_that_importers_do_not_assume_are_stated(tmp_path: Path, name: str) -> None:
-    dataset = RECORDINGS[name](tmp_path / "in")
-    export(dataset, EXPORTERS["csv"], tmp_path / "x.csv")
-    export(dataset, EXPORTERS["hdf5"], tmp_path / "x.h5")
-    with h5py.File(tmp_path / "x.h5") as file, (tmp_path / "x.csv").open() as stream:
-        is_stated = {LAYOUT in file.attrs, LAYOUT in next(csv.reader(stream))}
-    assert is_stated == {name != "twin"}
-
-
 LAYOUT_OF_ONE = Layout((sensor(None),), 5000.0).to_json()
 
 

@@ -121,9 +121,10 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
             f"'{sensor}'"
         )
     bounds = [(start, start + samples) for start in range(0, pinches * samples, samples)]
-    table = Table({name: list(arrays[name]) for name in given_labels}, range(pinches), "pinch")
-    notes = note_unknown(path, sorted({*arrays, *unknown} - NAMES), table, "arrays")
-    dataset = from_signals(path, signals, bounds, given, table, notes)
+    labels = {name: list(arrays[name]) for name in given_labels}
+    table = Table(path, labels, range(pinches), "pinch")
+    notes = note_unknown(table, {*arrays, *unknown} - NAMES, "arrays")
+    dataset = from_signals(table, signals, bounds, given, notes)
     if samples < _SHORTEST * dataset.layout.rate:
         raise InputError(
             f"{path}: the array '{sensor}' has {counted(pinches, 'pinch')} of "
@@ -134,18 +135,18 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
 
 
 def from_signals(
-    path: Path,
+    table: Table,
     signals: Arrays,
     bounds: Sequence[tuple[int, int]],
     given: Mapping[str, Any],
-    table: Table,
     notes: Sequence[str],
 ) -> Dataset:
     """Build pinches from signals of our names, shape (rows of all pinches, ...), and settings.
 
     The first signal is the vibration. ``bounds`` are the first row and the end of each pinch.
     """
-    origin, (vibration, *_) = str(path), signals.values()
+    path, origin = table.path, str(table.path)
+    vibration = next(iter(signals.values()))
     data = joined([values.reshape(len(values), -1) for values in signals.values()])
     exported = LAYOUT in given
     if exported:
@@ -178,12 +179,10 @@ def from_signals(
             force="force" in signals,
             strip="strip" in signals,
         )
-    cuts = [data[start:stop] for start, stop in bounds]
     return make_dataset(
-        path,
-        cuts,
-        layout,
         table,
+        [data[start:stop] for start, stop in bounds],
+        layout,
         source=settings.source,
         notes=[*settings.notes, *notes],
         exported=exported,

@@ -53,10 +53,10 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
             f"{path} has no column 'pinch': add it, with the number or name of each row's pinch "
             "(one row is one sample)"
         )
-    bounds = _bounds(path, table)
+    bounds = _bounds(table)
     rows = [(0, bounds[-1][1])]
-    given = {name: _constant(path, table, name, rows)[0] for name in SETTINGS if name in table}
-    given["sample_rate_hz"] = str(_rate(path, table, bounds, given.get("sample_rate_hz"), rate))
+    given = {name: _constant(table, name, rows)[0] for name in SETTINGS if name in table}
+    given["sample_rate_hz"] = str(_rate(table, bounds, given.get("sample_rate_hz"), rate))
     if LAYOUT in table:
         texts = set(table[LAYOUT]) - {""}
         if len(texts) != 1:
@@ -67,28 +67,27 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         given[LAYOUT] = texts.pop()
         layout = read_layout(str(path), given[LAYOUT])
         names = {name: [name] for name in map(str.strip, layout.column_names)}
-        signals = {name: _signal(path, table, name) for name in names}
+        signals = {name: _signal(table, name) for name in names}
     else:
         remedy = "column 'piezo_index': add it (one row is one sample)"
         sensor = find_sensor(str(path), table, remedy, "_index")
         given.setdefault(f"{sensor}_unit", "V")
-        fingers = _vibration(path, table, sensor)
-        names = {sensor: [name for finger in fingers for name in finger], **_others(path, table)}
+        fingers = _vibration(table, sensor)
+        names = {sensor: [name for finger in fingers for name in finger], **_others(table)}
         signals = {
-            kind: joined([_signal(path, table, name, kind == sensor)[:, None] for name in columns])
+            kind: joined([_signal(table, name, kind == sensor)[:, None] for name in columns])
             for kind, columns in names.items()
         }
         signals[sensor] = signals[sensor].reshape(len(table["pinch"]), len(fingers), -1)
     labels = {name: table[name] for name in PINCH_COLUMNS if name in table}
     for name in labels:
-        _constant(path, table, name, bounds)
-    of_pinches = Table(labels, table.numbers).of_rows([start for start, _ in bounds])
+        _constant(table, name, bounds)
+    of_pinches = Table(path, labels, table.numbers).of_rows([start for start, _ in bounds])
     unknown = set(table) - _NOT_SIGNALS - {name for columns in names.values() for name in columns}
-    notes = note_unknown(path, sorted(unknown), table)
-    return from_signals(path, signals, bounds, given, of_pinches, notes)
+    return from_signals(of_pinches, signals, bounds, given, note_unknown(table, unknown))
 
 
-def _vibration(path: Path, table: Table, sensor: VibrationSensor) -> list[list[str]]:
+def _vibration(table: Table, sensor: VibrationSensor) -> list[list[str]]:
     """Return the columns of each sensor: of the only one, or of index finger and thumb."""
 
     def columns_named(named: str) -> list[str]:
@@ -101,45 +100,43 @@ def _vibration(path: Path, table: Table, sensor: VibrationSensor) -> list[list[s
     present = [names for names in fingers if names]
     if len({len(names) for names in present}) > 1:
         raise InputError(
-            f"{path}: the {sensor} of one finger has more axes than the other's: give both the "
-            "same columns"
+            f"{table.path}: the {sensor} of one finger has more axes than the other's: give both "
+            "the same columns"
         )
     return present
 
 
-def _others(path: Path, table: Table) -> dict[str, list[str]]:
+def _others(table: Table) -> dict[str, list[str]]:
     """Return the columns of force and strips, which are complete or absent."""
     for names in _OTHERS.values():
         missing = [name for name in names if name not in table]
         if 0 < len(missing) < len(names):
             raise InputError(
-                f"{path} has no column '{missing[0]}': give all of {names[0]} to {names[-1]}, or "
-                "none"
+                f"{table.path} has no column '{missing[0]}': give all of {names[0]} to "
+                f"{names[-1]}, or none"
             )
     return {kind: names for kind, names in _OTHERS.items() if names[0] in table}
 
 
-def _signal(path: Path, table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]:
+def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]:
     """Return a column of samples. Integers stay integers."""
     if name not in table:
-        raise InputError(f"{path} has no column {quote(name)}: add it, or export it again")
-    values = np.array(table.parsed(path, name, parse_float))
+        raise InputError(f"{table.path} has no column {quote(name)}: add it, or export it again")
+    values = np.array(table.parsed(name, parse_float))
     with suppress(ValueError, OverflowError):  # fractions, and integers beyond 64 bits
         values = np.array([parse_int(cell) for cell in table[name]], np.int64)
-    return (check_vibration if is_vibration else check_samples)(f"{path}: {name}", values)
+    return (check_vibration if is_vibration else check_samples)(f"{table.path}: {name}", values)
 
 
-def _bounds(path: Path, table: Table) -> Bounds:
+def _bounds(table: Table) -> Bounds:
     """Return the first row of each pinch, and the row after its last one."""
     bounds = []
     seen = set()
     start = 0
     for name, rows in groupby(table["pinch"]):
         if name in seen:
-            raise InputError(
-                f"{path}: pinch {quote(name)} appears again in {table.place(start)}: put its rows "
-                "one after another"
-            )
+            reason = "which has other rows before"
+            raise table.refusal("pinch", start, reason, "put the rows of a pinch together")
         seen.add(name)
         stop = start + sum(1 for _ in rows)
         bounds.append((start, stop))
@@ -147,65 +144,56 @@ def _bounds(path: Path, table: Table) -> Bounds:
     return bounds
 
 
-def _constant(path: Path, table: Table, name: str, bounds: Bounds) -> list[str]:
+def _constant(table: Table, name: str, bounds: Bounds) -> list[str]:
     """Return a column's value for each pinch. It must be the same in all rows of the pinch."""
     cells = table[name]
     for start, stop in bounds:
         for row in range(start, stop):
             if cells[row] != cells[start]:
-                raise InputError(
-                    f"{path}: '{name}' is {quote(cells[start])} in {table.place(start)} and "
-                    f"{quote(cells[row])} in {table.place(row)}, but must be the same in both: "
-                    "correct the rows"
-                )
+                reason = f"but {quote(cells[start])} in {table.place(start)}"
+                raise table.refusal(name, row, reason, "give one value in all rows")
     return [cells[start] for start, _ in bounds]
 
 
-def _rate(
-    path: Path, table: Table, bounds: Bounds, written: str | None, option: float | None
-) -> float:
+def _rate(table: Table, bounds: Bounds, written: str | None, option: float | None) -> float:
     """Return the rate. Check that ``--rate``, ``sample_rate_hz`` and ``time_s`` agree on it."""
     rates: list[tuple[str, float]] = []
     if option is not None:
         rates.append(("--rate", check_rate("--rate", option)))
     if written is not None:
-        rates.append(("sample_rate_hz", check_rate(f"{path}: sample_rate_hz", written)))
+        rates.append(("sample_rate_hz", check_rate(f"{table.path}: sample_rate_hz", written)))
     if "time_s" in table:
-        times = np.array(table.parsed(path, "time_s", parse_float))
-        rates += [("time_s", _rate_of_time(path, table, times, *b)) for b in bounds]
+        times = np.array(table.parsed("time_s", parse_float))
+        rates += [("time_s", _rate_of_time(table, times, *b)) for b in bounds]
     if not rates:
         raise InputError(
-            f"{path} does not state its rate: add a column 'time_s' or 'sample_rate_hz', or give "
-            "--rate"
+            f"{table.path} does not state its rate: add a column 'time_s' or 'sample_rate_hz', or "
+            "give --rate"
         )
     first, rate = rates[0]
     for name, other in rates[1:]:
         if abs(other - rate) > _RATES_AGREE * rate:
             raise InputError(
-                f"{path}: '{name}' states {other:g} Hz, but '{first}' states {rate:g} Hz: correct "
-                "one of them"
+                f"{table.path}: '{name}' states {other:g} Hz, but '{first}' states {rate:g} Hz: "
+                "correct one of them"
             )
     return rate
 
 
-def _rate_of_time(
-    path: Path, table: Table, times: NDArray[np.float64], start: int, stop: int
-) -> float:
+def _rate_of_time(table: Table, times: NDArray[np.float64], start: int, stop: int) -> float:
     """Return the mean rate of the rows of a pinch. Check that ``time_s`` rises evenly."""
     steps = np.diff(times[start:stop])
     if not len(steps):
         raise InputError(
-            f"{path}: the pinch of {table.place(start)} has only one sample: remove it"
+            f"{table.path}: the pinch of {table.place(start)} has only one sample: remove it"
         )
     step = float(times[stop - 1] - times[start]) / len(steps)
     jumps = np.flatnonzero(~((steps > 0.5 * step) & (steps < 1.5 * step)))
     if len(jumps):
         row = start + int(jumps[0]) + 1
-        raise InputError(
-            f"{path}: 'time_s' jumps from {times[row - 1]:g} to {times[row]:g} in "
-            f"{table.place(row)}: samples are missing or out of order: leave the pinch out"
-        )
-    return check_rate(f"{path}: the rate of time_s", 1 / step)
+        reason = f"a jump from {times[row - 1]:g}: samples are missing or out of order"
+        raise table.refusal("time_s", row, reason, "leave the pinch out")
+    return check_rate(f"{table.path}: the rate of time_s", 1 / step)
 
 
 CSV = Importer("csv", "a .csv file", import_csv, suffixes=(".csv",), options=("rate",))

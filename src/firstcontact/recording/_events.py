@@ -55,27 +55,25 @@ def read_events(path: Path) -> Table:
         if name in table and name != "first_finger":
             raise InputError(
                 f"{path} has a column '{name}', which is relative to the start of a pinch: give "
-                f"each contact from the start of the file, as a time in a column '{SECONDS}' or "
-                f"as a sample's number in a column '{SAMPLE}'"
+                f"contacts from the start of the file, in a column '{SECONDS}' or '{SAMPLE}'"
             )
-    onset_column(path, table)
+    onset_column(table)
     return table
 
 
-def onset_column(path: Path, table: Table) -> str:
+def onset_column(table: Table) -> str:
     """Return the name of the column with the contacts."""
     given = [name for name in (SECONDS, SAMPLE) if name in table]
     if len(given) != 1:
         raise InputError(
-            f"{path} has {' and '.join(given) or f'neither {SECONDS} nor {SAMPLE}'}: give each "
-            f"contact either its time in a column '{SECONDS}' or its sample's number in a column "
+            f"{table.path} has {' and '.join(given) or f'neither {SECONDS} nor {SAMPLE}'}: give "
+            f"each contact's time in a column '{SECONDS}', or its sample's number in a column "
             f"'{SAMPLE}'"
         )
     return given[0]
 
 
 def find_events(
-    path: Path,
     table: Table,
     of_rows: Sequence[int | None],
     files: Sequence[Path],
@@ -83,45 +81,39 @@ def find_events(
     rates: Sequence[float],
 ) -> list[Event]:
     """Return the contacts in the order of the rows. ``of_rows`` has the file number of each row."""
-    name = onset_column(path, table)
+    name = onset_column(table)
     used = {row: file for row, file in enumerate(of_rows) if file is not None}
-    onsets = table.parsed(path, name, parse_number if name == SECONDS else parse_whole, used)
+    onsets = table.parsed(name, parse_number if name == SECONDS else parse_whole, used)
     channels: list[int | None] = [None] * len(used)
     if CHANNEL in table:
-        channels = [*table.parsed(path, CHANNEL, parse_whole, used)]
+        channels = [*table.parsed(CHANNEL, parse_whole, used)]
     events = []
     for (row, file), onset, channel in zip(used.items(), onsets, channels, strict=True):
         (end, width), rate = shapes[file], rates[file]
         if channel is not None and not 0 <= channel < width:
-            raise InputError(
-                f"{path}: 'channel' of {table.place(row)} is {channel}, but {files[file].name} has "
-                f"{width}: give the channel's number, counted from 0"
-            )
+            reason = f"but {files[file].name} has {width}"
+            raise table.refusal(CHANNEL, row, reason, "give the channel's number, from 0")
         at = onset * rate if name == SECONDS else onset
         if not 0 <= at <= end - 1:
             last = f"{(end - 1) / rate:g} s" if name == SECONDS else end - 1
-            raise InputError(
-                f"{path}: '{name}' of {table.place(row)} is {quote(table[name][row])}, outside "
-                f"{files[file].name} (0 to {last}): correct the row"
-            )
+            raise table.refusal(name, row, f"outside {files[file].name} (0 to {last})")
         events.append(Event(row, file, channel, round(at)))
     for one, other in pairwise(sorted(events, key=_place)):
         if _place(one) == _place(other):
             raise InputError(
-                f"{path}: {table.place(one.row)} and {table.place(other.row)} are the same "
+                f"{table.path}: {table.place(one.row)} and {table.place(other.row)} are the same "
                 f"contact, at sample {one.sample} of {files[one.file].name}: remove one"
             )
     return events
 
 
 def event_labels(
-    path: Path, table: Table, events: Sequence[Event], starts: Sequence[int]
+    table: Table, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Table, list[str]]:
     """Return the labels of each event, and notes. ``starts`` has the first sample of each pinch."""
     labels = table.of_rows([event.row for event in events])
     labels["first_contact"] = [e.sample - start for e, start in zip(events, starts, strict=True)]
-    unknown = set(table) - {SECONDS, SAMPLE, CHANNEL}
-    return labels, note_unknown(path, sorted(unknown), table)
+    return labels, note_unknown(table, set(table) - {SECONDS, SAMPLE, CHANNEL})
 
 
 def spans(
@@ -180,10 +172,10 @@ def _read_track(path: Path) -> Table:
         texts.append(" ".join(fields[2:]).strip())
     if not starts:
         raise InputError(f"{path} has no labels: give one line for each contact")
-    return add_labels(str(path), Table({SECONDS: starts}, numbers), texts)
+    return add_labels(Table(path, {SECONDS: starts}, numbers), texts)
 
 
-def add_labels(origin: str, table: Table, texts: Sequence[str]) -> Table:
+def add_labels(table: Table, texts: Sequence[str]) -> Table:
     """Return the table with a column added for each label in ``texts``, one text per row."""
     rows: list[dict[str, str]] = []
     for number, text in enumerate(texts):
@@ -193,7 +185,7 @@ def add_labels(origin: str, table: Table, texts: Sequence[str]) -> Table:
             name, value = (name, value) if equals else ("object", part)
             if name not in LABEL_COLUMNS or name in row:
                 raise InputError(
-                    f"{origin}: {table.place(number)} has the unknown or repeated label "
+                    f"{table.path}: {table.place(number)} has the unknown or repeated label "
                     f"{quote(part)}. Write the object's name, or name=value pairs separated by "
                     f"semicolons; names: {', '.join(LABEL_COLUMNS)}"
                 )
@@ -204,8 +196,7 @@ def add_labels(origin: str, table: Table, texts: Sequence[str]) -> Table:
         lacking = next((i for i, row in enumerate(rows) if name not in row), None)
         if lacking is not None and name != "object":
             raise InputError(
-                f"{origin}: {table.place(lacking)} has no '{name}', but other lines have one: "
+                f"{table.path}: {table.place(lacking)} has no '{name}', but other lines have one: "
                 "give it in all lines, or in none"
             )
-    cells = {name: [row.get(name, "") for row in rows] for name in names}
-    return Table({**table, **cells}, table.numbers, table.word)
+    return table.with_columns({name: [row.get(name, "") for row in rows] for name in names})

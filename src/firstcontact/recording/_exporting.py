@@ -1,7 +1,7 @@
 """Export of datasets to CSV, Parquet and HDF5, written atomically.
 
 Signals are in their physical units. Positions of contacts count from the first sample of a pinch.
-If importers would assume another layout or other fingers, the file states its layout.
+The file states its layout, so that importers restore it exactly.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from firstcontact.core import (
     Channel,
     ChannelKind,
     Dataset,
-    Finger,
     InputError,
     Layout,
     Pinch,
@@ -33,14 +32,7 @@ from firstcontact.core import (
 )
 from firstcontact.recording._formats import EXPORTERS, Exporter
 from firstcontact.recording._labels import ASSUMED_SESSION, PINCH_COLUMNS
-from firstcontact.recording._settings import (
-    LAYOUT,
-    SETTINGS,
-    UNITS,
-    FileSettings,
-    is_rounded_away,
-    make_layout,
-)
+from firstcontact.recording._settings import LAYOUT, SETTINGS, is_rounded_away
 
 #: Names of columns that are no signals.
 _NAMES = {"pinch", "time_s", *SETTINGS, LAYOUT, *PINCH_COLUMNS}
@@ -70,19 +62,18 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
 
 def _write_csv(dataset: Dataset, path: Path) -> None:
     of_pinch, of_file = _values(dataset, dataset.layout.channels)
-    # Long, so only once in each pinch.
-    layout = {LAYOUT: of_file.pop(LAYOUT)} if LAYOUT in of_file else {}
+    layout = of_file.pop(LAYOUT)  # long, so only once in each pinch
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
-        writer.writerow(["pinch", *_signals(dataset.pinches[0]), *of_pinch, *of_file, *layout])
+        writer.writerow(["pinch", *_signals(dataset.pinches[0]), *of_pinch, *of_file, LAYOUT])
         for i, pinch in enumerate(dataset.pinches):
             same = [*(column[i] for column in of_pinch.values()), *of_file.values()]
-            once = [*layout.values()]
+            once = layout
             time, *signals = _signals(pinch).values()
             for now, *row in zip(time, *signals, strict=True):
                 # Nine digits restore every float32 exactly.
-                writer.writerow([i, f"{now:.9f}", *(f"{v:.9g}" for v in row), *same, *once])
-                once = [""] * len(layout)
+                writer.writerow([i, f"{now:.9f}", *(f"{v:.9g}" for v in row), *same, once])
+                once = ""
 
 
 def _write_parquet(dataset: Dataset, path: Path) -> None:
@@ -90,7 +81,7 @@ def _write_parquet(dataset: Dataset, path: Path) -> None:
     from pyarrow import parquet
 
     of_pinch, of_file = _values(dataset, dataset.layout.channels)
-    of_file.pop(LAYOUT, None)  # no importer reads it here
+    of_file.pop(LAYOUT)  # no importer reads it here
 
     def table(first: int) -> Any:
         parts = []
@@ -167,35 +158,10 @@ def _values(
     dataset: Dataset, channels: Sequence[Channel]
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
     """Return what a file of these channels holds besides samples: per pinch, and per file."""
-    of_pinch, of_file = _pinch_values(dataset), _file_values(dataset)
     physical = tuple(replace(c, scale=1.0, offset=0.0) for c in channels)
     layout = Layout(physical, dataset.layout.rate)
-    # Importers assume that a finger with a sensor touches first.
-    fingers = {p.first.finger for p in dataset.pinches if p.first is not None}
-    if not fingers <= set(layout.vibration_fingers) or layout != _assumed_layout(layout):
-        of_pinch["first_finger"] = [
-            -1 if p.first is None or p.first.finger is None else p.first.finger
-            for p in dataset.pinches
-        ]
-        of_file[LAYOUT] = json.dumps(layout.to_json(), ensure_ascii=False)
-    return of_pinch, of_file
-
-
-def _assumed_layout(layout: Layout) -> Layout | None:
-    """Return the layout that importers assume for these channels; None if there is no such."""
-    first = layout.vibration[0]
-    if first.unit not in UNITS or first.sensor is None:
-        return None
-    settings = FileSettings(
-        first.sensor, layout.rate, first.unit, first.smoothing_alpha, "unknown", first.axis
-    )
-    return make_layout(
-        settings,
-        len(layout.vibration),
-        axes=first.axes,
-        force=layout.has_force,
-        strip=layout.has_strip,
-    )
+    text = json.dumps(layout.to_json(), ensure_ascii=False)
+    return _pinch_values(dataset), {**_file_values(dataset), LAYOUT: text}
 
 
 def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
@@ -214,7 +180,7 @@ def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
     values["first_contact"] = places([p.first.sample if p.first else None for p in pinches])
     values["second_contact"] = places([p.second.sample if p.second else None for p in pinches])
     values["first_finger"] = [
-        Finger.INDEX.value if p.first is None else p.first.finger for p in pinches
+        -1 if p.first is None or p.first.finger is None else p.first.finger for p in pinches
     ]
     if any(p.motor_start is not None for p in pinches):
         values["motor_start"] = places([p.motor_start for p in pinches])

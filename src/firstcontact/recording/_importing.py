@@ -43,13 +43,9 @@ def import_path(
         Path of the data.
     out
         Folder for the recordings, which must be missing or empty.
-    rate
-        Rate, Hz, for a file that does not state it.
-    source
-        Source, one of :data:`firstcontact.recording._messages.SOURCES`, for a file that does not
-        state it.
-    sensor
-        Sensor, for a file that does not state it.
+    rate, source, sensor
+        Rate in Hz, source ("twin", "real", "synthetic" or "unknown") and sensor, for a file that
+        does not state them.
     events
         Table of the contacts in long files.
     channels
@@ -114,19 +110,10 @@ def import_path(
 
 
 def find_importer(path: Path, rate: float | None = None, tables: Collection[str] = ()) -> Importer:
-    """Return the first importer that accepts the path.
+    """Return the first importer that accepts a path, a rate in Hz and tables, such as "events".
 
     If no importer accepts a folder, the first importer for folders is returned, because its error
     message names what the folder lacks.
-
-    Parameters
-    ----------
-    path
-        Path of the data.
-    rate
-        Rate that the user gave, Hz.
-    tables
-        Names of the options for tables that the user gave, such as ``events``.
 
     Raises
     ------

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -145,10 +144,9 @@ PINCH_COLUMNS = {**LABEL_COLUMNS, **CONTACT_COLUMNS}
 
 
 def make_dataset(
-    path: Path,
+    table: Table,
     cuts: Sequence[NDArray[Any]],
     layout: Layout,
-    table: Table,
     *,
     source: str | None = None,
     notes: Sequence[str] = (),
@@ -156,17 +154,16 @@ def make_dataset(
     groups: Sequence[Mapping[str, Block]] | None = None,
     exported: bool = False,
 ) -> Dataset:
-    """Build the pinches of an importer.
+    """Build the pinches of an importer from a table of labels and the samples of each pinch.
 
-    ``path`` is the file that holds the labels, ``cuts`` the samples of each pinch, and ``table``
-    the labels with one row for each pinch. ``source`` comes from the table by default. ``starts``
-    are the pinches' first samples if the pinches come from one long signal. ``exported`` is True if
-    the file states the layout and the fingers exactly.
+    ``source`` comes from the table by default. ``starts`` are the pinches' first samples if the
+    pinches come from one long signal. ``exported`` is True if the file states the layout and the
+    fingers exactly.
     """
-    labels, assumed = _labels(path, table, len(cuts))
-    contacts, guessed = _contacts(path, table, cuts, layout, exported)
-    motors = _motor_starts(path, table, [len(cut) for cut in cuts], contacts)
-    speeds = _closing_speeds(path, table, len(cuts))
+    labels, assumed = _labels(table, len(cuts))
+    contacts, guessed = _contacts(table, cuts, layout, exported)
+    motors = _motor_starts(table, [len(cut) for cut in cuts], contacts)
+    speeds = _closing_speeds(table, len(cuts))
     pinches = [
         Pinch(cut, layout, label, 0, truth, motor, closing_speed=speed)
         for cut, label, truth, motor, speed in zip(
@@ -178,8 +175,8 @@ def make_dataset(
     warnings = []
     if {c.unit for c in layout.vibration} == {"V"} and peak > MOST_VOLTS and not exported:
         warnings.append(
-            f"warning: {path} reaches {peak:.3g} V, and piezos rarely exceed {MOST_VOLTS:g} V: "
-            "if the numbers are mV, divide them by 1000 and import again"
+            f"warning: {table.path} reaches {peak:.3g} V, and piezos rarely exceed "
+            f"{MOST_VOLTS:g} V: if the numbers are mV, divide them by 1000 and import again"
         )
     if starts is None:
         numbered = pause_between(pinches)
@@ -191,15 +188,13 @@ def make_dataset(
         )
     return Dataset(
         numbered,
-        _stated_source(path, table) if source is None else source,
+        _stated_source(table) if source is None else source,
         (*assumed, *guessed, *notes, *warnings),
         sessions_assumed="session" not in table,
     )
 
 
-def note_unknown(
-    path: Path, names: Sequence[str], table: Mapping[str, Any], noun: str = "columns"
-) -> list[str]:
+def note_unknown(table: Table, names: Iterable[str], noun: str = "columns") -> list[str]:
     """Return a note that lists the names that are no labels, and asks about misspelt labels."""
     unknown = sorted(set(names) - {*PINCH_COLUMNS, "file", "source", "comment"})
     questions = [
@@ -208,39 +203,39 @@ def note_unknown(
         for match in get_close_matches(name.lower(), PINCH_COLUMNS, 1, _ALIKE)
         if match not in table
     ]
-    sentence = f"{path.name}: unknown {noun} were left out: {listed(unknown)}"
+    sentence = f"{table.path.name}: unknown {noun} were left out: {listed(unknown)}"
     return ["; ".join([sentence, *questions])] if unknown else []
 
 
-def _stated_source(path: Path, table: Table) -> str:
+def _stated_source(table: Table) -> str:
     sources = sorted(set(table.get("source", ["unknown"])))
     if len(sources) > 1:
         raise InputError(
-            f"{path}: the column 'source' must be the same in all rows: import each source "
+            f"{table.path}: the column 'source' must be the same in all rows: import each source "
             "separately"
         )
-    return one_of(str(path), "source", sources[0], SOURCES)
+    return one_of(table.path, "source", sources[0], SOURCES)
 
 
-def _parsed(path: Path, table: Table, name: str) -> list[Any] | None:
+def _parsed(table: Table, name: str) -> list[Any] | None:
     """Return the parsed values of a label or contact; None if the column does not exist."""
-    return table.parsed(path, name, PINCH_COLUMNS[name]) if name in table else None
+    return table.parsed(name, PINCH_COLUMNS[name]) if name in table else None
 
 
-def _either(path: Path, table: Table, name: str, other: str) -> list[Any] | None:
+def _either(table: Table, name: str, other: str) -> list[Any] | None:
     """Return the parsed values of the one of two columns that exists."""
     if name in table and other in table:
-        raise InputError(f"{path} has both '{name}' and '{other}': keep one of them")
-    return _parsed(path, table, other if other in table else name)
+        raise InputError(f"{table.path} has both '{name}' and '{other}': keep one of them")
+    return _parsed(table, other if other in table else name)
 
 
-def _labels(path: Path, table: Table, pinches: int) -> tuple[list[Label], list[str]]:
+def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
     """Return the label of each pinch, and notes on assumptions."""
     notes = []
-    objects = _either(path, table, "object", "material") or [""] * pinches
-    rank = _either(path, table, "hardness_rank", "hardness_class")
-    shore = _parsed(path, table, "shore_a")
-    specimens = _parsed(path, table, "specimen")
+    objects = _either(table, "object", "material") or [""] * pinches
+    rank = _either(table, "hardness_rank", "hardness_class")
+    shore = _parsed(table, "shore_a")
+    specimens = _parsed(table, "specimen")
     if specimens is None:
         unit, specimens = "", ["unknown"] * pinches
         if any(objects):
@@ -251,27 +246,27 @@ def _labels(path: Path, table: Table, pinches: int) -> tuple[list[Label], list[s
             unit, specimens = "hardness rank", [str(r) for r in rank]
         each = f"one specimen for each {unit}" if unit else "one specimen"
         notes.append(f"no specimen column: {each} was assumed")
-    sessions = _parsed(path, table, "session")
+    sessions = _parsed(table, "session")
     if sessions is None:
         sessions = [ASSUMED_SESSION] * pinches
         notes.append("no session column: all pinches were taken as one session")
     if shore is None and rank is None:
         notes.append("no shore_a, hardness_rank or hardness_class column: stiffness is not known")
-    roles = _parsed(path, table, "role") or [Role.TRAIN] * pinches
+    roles = _parsed(table, "role") or [Role.TRAIN] * pinches
     unknown = [None] * pinches
     rows = zip(objects, shore or unknown, rank or unknown, specimens, sessions, roles, strict=True)
     return [Label(*row) for row in rows], notes
 
 
 def _contacts(
-    path: Path, table: Table, cuts: Sequence[NDArray[Any]], layout: Layout, exported: bool
+    table: Table, cuts: Sequence[NDArray[Any]], layout: Layout, exported: bool
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
     """Return the known contacts of each pinch, counted from its first sample, and notes."""
     unknown = [-1] * len(cuts)
-    firsts = _either(path, table, "first_contact", "pre_trigger_samples") or unknown
+    firsts = _either(table, "first_contact", "pre_trigger_samples") or unknown
     name = "pre_trigger_samples" if "pre_trigger_samples" in table else "first_contact"
-    seconds = _parsed(path, table, "second_contact") or unknown
-    fingers = _parsed(path, table, "first_finger") or [None] * len(cuts)
+    seconds = _parsed(table, "second_contact") or unknown
+    fingers = _parsed(table, "first_finger") or [None] * len(cuts)
     owners, vibration = layout.vibration_fingers, list(layout.columns(ChannelKind.VIBRATION))
     is_exact = exported and "first_finger" in table
     contacts = []
@@ -281,15 +276,11 @@ def _contacts(
     ):
         for field, sample in ((name, first), ("second_contact", second)):
             if not -1 <= sample < len(cut):
-                raise InputError(
-                    f"{path}: '{field}' of {table.place(row)} is {quote(sample)}, outside the "
-                    f"pinch's {len(cut)} samples: count from 0 within it, or give -1 if unknown"
-                )
+                reason = f"outside the pinch's {len(cut)} samples"
+                raise table.refusal(field, row, reason, "count from 0, or give -1 if unknown")
         if second >= 0 and not 0 <= first <= second:
-            raise InputError(
-                f"{path}: 'second_contact' of {table.place(row)} is {second}, before '{name}' "
-                f"({first}): correct one of them, or give -1 as 'second_contact'"
-            )
+            reason = f"before '{name}' ({first})"
+            raise table.refusal("second_contact", row, reason, "correct one, or give -1")
         if len(owners) == 1 and not is_exact:
             moved += finger is Finger.THUMB and owners[0] is Finger.INDEX and first >= 0
             finger = owners[0]
@@ -313,33 +304,28 @@ def _contacts(
 
 
 def _motor_starts(
-    path: Path, table: Table, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
+    table: Table, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
 ) -> list[int | None]:
     """Return the start of the motor in each pinch, counted from its first sample."""
-    starts = _parsed(path, table, "motor_start") or [-1] * len(lengths)
+    starts = _parsed(table, "motor_start") or [-1] * len(lengths)
     for row, (start, length, truth) in enumerate(zip(starts, lengths, contacts, strict=True)):
         end = truth[0].sample if truth else length
         if not -1 <= start < max(end, 0):
-            raise InputError(
-                f"{path}: 'motor_start' of {table.place(row)} is {quote(start)}, outside the "
-                f"{end} samples before its {'first contact' if truth else 'end'}: count from 0 "
-                "within the pinch, or give -1 if unknown"
-            )
+            reason = f"outside the {end} samples before its {'first contact' if truth else 'end'}"
+            raise table.refusal("motor_start", row, reason, "count from 0, or give -1 if unknown")
     return [None if start < 0 else start for start in starts]
 
 
-def _closing_speeds(path: Path, table: Table, pinches: int) -> list[ClosingSpeed | None]:
+def _closing_speeds(table: Table, pinches: int) -> list[ClosingSpeed | None]:
     """Return the measured closing speed of each pinch."""
-    speeds = _parsed(path, table, "closing_speed")
-    errors = _parsed(path, table, "closing_speed_error")
+    speeds = _parsed(table, "closing_speed")
+    errors = _parsed(table, "closing_speed_error")
     if speeds is None:
         return [None] * pinches
     for row, (speed, error) in enumerate(zip(speeds, errors or [-1] * pinches, strict=True)):
         if speed >= 0 > error:
-            raise InputError(
-                f"{path}: {table.place(row)} has a 'closing_speed' but no 'closing_speed_error': "
-                "give the standard error in m/s, 0 if the speed is exact"
-            )
+            reason = "but 'closing_speed_error' is missing"
+            raise table.refusal("closing_speed", row, reason, "give the standard error in m/s")
     return [
         None if speed < 0 else ClosingSpeed(speed, error)
         for speed, error in zip(speeds, errors or speeds, strict=True)

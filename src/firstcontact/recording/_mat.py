@@ -59,7 +59,7 @@ def import_mat(
             f"{channels} has no 'rate_hz' of {listed([lacking])}: add it, because MATLAB files do "
             "not state it"
         )
-    files, table, origin = _files(path, labels)
+    files, table = _files(path, labels)
     notes: list[str] = []
     pinches = [_signals(file, signals, notes) for file in files]
     for file, pinch in zip(files, pinches, strict=True):
@@ -67,28 +67,28 @@ def import_mat(
             raise InputError(
                 f"{file} and {files[0].name} have different signals: import them separately"
             )
-    notes += note_unknown(origin, list(table), table)
+    notes += note_unknown(table, table)
     places = [(k, 0, len(pinch.data)) for k, pinch in enumerate(pinches)]
-    return cut_pinches(origin, pinches, places, table, notes)
+    return cut_pinches(table, pinches, places, notes)
 
 
-def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table, Path]:
-    """Return the files, the table of labels, and the path of that table."""
+def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table]:
+    """Return the files and the table of labels."""
     origin = labels or (path if path.is_dir() else path.parent) / LABELS
     if labels is None and not (path.is_dir() and origin.exists()):
         files = files_below(path, _SUFFIX) if path.is_dir() else [path]
         if not files:
             raise InputError(f"{path} holds no {_SUFFIX} files: give the folder that does")
-        return files, Table({}, range(len(files)), "file"), path
+        return files, Table(path, {}, range(len(files)), "file")
     table = read_columns(origin)
     if path.is_dir():
-        return match_each_file(path, origin, table, _SUFFIX), table, origin
+        return match_each_file(path, table, _SUFFIX), table
     rows = [row for row, name in enumerate(table.get("file", ())) if name.strip() == path.name]
     if len(rows) != 1:
         raise InputError(
             f"{origin} has {len(rows)} rows for {path.name} in a column 'file': give one"
         )
-    return [path], table.of_rows(rows), origin
+    return [path], table.of_rows(rows)
 
 
 def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:

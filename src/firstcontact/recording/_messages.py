@@ -62,30 +62,23 @@ class Header:
 
     Parameters
     ----------
-    layout
-        Columns, their rate and units.
+    layout, calibration
+        Columns with rate and units, and calibration of the fingertips, if measured.
     source
         "twin", "real", "synthetic" or "unknown".
     dtype
         Type of the samples: "int16", "int32" or "float32".
-    sensor, hand, firmware
-        Names of the recording's sensor, hand and firmware.
-    session
-        Session of data collection that the recording belongs to.
-    notes
-        Notes of the operator.
+    sensor, hand, firmware, session, notes
+        Names, and notes of the operator.
     created
-        ISO 8601 time. It is empty for simulated recordings, since the same seed must give the same
-        bytes.
-    calibration
-        Calibration of the fingertips, if measured.
+        ISO 8601 time; empty if the same seed must give the same bytes.
     session_assumed
         True if no session was named, so that the importer treated all pinches as one session.
     """
 
     layout: Layout
-    source: str = "unknown"
-    dtype: str = "int16"
+    source: Annotated[str, Meta(pattern=f"^({'|'.join(SOURCES)})$")] = "unknown"
+    dtype: Annotated[str, Meta(pattern=f"^({'|'.join(DTYPES)})$")] = "int16"
     sensor: Name = ""
     hand: Name = ""
     firmware: Name = ""
@@ -98,12 +91,6 @@ class Header:
     def __post_init__(self) -> None:
         if fault := self.layout.fault:
             raise ValueError(f"the field 'layout' has {fault}")
-        if self.source not in SOURCES:
-            raise ValueError(
-                f"the field 'source' is {self.source!r}, not one of {', '.join(SOURCES)}"
-            )
-        if self.dtype not in DTYPES:
-            raise ValueError(f"the field 'dtype' is {self.dtype!r}, not one of {', '.join(DTYPES)}")
 
     def to_json(self) -> dict[str, Any]:
         """Return the header as a tree for JSON, with the name and version of the format."""
@@ -139,9 +126,8 @@ def read_header(data: bytes, origin: str) -> Header:
             "install the firstcontact that wrote it"
         )
     header = read_record(data, Header, origin, remedy)
-    if _OLD_ASSUMPTION in header.notes.splitlines():
-        return replace(header, session_assumed=True)
-    return header
+    assumed = header.session_assumed or _OLD_ASSUMPTION in header.notes.splitlines()
+    return replace(header, session_assumed=assumed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,21 +138,15 @@ class PinchMark:
     ----------
     number
         Number of the pinch in the recording, from 0. A gap shows a lost mark.
-    first_sample, end
-        Device sample numbers of the pinch's first sample, and of the first sample after the pinch.
-    epoch
-        Epoch of both sample numbers.
-    label
-        Label of the pinched object.
-    truth
-        Known contacts, in time order.
+    first_sample, end, epoch
+        Device sample numbers of the pinch's first sample, and of the first sample after the pinch;
+        epoch of both.
+    label, truth
+        Label of the pinched object, and known contacts in time order.
     motor_start
         Device sample number at which the motor starts to close the hand; None if unknown.
-    found
-        Contacts that a detector marked during the recording. They are no ground truth, but hints
-        for labelling.
-    found_by
-        Name of that detector.
+    found, found_by
+        Contacts that a detector marked during the recording, as hints for labelling, and its name.
     closing_speed
         Closing speed before the first contact, as the hand measured it; None if unknown.
     """

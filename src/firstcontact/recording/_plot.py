@@ -5,7 +5,6 @@ Names from recordings are drawn as plain text, in characters that the font has.
 
 from __future__ import annotations
 
-import unicodedata
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -148,9 +147,8 @@ def _name_contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
 def figure_label(name: str, most: int = MOST) -> str:
     """Return a name from a recording as text for a figure.
 
-    The text has one line and bounded length. A character that the font lacks, or that is in
-    Unicode's private area, becomes a number such as U+82F9. The report's tables show the original
-    name.
+    The text has one line and bounded length. A character that the font lacks becomes a number such
+    as U+82F9. The report's tables show the original name.
 
     Parameters
     ----------
@@ -160,23 +158,11 @@ def figure_label(name: str, most: int = MOST) -> str:
         Largest number of characters.
     """
     glyphs = _glyphs()
-    line = " ".join("".join(_printable(c) for c in name[: 4 * most]).split())
     out = ""
-    for character in line:
+    for character in " ".join(name[: 4 * most].split()):
         is_drawable = ord(character) in glyphs and character.isprintable()
-        written = character if is_drawable else f"U+{ord(character):04X}"
-        if len(out) + len(written) > most:
-            return f"{out[: most - 1]}…"
-        out += written
-    return f"{out[: most - 1]}…" if len(name) > 4 * most else out
-
-
-def _printable(character: str) -> str:
-    kind = unicodedata.category(character)
-    if kind in ("Zl", "Zp", "Zs") or character.isspace():
-        return " "
-    # Control characters, surrogates, and characters that only direct or join text.
-    return "\N{REPLACEMENT CHARACTER}" if kind in ("Cc", "Cs", "Cf") else character
+        out += character if is_drawable else f"U+{ord(character):04X}"
+    return out if len(out) <= most and len(name) <= 4 * most else f"{out[: most - 1]}…"
 
 
 @lru_cache(maxsize=1)

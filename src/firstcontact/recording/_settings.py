@@ -62,13 +62,7 @@ ROUNDING = 1e-3
 
 
 def check_rate(origin: str, rate: Any) -> float:
-    """Return a sampling rate, Hz, if it is possible for a sensor.
-
-    Raises
-    ------
-    InputError
-        The rate is not a number, or outside 2 kHz to 1 MHz.
-    """
+    """Return a sampling rate, Hz. Raise an InputError outside of 2 kHz to 1 MHz."""
     try:
         value = parse_float(as_text(rate))
     except ValueError:

@@ -70,15 +70,13 @@ def read_signals(path: Path) -> list[Signal]:
     """Return the rows of a table of channels."""
     rows = read_rows(path, ["variable"])
     cells = {name: [row.get(name, "") for _, row in rows] for name in _PARSERS}
-    table = Table(cells, [line for line, _ in rows])
-    columns = [table.parsed(path, name, parse) for name, parse in _PARSERS.items()]
+    table = Table(path, cells, [line for line, _ in rows])
+    columns = [table.parsed(name, parse) for name, parse in _PARSERS.items()]
     signals = [Signal(*row) for row in zip(*columns, strict=True)]
     for row, signal in enumerate(signals):
         if signal.sensor is not None and signal.rate is not None and signal.rate < LOWEST_RATE:
-            raise InputError(
-                f"{path}: 'rate_hz' of {table.place(row)} is {signal.rate:g}, but a vibration "
-                f"needs {LOWEST_RATE:g} Hz or more: give the rate in Hz"
-            )
+            reason = f"but a vibration needs {LOWEST_RATE:g} Hz or more"
+            raise table.refusal("rate_hz", row, reason, "give the rate in Hz")
     kinds = {signal.sensor for signal in signals} - {None}
     if len(kinds) != 1:
         raise InputError(
@@ -249,20 +247,18 @@ def _channels(parts: Sequence[SignalSamples]) -> tuple[Channel, ...]:
 
 
 def cut_pinches(
-    path: Path,
+    table: Table,
     files: Sequence[Signals],
     places: Sequence[tuple[int, int, int]],
-    table: Table,
     notes: Sequence[str],
 ) -> Dataset:
     """Cut pinches from files, each at a place (file, start, stop), all in one sample type."""
     dtype = common_type([v for file in files for v in (file.data, *file.groups.values())])
     cuts = [files[k].cut(start, stop, dtype) for k, start, stop in places]
     return make_dataset(
-        path,
+        table,
         [data for data, _ in cuts],
         files[0].layout,
-        table,
         notes=notes,
         starts=[start for _, start, _ in places],
         groups=[groups for _, groups in cuts],

@@ -65,16 +65,14 @@ def import_wav(
             "a table of the contacts in long files with --events"
         )
     table = read_columns(path)
-    files = match_each_file(folder, path, table, ".wav")
+    files = match_each_file(folder, table, ".wav")
     layout, signals = _alike(files, [read_sound(file) for file in files], sensor)
     for row, cell in enumerate(table.get("sample_rate_hz", [])):
         if check_rate(f"{path}: sample_rate_hz of {table.place(row)}", cell) != layout.rate:
-            raise InputError(
-                f"{path}: 'sample_rate_hz' of {files[row].name} is {cell}, but the file has "
-                f"{layout.rate:g} Hz: correct the table"
-            )
-    notes = note_unknown(path, sorted(set(table) - {"sample_rate_hz"}), table)
-    return make_dataset(path, signals, layout, table, notes=notes)
+            reason = f"but {files[row].name} has {layout.rate:g} Hz"
+            raise table.refusal("sample_rate_hz", row, reason)
+    notes = note_unknown(table, set(table) - {"sample_rate_hz"})
+    return make_dataset(table, signals, layout, notes=notes)
 
 
 def import_events(
@@ -86,38 +84,36 @@ def import_events(
     """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files."""
     if events is None:
         layout, signals = _alike([path], [read_sound(path)], sensor)
-        table = Table({"session": [path.stem]}, [0], "pinch")
-        return make_dataset(path, signals, layout, table, notes=[NO_CONTACTS])
+        table = Table(path, {"session": [path.stem]}, [0], "pinch")
+        return make_dataset(table, signals, layout, notes=[NO_CONTACTS])
     table = read_events(events)
-    files, of_rows, notes = _files(path, events, table)
+    files, of_rows, notes = _files(path, table)
     sounds = [read_sound(file) for file in files]
     shapes = [data.shape for _, data in sounds]
     layout, signals = _alike(files, sounds, sensor, is_chosen=CHANNEL in table)
-    contacts = find_events(events, table, of_rows, files, shapes, [layout.rate] * len(files))
+    contacts = find_events(table, of_rows, files, shapes, [layout.rate] * len(files))
     starts, stops = spans(contacts, [len(data) for data in signals], layout.rate)
     cuts = []
     for event, start, stop in zip(contacts, starts, stops, strict=True):
         columns = slice(None) if event.channel is None else slice(event.channel, event.channel + 1)
         cuts.append(np.ascontiguousarray(signals[event.file][start:stop, columns]))
-    given, left_out = event_labels(events, table, contacts, starts)
+    given, left_out = event_labels(table, contacts, starts)
     if "session" not in given:
         given["session"] = [files[event.file].stem for event in contacts]
         notes.append("the table names no sessions: each sound file was taken as one")
-    return make_dataset(events, cuts, layout, given, notes=[*notes, *left_out])
+    return make_dataset(given, cuts, layout, notes=[*notes, *left_out])
 
 
-def _files(
-    path: Path, events: Path, table: Table
-) -> tuple[list[Path], Sequence[int | None], list[str]]:
+def _files(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], list[str]]:
     """Return the files with contacts, the file number of each row (None: unused), and notes."""
     if path.is_dir():
-        files, numbers, left = match_files(path, events, table, *SUFFIXES)
-        note = f"{len(left)} sound files have no contact in {events.name}"
+        files, numbers, left = match_files(path, table, *SUFFIXES)
+        note = f"{len(left)} sound files have no contact in {table.path.name}"
         return files, numbers, [note] if left else []
     names = table.get("file", [path.name] * len(table.numbers))
     rows = [0 if name.strip() == path.name else None for name in names]
     if 0 not in rows:
-        raise InputError(f"{events}: no row is for {path.name!r}: correct the column 'file'")
+        raise InputError(f"{table.path}: no row is for {path.name!r}: correct the column 'file'")
     others = rows.count(None)
     return [path], rows, [f"{others} contacts of the table are in other files"] if others else []
 

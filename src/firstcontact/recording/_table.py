@@ -24,13 +24,17 @@ _OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
 
 
 class Table(dict[str, Sequence[Any]]):
-    """Columns by name, with the line of each row for messages."""
+    """Columns by name. For messages it knows its file, and the line of each row."""
 
     def __init__(
-        self, columns: Mapping[str, Sequence[Any]], numbers: Sequence[int], word: str = "line"
+        self,
+        path: Path,
+        columns: Mapping[str, Sequence[Any]],
+        numbers: Sequence[int],
+        word: str = "line",
     ) -> None:
         super().__init__(columns)
-        self.numbers, self.word = numbers, word
+        self.path, self.numbers, self.word = path, numbers, word
 
     def place(self, row: int) -> str:
         """Return the position of a row for messages: "line 7"."""
@@ -39,14 +43,23 @@ class Table(dict[str, Sequence[Any]]):
     def of_rows(self, rows: Sequence[int]) -> Table:
         """Return a table of some rows."""
         columns = {name: [cells[row] for row in rows] for name, cells in self.items()}
-        return Table(columns, [self.numbers[row] for row in rows], self.word)
+        return Table(self.path, columns, [self.numbers[row] for row in rows], self.word)
+
+    def with_columns(self, columns: Mapping[str, Sequence[Any]]) -> Table:
+        """Return a table with further or changed columns."""
+        return Table(self.path, {**self, **columns}, self.numbers, self.word)
+
+    def refusal(
+        self, name: str, row: int, reason: object, remedy: str = "correct it"
+    ) -> InputError:
+        """Return the error for a cell."""
+        cell = quote(self[name][row])
+        return InputError(
+            f"{self.path}: '{name}' of {self.place(row)} is {cell}, {reason}: {remedy}"
+        )
 
     def parsed(
-        self,
-        origin: object,
-        name: str,
-        parse: Callable[[Any], T],
-        rows: Iterable[int] | None = None,
+        self, name: str, parse: Callable[[Any], T], rows: Iterable[int] | None = None
     ) -> list[T]:
         """Return the parsed cells of a column. An error of ``parse`` becomes one about the cell."""
         values = []
@@ -55,10 +68,7 @@ class Table(dict[str, Sequence[Any]]):
             try:
                 values.append(parse(cells[row]))
             except (ValueError, TypeError, OverflowError) as error:
-                raise InputError(
-                    f"{origin}: '{name}' of {self.place(row)} is {quote(cells[row])}, {error}: "
-                    "correct it"
-                ) from None
+                raise self.refusal(name, row, error) from None
         return values
 
 
@@ -83,7 +93,7 @@ def read_columns(path: Path) -> Table:
     doubled = sorted(name for name, times in Counter(header).items() if times > 1)
     if doubled:
         raise InputError(f"{path} has the column {doubled[0]!r} twice: rename or remove one")
-    return Table(dict(zip(header, columns, strict=True)), numbers)
+    return Table(path, dict(zip(header, columns, strict=True)), numbers)
 
 
 def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
@@ -148,12 +158,12 @@ def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str
 
 
 def match_files(
-    folder: Path, path: Path, table: Table, *suffixes: str
+    folder: Path, table: Table, *suffixes: str
 ) -> tuple[list[Path], list[int], list[Path]]:
     """Return the files that the rows name, the file number of each row, and the other files."""
     if "file" not in table:
         raise InputError(
-            f"{path} has no column 'file': add it, with the name of a file in each row"
+            f"{table.path} has no column 'file': add it, with the name of a file in each row"
         )
     available = [file for suffix in suffixes for file in files_below(folder, suffix)]
     by_name: dict[str, list[Path]] = {}
@@ -165,24 +175,21 @@ def match_files(
     for row, name in enumerate(table["file"]):
         matches = by_name.get(name.strip(), [])
         if len(matches) != 1:
-            fault = "is in two folders" if matches else f"is not in the folder {folder}"
-            raise InputError(
-                f"{path}: 'file' of {table.place(row)} is {quote(name)}, which {fault}: correct "
-                "the row or the folder"
-            )
+            fault = "in two folders" if matches else f"not in the folder {folder}"
+            raise table.refusal("file", row, f"which is {fault}", "correct the row or the folder")
         numbers.append(files.setdefault(matches[0], len(files)))
     return list(files), numbers, [file for file in available if file not in files]
 
 
-def match_each_file(folder: Path, path: Path, table: Table, suffix: str) -> list[Path]:
+def match_each_file(folder: Path, table: Table, suffix: str) -> list[Path]:
     """Return the file of each row. Each file with the suffix must have exactly one row."""
-    files, numbers, left = match_files(folder, path, table, suffix)
+    files, numbers, left = match_files(folder, table, suffix)
     if len(files) < len(numbers):
-        (number, _), *_ = Counter(numbers).most_common(1)
-        raise InputError(f"{path}: file {files[number].name!r} has two rows: remove one")
+        ((number, _),) = Counter(numbers).most_common(1)
+        raise InputError(f"{table.path}: file {files[number].name!r} has two rows: remove one")
     if left:
         raise InputError(
-            f"{path} has no row for {counted(len(left), f'{suffix} file')} (first: "
+            f"{table.path} has no row for {counted(len(left), f'{suffix} file')} (first: "
             f"{left[0].name!r}): add the rows or remove the files"
         )
     return files

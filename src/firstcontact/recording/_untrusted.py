@@ -71,7 +71,7 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(quote(n).strip("'") for n in names[:_LISTED]) + more
 
 
-def one_of(origin: str, name: str, value: Any, choices: Collection[str]) -> str:
+def one_of(origin: object, name: str, value: Any, choices: Collection[str]) -> str:
     """Return a value as text. Raise an error unless it is one of the choices."""
     text = as_text(value)
     if text not in choices:

@@ -41,6 +41,8 @@ _JSON_SCHEMA = b'{"type": "object"}'
 class RecordingWriter:
     """Writer of one recording file, block by block.
 
+    The same samples give the same bytes: times come from sample numbers and rate, not from a clock.
+
     Parameters
     ----------
     path
@@ -53,11 +55,6 @@ class RecordingWriter:
     InputError
         The file exists or cannot be created, or a reader would refuse the header. All methods also
         raise this error if the disk is full or a block does not fit the header.
-
-    Notes
-    -----
-    Times in the file are computed from sample number and rate. No clock is read, so the same
-    samples give the same bytes.
     """
 
     def __init__(self, path: AnyPath, header: Header) -> None:
@@ -95,13 +92,7 @@ class RecordingWriter:
             raise failed from error
 
     def write(self, block: Block, group: str = "") -> None:
-        """Append a block, optionally of a group. Long blocks become several messages.
-
-        Raises
-        ------
-        InputError
-            The columns or the type are wrong, the disk is full, or the writer is closed.
-        """
+        """Append a block, optionally of a group. Long blocks become several messages."""
         layout = self._layouts.get(group)
         if layout is None:
             raise InputError(f"{self.path}: the header's layout has no group {group!r}")
@@ -140,13 +131,7 @@ class RecordingWriter:
         self._latest = max(self._latest, self._origin + round(block.end * pace))
 
     def mark(self, mark: PinchMark) -> None:
-        """Append a pinch mark.
-
-        Raises
-        ------
-        InputError
-            A reader would refuse the mark, or the file cannot be written.
-        """
+        """Append a pinch mark. Raise an error for a mark that a reader would refuse."""
         data = self._packed(mark.to_json(), read_mark, f"the mark of pinch {mark.number}")
         self._add(self._pinches, data, mark.end)
         self._number = mark.number + 1
@@ -185,13 +170,7 @@ class RecordingWriter:
         )
 
     def flush(self) -> None:
-        """Write all waiting data, so that they survive if the process is killed later.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        """
+        """Write all waiting data, so that they survive if the process is killed later."""
         if not self._open:
             return
         try:

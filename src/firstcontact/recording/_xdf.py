@@ -105,23 +105,22 @@ def import_xdf(
             f"out: {listed(irregular)}; if they mark contacts, give the times with --events"
         )
     parts, vibration = _unbroken_parts(path, streams, signals, notes)
-    origin = events or path
     table = _markers(path, streams, vibration, notes) if events is None else read_events(events)
     lengths = [len(part.signals.data) for part in parts]
     if table is None:
         notes.append(NO_CONTACTS)
-        given = Table({"session": [path.stem] * len(parts)}, range(len(parts)), "part")
+        given = Table(path, {"session": [path.stem] * len(parts)}, range(len(parts)), "part")
         places = [(k, 0, length) for k, length in enumerate(lengths)]
     else:
-        rows, local = _placed(origin, table, parts, vibration, notes)
+        rows, local = _placed(table, parts, vibration, notes)
         shapes, rates = [(n, 1) for n in lengths], [part.run.rate for part in parts]
-        contacts = find_events(origin, local, rows, [path] * len(parts), shapes, rates)
+        contacts = find_events(local, rows, [path] * len(parts), shapes, rates)
         starts, stops = spans(contacts, lengths, parts[0].signals.layout.rate)
-        given, left_out = event_labels(origin, local, contacts, starts)
+        given, left_out = event_labels(local, contacts, starts)
         given.setdefault("session", [path.stem] * len(contacts))
         notes += left_out
         places = list(zip([event.file for event in contacts], starts, stops, strict=True))
-    return cut_pinches(origin, [part.signals for part in parts], places, given, notes)
+    return cut_pinches(given, [part.signals for part in parts], places, notes)
 
 
 def read_xdf(path: Path) -> dict[str, Stream]:
@@ -283,15 +282,15 @@ def _markers(
     count = len(stream.stamps)
     notes.append(f"contacts are the {counted(count, 'marker')} of stream {stream.name}")
     seconds = {SECONDS: (stream.stamps - vibration.begin).tolist()}
-    table = Table(seconds, range(1, count + 1), "marker")
-    return add_labels(f"{path}: stream {stream.name}", table, list(map(str, stream.values[:, 0])))
+    table = Table(path, seconds, range(1, count + 1), "marker")
+    return add_labels(table, list(map(str, stream.values[:, 0])))
 
 
 def _placed(
-    path: Path, table: Table, parts: Sequence[Part], vibration: Run, notes: list[str]
+    table: Table, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Table]:
     """Return the number of the part in which each contact lies, with onsets within the parts."""
-    name = onset_column(path, table)
+    name = onset_column(table)
 
     def bounds(run: Run) -> tuple[float, float]:
         if name == SECONDS:
@@ -301,27 +300,24 @@ def _placed(
     places = [bounds(part.run) for part in parts]
     rows: list[int | None] = []
     local: list[float] = []
-    for row, at in enumerate(table.parsed(path, name, parse_number)):
+    for row, at in enumerate(table.parsed(name, parse_number)):
         place = next((k for k, (first, last) in enumerate(places) if first <= at <= last), None)
         if place is None and not 0 <= at <= bounds(vibration)[1]:
-            raise InputError(
-                f"{path}: '{name}' of {table.place(row)} is {quote(table[name][row])}, where the "
-                "vibration has no samples: correct or remove the row"
-            )
+            raise table.refusal(name, row, "where the vibration has no samples")
         rows.append(place)
         local.append(at if place is None else at - places[place][0])
     left = rows.count(None)
     if left == len(rows):
         raise InputError(
-            f"{path}: each of its {left} contacts lies in a gap, or where another stream has no "
-            "samples: record the streams together, or leave one out of the table of channels"
+            f"{table.path}: each of its {left} contacts lies in a gap, or where another stream has "
+            "no samples: record the streams together, or leave one out of the table of channels"
         )
     if left:
         notes.append(
             f"{left} of {len(rows)} contacts lie in a gap, or where another stream has no samples: "
             "they are left out"
         )
-    return rows, Table({**table, name: local}, table.numbers, table.word)
+    return rows, table.with_columns({name: local})
 
 
 XDF = Importer(

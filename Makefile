@@ -100,6 +100,10 @@ quick-embedded: $(VENV)/.study ## the same, small (a minute)
 real: $(VENV)/.study ## the real sets in FIRSTCONTACT_DATA on one page: firstcontact-study/real/report.html
 	@sh examples/real.sh "$(FIRSTCONTACT_DATA)" "$(OUT)" "$(BIN)"
 
+.PHONY: hardware
+hardware: $(VENV)/.dev ## simulate the fingertip's circuit (needs ngspice) and write the tables of the build page
+	$(BIN)/python hardware/write_page.py --measure
+
 # --- live --------------------------------------------------------------------------------------
 
 .PHONY: live

@@ -1,0 +1,136 @@
+"""Parts and nets of the amplifier board for two fingertips and a Teensy 4.0: the one table.
+
+The SPICE netlist, the KiCad files, the bill of materials and the tables of the build page are made
+from :func:`parts`. Each value names its source, or is marked as an assumption.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+FINGERS = ("index", "thumb")
+ROWS, COLUMNS = 3, 2
+#: Pins of the Teensy 4.0 by net, as ``firmware/teensy/firstcontact/pins.h`` assigns them.
+TEENSY = {
+    "14": "adc_index", "15": "adc_thumb",
+    "16": "index_column_0", "17": "index_column_1",
+    "18": "thumb_column_0", "19": "thumb_column_1",
+    "2": "index_row_0", "3": "index_row_1", "4": "index_row_2",
+    "5": "thumb_row_0", "6": "thumb_row_1", "7": "thumb_row_2",
+    "8": "strip_index", "9": "strip_thumb",
+    "3V3": "3v3", "GND": "gnd",
+}  # fmt: skip
+PAPER = "paper"
+ASSUMED = "assumption"
+
+
+class Kind(StrEnum):
+    """Kind of a part. The value is the name in the bill of materials."""
+
+    RESISTOR = "resistor"
+    CAPACITOR = "capacitor"
+    DIODES = "pair of diodes in series"
+    AMPLIFIER = "operational amplifier, four in one case"
+    CONNECTOR = "connector"
+    BOARD = "microcontroller board"
+
+
+@dataclass(frozen=True)
+class Part:
+    """Part of the amplifier board, with the net of each of its pins."""
+
+    reference: str
+    kind: Kind
+    pins: dict[str, str]
+    """Net of each pin."""
+    purpose: str
+    value: float = 0.0
+    """Resistance in ohm or capacitance in farad."""
+    tolerance: float = 0.0
+    """Largest relative deviation of the value."""
+    number: str = ""
+    """Manufacturer's number."""
+    source: str = ASSUMED
+
+    @property
+    def label(self) -> str:
+        """Value as it is printed on a drawing, such as ``82k`` or ``33n``."""
+        if self.kind not in (Kind.RESISTOR, Kind.CAPACITOR):
+            return self.number.split(",")[0] or self.kind
+        for unit, factor in (("k", 1e3), ("", 1.0), ("u", 1e-6), ("n", 1e-9)):
+            if self.value >= factor * 0.9999:
+                return f"{self.value / factor:.3g}{unit}"
+        raise ValueError(f"{self.reference} has the value {self.value}")
+
+
+def _resistor(reference: str, a: str, b: str, value: float, code: str, purpose: str) -> Part:
+    number = f"RC0805FR-07{code}L"  # Yageo, 1 %
+    return Part(reference, Kind.RESISTOR, {"1": a, "2": b}, purpose, value, 0.01, number)
+
+
+def _capacitor(
+    reference: str, a: str, b: str, value: float, tolerance: float, number: str, purpose: str
+) -> Part:
+    return Part(reference, Kind.CAPACITOR, {"1": a, "2": b}, purpose, value, tolerance, number)
+
+
+def _finger(place: int, finger: str) -> list[Part]:
+    """Return the parts of one finger. Their references begin at 10 times ``place``."""
+    n = 10 * place
+    disc, clamp, inverting, out = (f"{net}_{finger}" for net in ("disc", "clamp", "fb", "out"))
+    parts = [
+        _resistor(f"R{n}", disc, "vref", 240e3, "240K", "high pass with the disc: 55 Hz"),
+        _resistor(f"R{n + 1}", disc, clamp, 10e3, "10K", "limits the current of a knock"),
+        Part(
+            f"D{n}", Kind.DIODES, {"1": "gnd", "2": "3v3", "3": clamp},
+            "clamps the input to both supply rails", number="BAV199,215",
+        ),
+        _resistor(f"R{n + 2}", clamp, f"in_{finger}", 10e3, "10K", "protects the amplifier"),
+        _resistor(f"R{n + 3}", out, inverting, 82e3, "82K", "gain of 22"),
+        _resistor(f"R{n + 4}", inverting, "vref", 3.9e3, "3K9", "gain of 22"),
+        _resistor(f"R{n + 5}", out, f"adc_{finger}", 2.7e3, "2K7", "low pass: 1.8 kHz"),
+        _capacitor(
+            f"C{n}", f"adc_{finger}", "gnd", 33e-9, 0.05, "C0805C333J5GACTU", "low pass: 1.8 kHz"
+        ),
+        _resistor(f"R{n + 6}", f"pad_{finger}", f"strip_{finger}", 1e3, "1K", "protects the pin"),
+        Part(
+            f"J{place}", Kind.CONNECTOR,
+            {
+                "1": f"disc_{finger}", "2": "gnd",
+                **{str(3 + r): f"{finger}_row_{r}" for r in range(ROWS)},
+                **{str(6 + c): f"{finger}_column_{c}" for c in range(COLUMNS)},
+                "8": f"pad_{finger}", "9": "gnd",
+            },
+            f"cable to the {finger} fingertip", number="S9B-XH-A(LF)(SN)",
+        ),
+    ]  # fmt: skip
+    return parts + [
+        _resistor(
+            f"R{n + 7 + c}", f"{finger}_column_{c}", "gnd", 4.7e3, "4K7",
+            f"divider of column {c}",
+        )
+        for c in range(COLUMNS)
+    ]  # fmt: skip
+
+
+def parts() -> tuple[Part, ...]:
+    """Return all parts of the amplifier board."""
+    shared = [
+        Part(
+            "U1", Kind.AMPLIFIER,
+            {
+                "1": "out_index", "2": "fb_index", "3": "in_index", "4": "3v3",
+                "5": "in_thumb", "6": "fb_thumb", "7": "out_thumb",
+                "8": "vref", "9": "vref", "10": "half",
+                "11": "gnd", "12": "half", "13": "unused", "14": "unused",
+            },
+            "amplifies both discs and buffers 1.65 V", number="MCP6024-I/SL",
+        ),
+        _resistor("R1", "3v3", "half", 10e3, "10K", "half of the supply"),
+        _resistor("R2", "half", "gnd", 10e3, "10K", "half of the supply"),
+        _capacitor("C1", "half", "gnd", 10e-6, 0.2, "GRM21BR61C106KE15L", "steadies 1.65 V"),
+        _capacitor("C2", "3v3", "gnd", 100e-9, 0.1, "C0805C104K5RACTU", "supply of U1"),
+        Part("A1", Kind.BOARD, dict(TEENSY), "converts and sends", 0, 0, "Teensy 4.0", PAPER),
+    ]  # fmt: skip
+    return (*shared, *_finger(1, "index"), *_finger(2, "thumb"))

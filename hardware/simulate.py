@@ -1,0 +1,191 @@
+"""Simulation of the amplifier board in ngspice, and its comparison with the twin.
+
+``write_page.py --measure`` runs it. It needs ngspice (Debian: ``apt-get install ngspice``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from circuit import parts
+from disc import pressed
+from numpy.typing import NDArray
+from spice import COUNT, board, simulate, sound_input
+
+from firstcontact.twin import FingerParameters
+
+#: A knock from 10 ms on: 40 V within 50 us, gone after another 500 us.
+KNOCK = "PWL(0 0 10m 0 10.05m 40 10.55m 0 1 0)"
+KNOCK_END = 10.55e-3
+CELSIUS = (0.0, 27.0, 50.0)
+#: Largest offset voltage of the amplifier, V (data sheet).
+OFFSET = 0.5e-3
+#: Deviation of the two leakage currents of a clamp from their mean (assumption).
+UNEQUAL = 0.1
+#: Limits of a pin of the Teensy, V (i.MX RT1062 data sheet), and of the amplifier's input, A.
+PIN_VOLTS, INPUT_AMPERES = (-0.3, 3.6), 2e-3
+#: Capacitance of a piezo disc of 20 to 27 mm, F: 10 to 25 nF in data sheets.
+SOUND_DISC = 20e-9
+#: Names of the results of :func:`response`.
+RESPONSE = ("gain", "low_hz", "high_hz")
+#: Largest relative difference between the board and the twin.
+AGREEMENT = 0.07
+
+
+@dataclass(frozen=True)
+class Board:
+    """Measurements of the simulated board. Counts are steps of the 10-bit converter."""
+
+    gain: float
+    """Largest gain from the disc's open-circuit voltage to the converter."""
+    low_hz: float
+    """Frequency at which the gain is 3 dB lower, below its maximum, Hz."""
+    high_hz: float
+    """Frequency at which the gain is 3 dB lower, above its maximum, Hz."""
+    noise_volts: float
+    """RMS noise of the amplifier at the converter from 0.1 Hz to 1 MHz, V."""
+    offset_counts: dict[str, float]
+    """Offset by unequal leakage of the clamps, for each diode and temperature in Celsius."""
+    amplifier_offset_counts: float
+    """Offset by the largest offset voltage of the amplifier."""
+    pin_volts: tuple[float, float]
+    """Lowest and highest voltage at the converter during a knock of 40 V."""
+    clamp_volts: tuple[float, float]
+    """Lowest and highest voltage at the clamp during the knock."""
+    input_amperes: float
+    """Largest current into the amplifier's input during the knock, if it clamps at the rails."""
+    recovery_s: float
+    """Time from the end of the knock until the offset stays below one count, s."""
+    coupling_counts: float
+    """Largest deviation of the other finger during the knock."""
+    ripple_counts: float
+    """Amplitude at the converter by 10 mV of 1 kHz on the supply."""
+    tolerance: dict[str, tuple[float, float]]
+    """1st and 99th percentile of gain and corners over random boards."""
+    sound_hz: dict[str, float]
+    """Frequency below which a sound input loses 3 dB of a two-euro disc, by its ohms."""
+
+
+def response(**options: Any) -> tuple[float, float, float]:
+    """Return the largest gain of the board and its two corner frequencies, Hz."""
+    lines = board(discs={"index": "DC 0 AC 1"}, **options)
+    return _corners(*simulate(lines, "ac dec 100 5 30k", "vm(adc_index)"))
+
+
+def resting(**options: Any) -> float:
+    """Return the offset of the index finger's converter from 1.65 V, counts."""
+    _, volts = simulate(board(**options), "op", "v(adc_index)")
+    return float(volts[0] - 1.65) / COUNT
+
+
+def noise() -> float:
+    """Return the RMS noise of the amplifier at the converter, V."""
+    lines = board(discs={"index": "DC 0 AC 1"})
+    # Versions of ngspice print the total differently, so the spectrum is integrated here.
+    analysis = "noise v(adc_index) Vdisc_index dec 100 0.1 1meg\nsetplot noise1"
+    rates, density = simulate(lines, analysis, "onoise_spectrum")
+    return float(np.sqrt(np.trapezoid(density**2, rates)))
+
+
+def tolerances(boards: int, seed: int) -> dict[str, tuple[float, float]]:
+    """Return the 1st and 99th percentile of gain and corners over random boards."""
+    rng = np.random.default_rng(seed)
+    valued = [part for part in parts() if part.value]
+    scores = []
+    for _ in range(boards):
+        deviations = rng.uniform(-1, 1, len(valued))
+        scores.append(
+            response(
+                values={
+                    part.reference: part.value * (1 + part.tolerance * deviation)
+                    for part, deviation in zip(valued, deviations, strict=True)
+                }
+            )
+        )
+    ranks = np.percentile(scores, [1, 99], axis=0).T
+    return {
+        name: (float(low), float(high)) for name, (low, high) in zip(RESPONSE, ranks, strict=True)
+    }
+
+
+def sound_corner(input_ohm: float, disc: float) -> float:
+    """Return the frequency below which a sound input loses 3 dB of the disc's signal, Hz."""
+    rates, gains = simulate(sound_input(input_ohm, disc), "ac dec 100 1 20k", "vm(input)")
+    return float(np.interp(gains[-1] / np.sqrt(2), gains, rates))
+
+
+def measure(boards: int, seed: int) -> Board:
+    """Simulate the board. ``boards`` is the number of random boards."""
+    vectors = [f"v({net})" for net in ("adc_index", "clamp_index", "adc_thumb")]
+    lines = board(discs={"index": KNOCK})
+    times, adc, clamp, other = simulate(lines, "tran 20u 200m 0 5u", *vectors)
+    _, ripple = simulate(board(supply="DC 3.3 AC 10m"), "ac lin 1 1k 1k", "vm(adc_index)")
+    series = next(p.value for p in parts() if set(p.pins.values()) == {"clamp_index", "in_index"})
+    gain, low, high = response()
+    return Board(
+        gain=gain,
+        low_hz=low,
+        high_hz=high,
+        noise_volts=noise(),
+        offset_counts={
+            f"{diode}_{celsius:g}": abs(
+                resting(diode=diode, celsius=celsius, leakage=(1 + UNEQUAL, 1 - UNEQUAL))
+            )
+            for diode in ("bav199", "bat54s")
+            for celsius in CELSIUS
+        },
+        amplifier_offset_counts=abs(resting(offsets={"out_index": OFFSET})),
+        pin_volts=(float(adc.min()), float(adc.max())),
+        clamp_volts=(float(clamp.min()), float(clamp.max())),
+        input_amperes=float(np.maximum(clamp - 3.3, -clamp).max()) / series,
+        recovery_s=float(times[np.abs(adc - adc[0]) > COUNT].max()) - KNOCK_END,
+        coupling_counts=float(np.abs(other - other[0]).max()) / COUNT,
+        ripple_counts=float(ripple[0]) / COUNT,
+        tolerance=tolerances(boards, seed),
+        sound_hz={f"{ohm / 1e3:g}k": sound_corner(ohm, SOUND_DISC) for ohm in (2e3, 10e3, 1e6)},
+    )
+
+
+def twin_response() -> tuple[float, float, float]:
+    """Return the largest gain and the corner frequencies of the twin's amplifier, Hz.
+
+    The twin has a high pass and a low pass of first order in series.
+    """
+    finger = FingerParameters()
+    rates = np.geomspace(5, 30e3, 3000)
+    high_pass = 2j * np.pi * rates * finger.piezo_time_constant
+    gains = np.abs(
+        finger.gain * high_pass / (1 + high_pass) / (1 + 1j * rates / finger.buffer_cutoff)
+    )
+    return _corners(rates, gains)
+
+
+def check(results: Board) -> None:
+    """Raise AssertionError if the board and the twin differ, or if a pin leaves its limits."""
+    for name, ours, twin in zip(
+        ("gain", "lower corner", "upper corner"),
+        (results.gain, results.low_hz, results.high_hz),
+        twin_response(),
+        strict=True,
+    ):
+        assert abs(ours / twin - 1) <= AGREEMENT, (
+            f"{name}: {ours:.4g} on the board, {twin:.4g} in the twin"
+        )
+    assert abs(pressed() / FingerParameters().piezo_volts_per_newton - 1) <= AGREEMENT, (
+        "volts per newton"
+    )
+    assert PIN_VOLTS[0] <= results.pin_volts[0] <= results.pin_volts[1] <= PIN_VOLTS[1], (
+        results.pin_volts
+    )
+    assert results.input_amperes <= INPUT_AMPERES, results.input_amperes
+    assert max(v for k, v in results.offset_counts.items() if k.startswith("bav199")) < 1
+
+
+def _corners(rates: NDArray[np.float64], gains: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the largest gain and the frequencies at which it is 3 dB lower."""
+    peak, half = int(gains.argmax()), float(gains.max()) / np.sqrt(2)
+    low = np.interp(half, gains[: peak + 1], rates[: peak + 1])
+    high = np.interp(-half, -gains[peak:], rates[peak:])
+    return float(gains[peak]), float(low), float(high)

@@ -16,7 +16,6 @@ from firstcontact.grasp._ability import (
     LEVERS,
     OPEN,
     OPPOSED,
-    RELEASED,
     THUMB,
     Felt,
     Fingers,
@@ -51,12 +50,6 @@ def test_the_other_fingers_follow_the_index_and_the_thumb_is_opposed() -> None:
     assert fingers.targets[5] == OPPOSED
 
 
-def test_opening_sets_the_final_targets() -> None:
-    fingers = Fingers(AT_REST)
-    fingers.open()
-    assert fingers.targets == RELEASED
-
-
 @pytest.mark.parametrize("finger", [INDEX, THUMB])
 def test_pressing_finger_stays_and_the_other_moves_on(finger: int) -> None:
     other = THUMB if finger == INDEX else INDEX
@@ -64,16 +57,6 @@ def test_pressing_finger_stays_and_the_other_moves_on(finger: int) -> None:
     fingers.move(Command(0.02, 2.0), 0.03, touched(2.0, finger, 19.5))
     assert fingers.targets[finger] == 19.5
     assert fingers.targets[other] > 20.0
-
-
-def test_stop_with_a_lower_limit_removes_the_lead() -> None:
-    fingers = Fingers(AT_REST)
-    fingers.move(Command(0.05, 2.0), 0.05, AT_REST)
-    ahead = fingers.targets[INDEX]
-    fingers.move(Command(0.0, 2.0), 0.01, touched(1.0, INDEX, 20.0))
-    assert fingers.targets[INDEX] == ahead, "below the limit the target stays"
-    fingers.move(Command(0.0, 1.0), 0.01, touched(1.0, INDEX, 20.0))
-    assert fingers.targets[INDEX] == 20.0
 
 
 def test_a_pressing_finger_may_open() -> None:
@@ -102,12 +85,6 @@ def test_targets_stay_within_reach_and_near_a_blocked_finger(
                 assert target <= max(position + LEAD, OPEN)
                 reach = degrees(speed / LEVERS[finger]) * seconds
                 assert target <= previous[finger] + reach + 1e-9
-
-
-def test_negative_touch_counts_as_zero_force() -> None:
-    felt = Felt([0.0] * 6, [-1.0] * 29 + [0.5])
-    assert felt.force(INDEX) == 0.0
-    assert felt.force(THUMB) == 0.5
 
 
 def test_travel_is_the_mean_of_both_arcs() -> None:

@@ -87,13 +87,6 @@ def test_last_command_is_repeated_before_the_hands_watchdog_acts() -> None:
     assert pacer.next_time() == inf, "a released hand needs no further action"
 
 
-def test_hand_without_a_watchdog_gets_no_repeats() -> None:
-    pacer = Pacer(HandLimits(0.1, 5.0, 100.0, inf), 1.0)
-    pacer.offer(SLOW, 0.0)
-    assert pacer.due(0.0) == Due(SLOW)
-    assert pacer.next_time() == 1.0
-
-
 def test_alive_postpones_the_release() -> None:
     pacer = Pacer(HandLimits(0.1, 5.0, 100.0, inf), 1.0)
     pacer.offer(SLOW, 0.0)
@@ -102,20 +95,3 @@ def test_alive_postpones_the_release() -> None:
     assert pacer.due(1.5) is None
     assert pacer.due(1.9) == Due(None)
     assert pacer.counts.released == 1
-
-
-def test_waiting_command_is_not_sent_after_a_release() -> None:
-    pacer = Pacer(LIMITS, 1.0)
-    pacer.offer(SLOW, 0.0)
-    pacer.due(0.0)
-    pacer.offer(SLOW, 0.001)
-    pacer.release()
-    assert pacer.due(10.0) is None
-    assert pacer.counts.superseded == 1
-
-
-def test_stalled_machine_releases_instead_of_sending_an_old_command() -> None:
-    pacer = Pacer(LIMITS, 1.0)
-    pacer.offer(SLOW, 0.0)
-    assert pacer.due(5.0) == Due(None)
-    assert pacer.counts.sent == 0

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import io
 
-import pytest
-
-from firstcontact.core import Command, InputError
-from firstcontact.grasp import HANDS, open_hand
+from firstcontact.core import Command
 from firstcontact.grasp._printing import PrintHand
 
 
@@ -38,8 +35,3 @@ def test_closed_output_raises_no_error() -> None:
         out.close()
         hand.release()
         assert hand.commands[-1] is None
-
-
-def test_unknown_hand_is_refused() -> None:
-    with pytest.raises(InputError, match=", ".join(HANDS)):
-        open_hand("iron")

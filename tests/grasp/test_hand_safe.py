@@ -72,27 +72,6 @@ def test_silent_program_loses_the_hand_until_its_next_command() -> None:
         recorder.wait(lambda orders: HOLD in orders)
 
 
-def test_program_that_calls_alive_keeps_the_hand() -> None:
-    now = [0.0]
-    recorder = RecordingHand()
-    with SafeHand(recorder, silence=1.0, clock=lambda: now[0]) as hand:
-        hand.send(SLOW)
-        for _ in range(10):
-            now[0] += 0.9
-            hand.alive()
-        hand.send(HOLD)
-        assert recorder.orders == [SLOW, HOLD]
-
-
-def test_the_last_command_is_repeated() -> None:
-    recorder = RecordingHand(HandLimits(speed=0.1, force=5.0, rate=1000.0, watchdog=0.03))
-    with SafeHand(recorder, silence=PATIENCE) as hand:
-        hand.send(SLOW)
-        recorder.wait(lambda orders: orders.count(SLOW) >= 4)
-        assert hand.counts.repeated >= 3
-        assert hand.counts.sent == 1
-
-
 def test_command_that_is_not_finite_releases_and_is_refused() -> None:
     recorder = RecordingHand()
     with SafeHand(recorder, silence=PATIENCE) as hand:
@@ -115,17 +94,6 @@ def test_failing_hand_is_released_and_raises() -> None:
         with pytest.raises(HandError, match="the cable is out"):
             hand.alive()
     assert recorder.orders == ["release", "release", "close"]
-
-
-def test_failure_in_the_watchdog_thread_is_raised_at_the_next_command() -> None:
-    recorder = RecordingHand(HandLimits(speed=0.1, force=5.0, rate=1000.0, watchdog=0.03))
-    with SafeHand(recorder, silence=PATIENCE) as hand:
-        hand.send(SLOW)
-        recorder.error = OSError("the cable is out")
-        recorder.wait(lambda orders: "release" in orders)
-        assert "OSError: the cable is out" in str(hand.failure)
-        with pytest.raises(HandError, match="the cable is out"):
-            hand.send(SLOW)
 
 
 class StuckHand(RecordingHand):
@@ -155,13 +123,6 @@ def test_failed_release_of_a_silent_program_is_tried_again(failures: int) -> Non
     assert recorder.orders[-2:] == ["release", "close"]
 
 
-def test_failed_release_by_the_program_is_tried_again() -> None:
-    recorder = StuckHand(1)
-    with SafeHand(recorder, silence=0.05) as hand:
-        hand.release()
-        recorder.wait(lambda orders: orders == ["stuck", "release"])
-
-
 @pytest.mark.parametrize("silence", [nan, 0.0, -1.0])
 def test_silence_that_is_no_time_is_refused(silence: float) -> None:
     with pytest.raises(InputError) as caught:
@@ -188,27 +149,6 @@ def test_signal_handlers_are_restored() -> None:
     with SafeHand(RecordingHand()):
         assert all(signal.getsignal(number) is not signal.SIG_DFL for number in ENDING)
     assert [signal.getsignal(number) for number in (signal.SIGINT, *ENDING)] == handlers
-
-
-@pytest.mark.parametrize("closed", [0, 1])
-def test_hand_that_stays_open_keeps_its_signal_handlers(closed: int) -> None:
-    numbers = (signal.SIGINT, *ENDING)
-    handlers = [signal.getsignal(number) for number in numbers]
-    recorders = [RecordingHand(), RecordingHand()]
-    hands = [SafeHand(recorder, silence=PATIENCE) for recorder in recorders]
-    for hand in hands:
-        hand.__enter__()
-        hand.send(SLOW)
-    hands[closed].close()
-    for number, error in zip(numbers, [KeyboardInterrupt, *[SystemExit] * 3], strict=True):
-        hands[1 - closed].send(SLOW)
-        with pytest.raises(error):
-            signal.raise_signal(number)
-        recorders[1 - closed].wait(lambda orders: orders[-1] == "release")
-    hands[1 - closed].close()
-    assert [signal.getsignal(number) for number in numbers] == handlers
-    for number in ENDING:
-        assert signal.getsignal(number) is signal.SIG_DFL
 
 
 def test_signal_releases_all_open_hands(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -287,22 +227,6 @@ def slow_program() -> Iterator[subprocess.Popen[str]]:
             program.kill()
 
 
-def check_release(program: subprocess.Popen[str]) -> None:
-    """Assert that the program releases its slow hand and ends by the interrupt."""
-    output, _ = program.communicate("go\n", timeout=PATIENCE)
-    assert output == "let go\n"
-    assert program.returncode == -signal.SIGINT
-
-
-def test_further_signals_do_not_interrupt_the_release() -> None:
-    with slow_program() as program:
-        assert program.stdout is not None
-        assert program.stdout.readline() == "letting go\n"
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            program.send_signal(number)
-        check_release(program)
-
-
 def test_continuous_signals_do_not_prevent_the_release() -> None:
     """Signals also arrive after the end of the block and before the first call of the hand."""
     with slow_program() as program:
@@ -310,7 +234,9 @@ def test_continuous_signals_do_not_prevent_the_release() -> None:
         while not select.select([program.stdout], [], [], 0.0002)[0]:
             program.send_signal(signal.SIGINT)
         assert program.stdout.readline() == "letting go\n"
-        check_release(program)
+        output, _ = program.communicate("go\n", timeout=PATIENCE)
+        assert output == "let go\n"
+        assert program.returncode == -signal.SIGINT
 
 
 def test_handler_of_the_program_stays() -> None:

@@ -17,7 +17,7 @@ import pytest
 from hands import PATIENCE, refused
 
 from firstcontact.core import Command, InputError
-from firstcontact.grasp import HandError, SafeHand
+from firstcontact.grasp import SafeHand
 from firstcontact.grasp._separate import MUTE, PROMPT, SeparateHand
 
 CLOSE = Command(0.02, 2.0)
@@ -129,26 +129,6 @@ def test_its_process_tells_the_last_positions(tmp_path: Path) -> None:
         assert hand.closing_speed(0.0, 1.0) is None
     assert speed is not None
     assert speed.speed == pytest.approx(0.1)
-
-
-def ask_repeatedly(hand: SafeHand) -> None:
-    """Ask for the closing speed until the process has answered all orders."""
-    for _ in range(int(PATIENCE / PROMPT)):
-        hand.closing_speed(0.0, 3.0)
-
-
-def test_a_failure_that_the_question_for_positions_reveals_releases_the_hand(
-    tmp_path: Path,
-) -> None:
-    log = tmp_path / "log"
-    with SafeHand(file_hand(log), silence=PATIENCE) as hand:
-        hand.send(Command(0.02, 4.0))
-        with pytest.raises(HandError):
-            ask_repeatedly(hand)
-        assert hand.failure is not None
-        with pytest.raises(HandError):
-            hand.send(CLOSE)
-    assert set(log.read_text().splitlines()) == {"release", "close"}
 
 
 def test_orders_keep_their_order_and_the_end_releases(tmp_path: Path) -> None:

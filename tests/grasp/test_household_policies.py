@@ -18,7 +18,6 @@ from firstcontact.grasp import (
 from firstcontact.grasp._household_policies import (
     PATIENCE,
     SLOW,
-    Blind,
     ByWeight,
     SlipReflex,
     StiffnessReflex,
@@ -63,18 +62,6 @@ def test_force_steps_up_with_the_lowered_estimate() -> None:
     assert forces == pytest.approx([2.0, 4.0, 4.0, 6.0], abs=1e-3)
     policy.begin()
     assert policy.estimate is None
-
-
-def test_estimate_after_the_second_contact_corrects_the_force() -> None:
-    policy = ByStiffness(Grip())
-    policy.begin()
-    policy.touched(CONTACT, True)
-    unknown = policy.touched(CONTACT, False)
-    corrected = policy.estimated(make_estimate(90.0, 85.0, 95.0, 0.003))
-    assert corrected is not None
-    assert unknown is not None
-    assert corrected.force > unknown.force
-    assert policy.late() == corrected
 
 
 @pytest.mark.parametrize("kind", [ByStiffness, StiffnessReflex])
@@ -128,8 +115,3 @@ def test_weight_policy_presses_with_the_holding_force_within_bounds() -> None:
     assert force(0.001) == 1.0
     assert force(0.2) == pytest.approx(2 * 0.2 * 9.81)
     assert force(2.0) == 8.0
-
-
-def test_scale_multiplies_the_target_force() -> None:
-    assert Blind(Grip(), 3.0, scale=0.5).final.force == 1.5
-    assert StiffnessReflex(Grip(), soft=2.0, firm=2.0, scale=2.0).final.force == 4.0

@@ -130,25 +130,6 @@ def test_passing_time_sends_the_fallback_once() -> None:
     assert sent == [Grip().approach, Grip().gentle]
 
 
-def test_ignored_estimate_does_not_end_the_wait() -> None:
-    loop, _ = make_loop("early_exit")
-    touch(loop)
-    loop.estimated(SHORT, 0.105)
-    loop.felt(0.0, 0.2)
-    assert (loop.counts.estimates, loop.counts.misses) == (0, 1)
-
-
-def test_closing_that_ends_before_the_deadline_is_a_miss_without_a_command() -> None:
-    loop, sent = make_loop("first_contact")
-    touch(loop)
-    count = len(sent)
-    loop.finish()
-    loop.felt(1.0, 0.2)
-    touch(loop, 300)
-    assert loop.counts.misses == 1
-    assert len(sent) == count
-
-
 @pytest.mark.parametrize("name", POLICIES)
 def test_the_same_command_is_not_sent_twice(name: str) -> None:
     loop, sent = make_loop(name)
@@ -158,15 +139,6 @@ def test_the_same_command_is_not_sent_twice(name: str) -> None:
     loop.estimated(NARROW, 0.21)
     assert loop.counts.commands == len(sent)
     assert all(a != b for a, b in itertools.pairwise(sent))
-
-
-@pytest.mark.parametrize("name", ["none", "force_feedback", "touch", "blind", "weight"])
-def test_policy_without_a_deadline_has_no_misses(name: str) -> None:
-    loop, _ = make_loop(name, deadline=0.001)
-    touch(loop)
-    loop.felt(0.0, 9.0)
-    loop.finish()
-    assert loop.counts.misses == 0
 
 
 def test_taxels_are_measured_from_their_unloaded_level() -> None:
@@ -207,16 +179,6 @@ def test_estimate_that_reaches_the_hand_after_the_second_contact_is_overtaken() 
         assert sent[-1] == Grip().command_for(45.0), "the policy acted on it anyway"
 
 
-def test_deadline_applies_to_the_arrival_at_the_hand() -> None:
-    sent: list[Command] = []
-    loop = GraspLoop(POLICIES["first_contact"](Grip()), sent.append, RATE, 0.025, lambda: 0.010)
-    loop.begin()
-    touch(loop)
-    loop.estimated(NARROW, 0.120)
-    assert (loop.counts.misses, loop.counts.unused, loop.counts.estimates) == (1, 1, 0)
-    assert sent[-1] == Grip().gentle
-
-
 @pytest.mark.parametrize("name", ["first_contact", "early_exit", "stiffness"])
 def test_withdrawn_contact_leaves_no_trace(name: str) -> None:
     loop, sent = make_loop(name, deadline=0.025)
@@ -235,17 +197,6 @@ def test_withdrawn_contact_leaves_no_trace(name: str) -> None:
     loop.finish()
     loop.withdrawn()
     assert counts.withdrawn == 1
-
-
-@pytest.mark.parametrize("name", ["first_contact", "early_exit", "stiffness"])
-def test_missed_deadline_of_a_withdrawn_contact_does_not_count(name: str) -> None:
-    loop, _ = make_loop(name, deadline=0.002)
-    touch(loop)
-    loop.felt(0.0, 0.2)
-    assert not loop.estimated(NARROW, 0.21)
-    assert (loop.counts.misses, loop.counts.unused) == (1, 1)
-    loop.withdrawn()
-    assert (loop.counts.contacts, loop.counts.misses, loop.counts.unused) == (0, 0, 0)
 
 
 def test_withdrawn_contact_leaves_a_policy_alone_that_uses_no_contact() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from firstcontact.twin import (
     draw_specimen,
     simulate_pinch,
 )
+from page_browser import browsing
 from stored_fits import stored
 
 PAPER_RIG = CONDITIONS["paper-rig"]
@@ -87,3 +89,9 @@ def anytime(training: Dataset, detector: Detector) -> InContextModel:
     contacts = [next(iter(detect(detector, p)), None) for p in training.pinches]
     touches, rows = cut_touches(training, contacts)
     return pretrained().conditioned_on({ANY: Rig.fit(touches, training.shore_a[rows])})
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with browsing(tmp_path_factory.mktemp("profile")) as driver:
+        yield driver

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from firstcontact.streaming import (
     PinchDone,
     Update,
 )
+from firstcontact.streaming.page._state import State
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "fw 1", "piezo", "linke Händ", "twin")
 RATE = DESCRIPTOR.layout.rate
@@ -136,3 +138,10 @@ def everything() -> Update:
     arrival = Arrival(numbered(0, 1600).block, 1000.0, markers=(Marker(1200, "Apfel ä", 0),))
     health = Health(connected=True, samples=1600, lost_samples=7, lost_frames=2, bad_frames=1)
     return Update((arrival,), EVENTS, health, failed={"page": "OSError: no"})
+
+
+def page_state(*events: Event) -> dict[str, Any]:
+    """Return the state of the page after these events, as a viewer receives it."""
+    state = State(DESCRIPTOR, {}, controls=None)
+    state.take(Update((numbered(0, 1600),), events, Health(connected=True)))
+    return {name: json.loads(part) for name, part in state.changed({}).items()}

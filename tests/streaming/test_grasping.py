@@ -97,22 +97,6 @@ def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
     assert grasping.loop.counts.misses == 0
 
 
-def test_what_comes_after_the_deadline_is_a_miss_and_the_fallback_holds(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    grip = Grip()
-    # A deadline that the window alone takes longer than.
-    grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT, deadline=0.005)
-    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=still)
-    with hand:
-        events = drive(fresh, pipeline, grasping, still)
-    contacts = sum(isinstance(e, PinchDone) for e in events)
-    counts = grasping.loop.counts
-    assert (counts.misses, counts.estimates) == (contacts, 0)
-    assert counts.unused > 0
-    assert grasping.last == grip.gentle
-
-
 def test_the_end_summarises_the_events(
     hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
@@ -152,15 +136,6 @@ def test_only_an_early_policy_gets_estimates_before_the_final_one(hand: PrintHan
         assert grasping.loop.counts.estimates == 1
 
 
-def test_an_estimate_out_of_range_is_as_none(hand: PrintHand) -> None:
-    grasping = Grasping(live_policy("first_contact"), hand, LAYOUT)
-    odd = replace(ANSWER, out_of_range=True)
-    with hand:
-        for event in (START, FIRST_EVENT, odd, replace(odd, final=True)):
-            grasping.on_event(event)
-    assert (grasping.loop.counts.estimates, grasping.loop.counts.unused) == (0, 1)
-
-
 def test_samples_that_came_late_make_an_estimate_late(
     hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
@@ -188,3 +163,12 @@ def test_samples_that_came_late_make_an_estimate_late(
     assert prompt.misses == 0
     assert stalled.estimates == 0
     assert stalled.misses == 1
+
+
+def test_an_estimate_out_of_range_is_as_none(hand: PrintHand) -> None:
+    grasping = Grasping(live_policy("first_contact"), hand, LAYOUT)
+    odd = replace(ANSWER, out_of_range=True)
+    with hand:
+        for event in (START, FIRST_EVENT, odd, replace(odd, final=True)):
+            grasping.on_event(event)
+    assert (grasping.loop.counts.estimates, grasping.loop.counts.unused) == (0, 1)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import example_events
 import numpy as np
-from example_events import ANSWER, DESCRIPTOR, FIRST, OF_HAND, SECOND
+from example_events import ANSWER, DESCRIPTOR, OF_HAND
 from example_events import pinch as pinch_of
 from msgspec.structs import replace as changed
 
@@ -69,14 +69,6 @@ def test_the_same_answers_are_said_to_be_the_same() -> None:
         in printed(pinch)
     )
     assert json.loads(json_line(pinch))["check"]["same"] is True
-
-
-def test_a_second_contact_that_is_placed_before_the_first_is_its_pinchs() -> None:
-    # Its onset may be found further back than the first one's, which was known earlier.
-    second = DeviceContact(Finger.INDEX, 500, 590, False, 0)
-    host_pinch = pinch_of(contacts=(FIRST, replace(SECOND, sample=500)))
-    (pinch,) = pinches((TOLD[0], second), (host_pinch,))
-    assert pinch.contacts[1].sample == second.sample
 
 
 def test_a_difference_is_told() -> None:

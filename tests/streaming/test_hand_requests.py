@@ -158,21 +158,6 @@ def test_who_is_gone_leaves_an_open_hand() -> None:
     assert requests.by is None
 
 
-def test_a_viewer_who_leaves_does_not_undo_the_wish_of_another_to_open() -> None:
-    hand = LoggedHand()
-    requests = driven(hand).grasping.requests
-    requests.by = "viewer 1"
-    requests.gone("viewer 2")
-    assert not requests.opening, "this one has not closed it"
-    requests.ask(Ask.OPEN, "viewer 1")
-    requests.gone("viewer 3")
-    opening = []
-    while requests.take():
-        opening.append(requests.opening)
-    assert opening == [True, True, False], "until the request to open is carried out"
-    assert not requests.opening
-
-
 def test_a_hand_that_was_released_by_a_silence_stays_open() -> None:
     """Later contacts of the same closing do not close the hand again."""
     now = [0.0]

@@ -4,30 +4,35 @@ from __future__ import annotations
 
 import json
 import re
-from typing import Any
 
 import pytest
-from example_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT, SECOND, numbered, pinch, timed
+from example_events import (
+    ANSWER,
+    DESCRIPTOR,
+    FIRST,
+    FIRST_EVENT,
+    SECOND,
+    page_state,
+    pinch,
+    timed,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import cut
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Contact, Dataset
-from firstcontact.device import Health
 from firstcontact.models import InContextModel, WindowPredictor
 from firstcontact.streaming import (
     AnytimePredictor,
     PinchDone,
     Pipeline,
-    Update,
     WindowLadder,
     ledger_lines,
 )
 from firstcontact.streaming._json_lines import json_line
 from firstcontact.streaming._ledger import Ledger
 from firstcontact.streaming._text import pinch_line
-from firstcontact.streaming.page._state import State
 
 RATE = DESCRIPTOR.layout.rate
 seconds = st.floats(0, 0.08)
@@ -58,13 +63,6 @@ pinches = st.builds(
     st.lists(times, max_size=5),
     st.sampled_from((True, True, True, False)),
 )
-
-
-def page_state(*events: Any) -> dict[str, Any]:
-    """Return the state of the page after these events."""
-    state = State(DESCRIPTOR, {}, controls=None)
-    state.take(Update((numbered(0, 1600),), events, Health(connected=True)))
-    return {name: json.loads(part) for name, part in state.changed({}).items() if part}
 
 
 def truth(finished_pinch: PinchDone) -> str | None:
@@ -130,21 +128,6 @@ def test_the_summary_counts_each_pinch_once(finished_pinch: list[PinchDone]) -> 
     if None not in cases:
         in_force, pinches, *remaining = map(int, numbers.groups())
         assert in_force + sum(remaining) == pinches == len(finished_pinch)
-
-
-def test_the_row_that_misled_says_so() -> None:
-    """The samples came before the second contact, but the estimate came after it."""
-    contacts = contacts_with_offset(25)
-    samples = timed(ANSWER, elapsed=20 / RATE, complete=FIRST.sample + 20, waited=0.066)
-    (row,) = page_state(FIRST_EVENT, pinch(samples, contacts=contacts))["pinches"]
-    (late,) = row["pinch"]["estimates"]
-    assert (row["pinch"]["verdict"], late["in_time"]) == ("too_late", False)
-    assert late["available"] == pytest.approx(0.070352, abs=1e-6)
-    early = timed(samples, waited=0.0, value=12.0)
-    (row,) = page_state(FIRST_EVENT, pinch(early, samples, contacts=contacts))["pinches"]
-    in_force, late = row["pinch"]["estimates"]
-    assert (row["pinch"]["verdict"], in_force["value"]) == ("in_time", 12.0)
-    assert in_force["available"] < row["pinch"]["offset"] < late["available"]
 
 
 @settings(max_examples=20)

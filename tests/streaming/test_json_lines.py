@@ -5,13 +5,10 @@ from __future__ import annotations
 import io
 import json
 import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from example_events import DESCRIPTOR, ESTIMATE, EVENTS, everything
+from example_events import DESCRIPTOR, ESTIMATE, everything
 from msgspec.structs import replace as changed
 
 from firstcontact.device import Health
@@ -110,17 +107,6 @@ def test_what_failed_elsewhere_is_told_once() -> None:
     ]
 
 
-def test_lines_come_through_a_pipe_at_once() -> None:
-    """The reader can continue only if the line is flushed, because the stream stays open."""
-    reading, writing = os.pipe()
-    with os.fdopen(reading, encoding="utf-8") as reader, os.fdopen(writing, "w") as writer:
-        sink = JsonLinesSink(writer)
-        sink.open(DESCRIPTOR)
-        assert json.loads(reader.readline())["type"] == "descriptor"
-        sink.take(Update(events=EVENTS[:1], health=Health(connected=True)))
-        assert json.loads(reader.readline())["type"] == "closing_start"
-
-
 def test_a_listener_that_goes_away_ends_the_sink_alone() -> None:
     reading, writing = os.pipe()
     os.close(reading)
@@ -130,30 +116,3 @@ def test_a_listener_that_goes_away_ends_the_sink_alone() -> None:
         fanout.close(60.0)
         assert fanout.deserted
         assert fanout.failed == fanout.dropped == {}, "who goes away has had enough"
-
-
-def test_a_program_whose_listener_went_away_ends_without_a_word() -> None:
-    code = (
-        "import sys\n"
-        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from example_events import DESCRIPTOR, everything\n"
-        "from firstcontact.streaming._json_lines import JsonLinesSink\n"
-        "sink = JsonLinesSink(sys.stdout)\n"
-        "sys.stdin.readline()\n"
-        "try:\n"
-        "    sink.open(DESCRIPTOR)\n"
-        "except BrokenPipeError:\n"
-        "    sys.exit(0)\n"
-        "sys.exit(3)\n"
-    )
-    program = subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
-    assert program.stdout is not None
-    program.stdout.close()
-    program.stdout = None
-    _, errors = program.communicate(b"\n", timeout=120)
-    assert (program.returncode, errors) == (0, b"")

@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from streams import as_blocks, cut, cut_frames, facts, run
 
 from firstcontact.contact import Detector, detect
@@ -216,36 +214,6 @@ def test_the_final_one_without_a_second_contact_is_the_longest(
         None,
         True,
     )
-
-
-@settings(max_examples=15)
-@given(data=st.data())
-def test_every_closing_with_a_contact_ends_with_an_estimate_or_a_reason(
-    fresh: Dataset, detector: Detector, anytime: InContextModel, data: st.DataObject
-) -> None:
-    selected = []
-    for block in as_blocks(fresh.take([0, 1, 2])):
-        lost, missing = data.draw(st.integers(600, 900)), data.draw(st.integers(1, 120))
-        selected += [
-            Block(block.data[:lost], block.first_sample, block.epoch),
-            Block(block.data[lost + missing :], block.first_sample + lost + missing, block.epoch),
-        ]
-    events = run(pipeline(detector, anytime), selected)
-    for finished_pinch in (e for e in events if isinstance(e, PinchDone)):
-        ends = [
-            e
-            for e in events
-            if (isinstance(e, NoEstimate) or (isinstance(e, Estimate) and e.final))
-            and e.contact == finished_pinch.contacts[0]
-        ]
-        assert ends
-        last = ends[-1]
-        if isinstance(last, NoEstimate):
-            assert (finished_pinch.estimates, finished_pinch.reason) == ((), last.reason)
-            assert last.reason
-        else:
-            assert finished_pinch.final is not None
-            assert (finished_pinch.final.value, finished_pinch.reason) == (last.value, "")
 
 
 def test_a_prediction_that_is_no_number_is_refused(

@@ -13,7 +13,7 @@ from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
 from firstcontact.device import Health
 from firstcontact.streaming import Ask, ContactWithdrawn, PageSink, Update
 from firstcontact.streaming.page import _server
-from page_browser import browsing, needs_browser, text, until
+from page_browser import needs_browser, text, until
 
 pytestmark = needs_browser
 #: Pixels of a canvas that are as blue, or as orange, as the finger they are about.
@@ -68,12 +68,6 @@ def fed() -> Iterator[Fed]:
     fed = Fed()
     yield fed
     fed.close()
-
-
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with browsing(tmp_path_factory.mktemp("profile")) as driver:
-        yield driver
 
 
 def faults(driver: Any) -> list[str]:

@@ -80,17 +80,6 @@ def test_epochs_are_not_joined() -> None:
     assert not np.isnan(got[2]).any()
 
 
-def test_a_late_viewer_gets_only_the_stored_state() -> None:
-    columns = Columns(LAYOUT)
-    for k in range(100):
-        columns.add(block(500 * k, 500))
-    first, got = columns.since(0)
-    assert first == columns.first
-    assert len(got) * columns.samples <= 1.3 * 2.0 * RATE
-    assert columns.since(first + 10)[0] == first + 10
-    assert len(columns.since(columns.end)[1]) == 0
-
-
 @given(st.integers(1, 400), st.integers(0, 200))
 def test_the_closeup_has_every_sample_once(n: int, late: int) -> None:
     closeup = Closeup(LAYOUT)

@@ -15,7 +15,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.streaming import Ask, PageSink
 from firstcontact.streaming.page import _server
-from firstcontact.streaming.page._server import EACH, HERE, Allowance
+from firstcontact.streaming.page._server import EACH, HERE
 from page_browser import PATIENCE
 from processes import until
 
@@ -67,21 +67,6 @@ def test_the_look_only_address_shows_the_page_and_reaches_nothing(requests: Requ
             assert bool(requests.calls) is is_allowed
     finally:
         sink.close()
-
-
-def test_so_many_at_once_and_so_many_a_second() -> None:
-    now = 100.0
-    allowance = Allowance(3, 2.0, lambda: now)
-    assert [allowance.take() for _ in range(3)] == [0.0] * 3
-    assert allowance.take() == pytest.approx(0.5)
-    now += 0.4
-    assert allowance.take() == pytest.approx(0.1)
-    now += 0.11
-    assert allowance.take() == 0.0
-    assert allowance.take() > 0.4
-    now += 1e6
-    assert [allowance.take() for _ in range(4)][:3] == [0.0] * 3, "no more than at once"
-    assert allowance.take() > 0.0
 
 
 def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(

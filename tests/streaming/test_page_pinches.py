@@ -9,7 +9,7 @@ from firstcontact.core import Label
 from firstcontact.device._twin_words import lost_text
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming import PinchDone
-from firstcontact.streaming.page._state import ROWS, PinchRows
+from firstcontact.streaming.page._state import PinchRows
 
 
 def pinch(feed: Feed) -> PinchDone:
@@ -34,23 +34,6 @@ def test_a_pinch_has_the_word_that_was_said_for_it() -> None:
     label = Label("apple", 68.0)
     pinches.add_label(PinchMark(0, finished_pinch[3].start - 5, finished_pinch[3].end, 0, label))
     assert [row.name for row in pinches.rows] == ["before", "late", "", "apple"]
-
-
-def test_a_pinch_has_its_label_whenever_that_comes_and_keeps_it() -> None:
-    feed = Feed()
-    pinches = PinchRows()
-    pinch(feed)
-    finished_pinch = [pinch(feed) for _ in range(ROWS)]
-    for n, row in enumerate(finished_pinch):
-        mark = PinchMark(n, row.start - 5, row.end, 0, Label(f"object {n}"))
-        steps = [lambda mark=mark: pinches.add_label(mark), lambda row=row: pinches.add_pinch(row)]
-        for step in steps if n % 2 else reversed(steps):
-            step()
-    names = [f"object {n}" for n in range(ROWS)]
-    assert [row.name for row in pinches.rows] == names
-    for n in range(3 * ROWS):
-        pinches.add_marker(Marker(finished_pinch[-1].end + n, "of the next pinch"))
-    assert [row.name for row in pinches.rows] == names
 
 
 def test_a_pinch_has_what_the_twin_says_became_of_it_whenever_that_comes() -> None:

@@ -173,30 +173,6 @@ def test_one_viewer_too_many_is_refused(page: PageSink) -> None:
     assert refused.value.response.status_code == HTTPStatus.SERVICE_UNAVAILABLE
 
 
-def test_as_many_at_once_are_not_more(page: PageSink) -> None:
-    with view(page) as viewer, ExitStack() as closing:
-        merged(viewer, lambda s: "hello" in s)
-        lines = [socket.create_connection(("127.0.0.1", port(page))) for _ in range(24)]
-        for line in lines:
-            closing.enter_context(line)
-            line.settimeout(PATIENCE)
-        held_out, go = threading.Event(), threading.Event()
-
-        def hold() -> None:
-            held_out.set()
-            go.wait()
-
-        # While the page's loop is held all of them ask: it finds them together.
-        assert page._loop is not None
-        page._loop.call_soon_threadsafe(hold)
-        assert held_out.wait(PATIENCE)
-        for line in lines:
-            line.sendall(OPENING)
-        go.set()
-        status = [line.recv(12).split()[1] for line in lines]
-    assert (status.count(b"101"), status.count(b"503")) == (15, 9)
-
-
 def deaf(sink: PageSink) -> socket.socket:
     """Connect a viewer that never reads."""
     line = socket.socket()

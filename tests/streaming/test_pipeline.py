@@ -8,16 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import as_blocks, cut, cut_frames, facts, offline, run
 
-from firstcontact.contact import Detector, ThresholdDetector
+from firstcontact.contact import Detector
 from firstcontact.core import (
     Block,
     Calibration,
-    Channel,
     ChannelKind,
     Dataset,
     Finger,
     InputError,
-    Layout,
     VibrationCalibration,
     fingertip_layout,
 )
@@ -115,20 +113,6 @@ def test_samples_wait_for_what_is_due_and_for_nothing_else(
     assert pipeline.ledger.blocks < len(frames) / 2
 
 
-@pytest.mark.parametrize("finger", [None, Finger.INDEX])
-@pytest.mark.parametrize("rate", [1.0, 50.0, 100.0, 200.0, 270.0, 280.0, 300.0, 400.0])
-def test_a_rate_is_refused_at_once_or_has_contacts(rate: float, finger: Finger | None) -> None:
-    layout = Layout((Channel("disc", ChannelKind.VIBRATION, finger, "V"),), rate)
-    if rate < 275.0:
-        with pytest.raises(InputError, match="300 Hz"):
-            Pipeline(layout, ThresholdDetector())
-        return
-    x = np.random.default_rng(0).standard_normal((round(rate), 1))
-    x[len(x) // 2] += 100.0
-    (pinch,) = finished(run(Pipeline(layout, ThresholdDetector(10.0)), [Block(x)]))
-    assert abs(pinch.contacts[0].sample - len(x) // 2) <= 2
-
-
 def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> None:
     process = [
         e for e in run(Pipeline(LAYOUT, detector), as_blocks(fresh)) if isinstance(e, PinchDone)
@@ -201,27 +185,6 @@ def test_a_dead_piezo_gives_no_estimate(
     for event in process:
         contacts = event.contacts if isinstance(event, PinchDone) else (event.contact,)
         assert dead not in [c.finger for c in contacts]
-
-
-def test_the_ledger_adds_up(
-    fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    ticks = iter(range(10**9))
-    pipeline = Pipeline(
-        LAYOUT, detector, WindowLadder(models[-1:]), clock=lambda: float(next(ticks))
-    )
-    events = run(pipeline, as_blocks(fresh))
-    estimates = running(events)
-    figures = pipeline.ledger.summary()
-    assert figures["estimates"] == len(estimates) > 0
-    assert figures["compute_max"] == max(e.host for e in estimates)
-    rate = LAYOUT.rate
-    assert figures["total_max"] == max(d.final.available for d in finished(events) if d.final)
-    # 74 samples and two of look-ahead after the contact's own.
-    assert min(e.complete - e.contact.sample for e in estimates) == 75
-    for e in estimates:
-        parts = (e.complete - e.contact.sample) / rate + e.waited + e.transport + e.compute
-        assert e.available == pytest.approx(parts)
 
 
 def test_a_stream_without_noise_floors_is_warned_of_once(

@@ -81,20 +81,6 @@ def test_labels_pool_before_and_after_their_pinch(label_first: bool, has_markers
     assert predictions == [1, 2, 3, 1, 2, 1]
 
 
-def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
-    pinched = ObjectCombiner()
-    predictions = []
-    for n, name in enumerate(["apple", "apple", "", "", "apple"]):
-        estimate = pinched.add_pinch(pinch(n))
-        start = 1000 * n
-        label = Label(name, 60.0) if name else Label()
-        corrected = pinched.add_labels([PinchMark(n, start, start + 900, 0, label)])
-        last = corrected or estimate
-        assert last is not None
-        predictions.append(last.pinches)
-    assert predictions == [1, 2, 1, 1, 1]
-
-
 def test_no_estimate_is_pooled_before_its_label() -> None:
     """A pinch of a block of 43 Shore A must not be pooled with those of one of 10."""
     pinched = ObjectCombiner()

@@ -196,22 +196,6 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
     assert recording.samples == source.health.samples > 0
 
 
-def test_recordings_that_begin_in_one_second_have_names_of_their_own(
-    recorded: Path, detector: Detector, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    noon = datetime(2026, 1, 2, 12)
-    monkeypatch.setattr("firstcontact.streaming._session.datetime", Mock(now=lambda: noon))
-    paths = []
-    for _ in range(3):
-        with ReplaySource(recorded, float("inf")) as source:
-            session = LiveSession(source, Pipeline(LAYOUT, detector), recordings=tmp_path / "made")
-            paths.append(session.start_recording())
-            session.run(seconds=0.0)
-    assert sorted((tmp_path / "made").iterdir()) == sorted(set(paths))
-    assert [read_recording(path).header.session for path in paths] == [p.stem for p in paths]
-    assert len(paths) == len(set(paths))
-
-
 @pytest.mark.parametrize("when", ["ended", "close"])
 def test_a_recording_that_begins_while_the_session_ends_is_refused_or_closed(
     when: str, recorded: Path, detector: Detector, tmp_path: Path
@@ -323,3 +307,19 @@ def test_a_shape_that_a_viewer_tells_holds_for_one_object(
         assert pipeline.radius == np.inf
         with pytest.raises(InputError, match="only the network"):
             LiveSession(source, Pipeline(LAYOUT, detector), shape="flat")
+
+
+def test_recordings_that_begin_in_one_second_have_names_of_their_own(
+    recorded: Path, detector: Detector, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    noon = datetime(2026, 1, 2, 12)
+    monkeypatch.setattr("firstcontact.streaming._session.datetime", Mock(now=lambda: noon))
+    paths = []
+    for _ in range(3):
+        with ReplaySource(recorded, float("inf")) as source:
+            session = LiveSession(source, Pipeline(LAYOUT, detector), recordings=tmp_path / "made")
+            paths.append(session.start_recording())
+            session.run(seconds=0.0)
+    assert sorted((tmp_path / "made").iterdir()) == sorted(set(paths))
+    assert [read_recording(path).header.session for path in paths] == [p.stem for p in paths]
+    assert len(paths) == len(set(paths))

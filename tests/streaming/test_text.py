@@ -13,7 +13,7 @@ from firstcontact.core import Label
 from firstcontact.device import Health
 from firstcontact.device._twin_words import lost_text, peak_text
 from firstcontact.recording import Marker, PinchMark
-from firstcontact.streaming import PinchDone, TextSink, Update, ledger_lines
+from firstcontact.streaming import PinchDone, TextSink, Update
 from firstcontact.streaming._text import pinch_line
 
 
@@ -56,19 +56,6 @@ def test_what_the_twin_drops_or_breaks_is_reported() -> None:
     words = (Marker(7, peak_text(3.1)), Marker(7, lost_text("broken")))
     sink.take(Update(arrivals=(replace(arrival, markers=words),), health=Health(True)))
     assert stream.getvalue() == "the hand has broken the object\n"
-
-
-def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:
-    figures = {"pinches": 3, "in_time": 1, "too_late": 1, "none": 1, "unheard": 0, "estimates": 2}
-    figures |= {f"total_{key}": 0.016 for key in ("p50", "p99", "max")}
-    figures |= {"overruns": 0, "blocks": 9}
-    real = "\n".join(ledger_lines(figures, 1.0, 0.1))
-    assert "16.000" in real
-    assert "1 of 3 pinches (33.3 %); 1 too late, 1 without an estimate" in real
-    faster = [*ledger_lines(figures, 1.0, 0.1, speed=4.0)]
-    assert faster[0].startswith("times and verdicts are left out: at --speed 4 ")
-    assert "2 of 3 pinches had an estimate" in faster
-    assert not any(w in line for line in faster for w in ("16.000", "late", "second contact"))
 
 
 def named(*markers: Marker, marks: tuple[PinchMark, ...] = (), later: bool = False) -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from example_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT, SECOND_EVENT
+from example_events import DESCRIPTOR, FIRST, FIRST_EVENT, SECOND_EVENT
 
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Contact, Dataset, Finger, Pinch, fingertip_layout
@@ -28,7 +28,6 @@ from firstcontact.streaming import (
     Update,
     WindowLadder,
 )
-from firstcontact.streaming._json_lines import json_line
 from firstcontact.streaming._predictors import Predictor
 from firstcontact.streaming.page._state import State
 
@@ -107,21 +106,6 @@ def test_hand_closes_on_as_before_the_withdrawn_contact(
     assert len(at_withdrawal) == counts.withdrawn == 1
     assert at_withdrawal[0][1] == 0
     assert (counts.closings, counts.contacts) == (1, 1)
-
-
-def test_json_line_names_the_contact_and_when_it_was_withdrawn() -> None:
-    line = json.loads(json_line(ContactWithdrawn(FIRST, 525, 0)))
-    contact = {"finger": 1, "sample": 510, "decided": 522}
-    assert line == {"type": "contact_withdrawn", "contact": contact, "complete": 525, "epoch": 0}
-
-
-def test_page_forgets_a_withdrawn_contact_and_its_estimates() -> None:
-    state = State(DESCRIPTOR, {}, None)
-    state.take(Update((), (FIRST_EVENT, ANSWER)))
-    assert json.loads(state.changed({})["now"])["estimates"]
-    state.take(Update((), (ContactWithdrawn(FIRST, 525, 0),)))
-    now = json.loads(state.changed({})["now"])
-    assert (now["contact"], now["estimates"]) == (None, [])
 
 
 def test_page_drops_marks_and_closeup_of_a_withdrawn_contact_only() -> None:

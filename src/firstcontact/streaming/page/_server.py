@@ -203,8 +203,7 @@ class PageServer:
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         answered = answer(request, self._guard, self._files)
-        # Nothing else runs between this check and `_view`, which counts the viewer. A test checks
-        # that.
+        # Nothing else runs between this check and `_view`, which counts the viewer.
         if answered is None and len(self._viewers) >= VIEWERS:
             return plain(
                 HTTPStatus.SERVICE_UNAVAILABLE,

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
 from typing import Any
 
-import pytest
 from example_events import (
     ANSWER,
     DESCRIPTOR,
+    EVENTS,
     FIRST,
     FIRST_EVENT,
+    OF_HAND,
     RATE,
-    SECOND,
     SECOND_EVENT,
     numbered,
+    page_state,
     pinch,
     timed,
 )
@@ -23,9 +22,8 @@ from msgspec.structs import replace
 from page_feed import Requests
 
 from firstcontact.device import Health
-from firstcontact.streaming import Event, NoEstimate, ObjectEstimate, PageSink, Update
-from firstcontact.streaming.page._state import State
-from page_browser import browsing, needs_browser, text, until
+from firstcontact.streaming import HandPinch, ObjectEstimate, PageSink, Update
+from page_browser import needs_browser, text, until
 
 #: An estimate each millisecond from 2 to 15, narrower each time; the last but one is final.
 ESTIMATES = tuple(
@@ -40,18 +38,10 @@ ESTIMATES = tuple(
 )
 FINAL = replace(ESTIMATES[-2], final=True)
 DONE = pinch(*ESTIMATES[:-1])
+(HAND,) = (event for event in EVENTS if isinstance(event, HandPinch))
 COMBINED = ObjectEstimate(
     number=1, value=30.5, low=22.0, high=39.0, level=0.9, pinches=3, end=1600, epoch=0
 )
-
-
-def page_state(*events: Event) -> dict[str, Any]:
-    """Return the page's state after these events, as a viewer receives it."""
-    state = State(DESCRIPTOR, {}, controls=None)
-    state.take(Update((numbered(0, 1600),), events, Health(connected=True)))
-    parts = state.changed({})
-    assert "faults" not in parts
-    return {name: json.loads(parts[name]) for name in ("now", "pinches") if name in parts}
 
 
 def milliseconds(now: dict[str, Any]) -> list[int]:
@@ -69,19 +59,6 @@ def test_estimates_come_one_by_one_and_end_with_the_final_one() -> None:
     assert in_force["low"] == ESTIMATES[-2].low  # of 14 ms, available after 14.1
     assert (now["pinch"]["verdict"], round(1e3 * now["second"], 3)) == ("in_time", 14.182)
     assert (now["object"]["value"], now["object"]["pinches"]) == (30.5, 3)
-
-
-def test_a_closing_whose_estimates_were_all_withdrawn_shows_the_reason() -> None:
-    none = NoEstimate(FIRST, "touched before there was an estimate", SECOND.decided, 0)
-    now = page_state(FIRST_EVENT, *ESTIMATES[:2], none)["now"]
-    assert now["missing"]["reason"] == none.reason
-    assert now["estimates"] == []
-
-
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with browsing(tmp_path_factory.mktemp("profile")) as driver:
-        yield driver
 
 
 @needs_browser
@@ -138,5 +115,33 @@ def test_card_and_row_show_the_estimate_in_force_and_a_later_one_as_a_detail(
         assert cells[3].startswith("20")
         assert cells[4] == "5.2"
         assert "later 44 after 34.1 ms" in cells[6]
+    finally:
+        page.close()
+
+
+def test_the_page_gets_the_devices_own_estimate_until_the_next_contact() -> None:
+    own = page_state(FIRST_EVENT, pinch(ANSWER), HAND)["on_hand"]
+    assert (own["final"]["available"], own["final"]["compute"]) == (OF_HAND.available, 441e-6)
+    without = replace(HAND, final=None)
+    assert page_state(FIRST_EVENT, pinch(ANSWER), without)["on_hand"]["final"] is None
+    assert page_state(FIRST_EVENT, pinch(ANSWER), HAND, FIRST_EVENT)["on_hand"] is None
+    assert "on_hand" not in page_state(FIRST_EVENT, pinch(ANSWER))
+
+
+@needs_browser
+def test_its_row_leaves_the_table_as_wide_as_it_was(chromium: Any) -> None:
+    page = PageSink(port=0)
+    page.open(DESCRIPTOR)
+    width = "return document.querySelector('table').scrollWidth"
+    room = "return document.querySelector('.pinches').clientWidth"
+    try:
+        chromium.get(page.url)
+        events = FIRST_EVENT, ANSWER, pinch(ANSWER)
+        page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
+        until(chromium, lambda d: "30" in text(d, "rows") or "31" in text(d, "rows"))
+        page.take(Update((), (HAND,), Health(connected=True)))
+        until(chromium, lambda d: "on the hand" in text(d, "rows"))
+        assert chromium.execute_script(width) <= chromium.execute_script(room)
+        assert "12.19 ms" in text(chromium, "hand-times")
     finally:
         page.close()

@@ -18,16 +18,16 @@ void fc_device_init(fc_device *d, const char *descriptor, uint32_t boot, fc_samp
     d->boot = boot;
 }
 
-void fc_device_listen(fc_device *d, fc_sample *slots, uint32_t size)
+void fc_device_copy_samples(fc_device *d, fc_sample *slots, uint32_t size)
 {
-    fc_ring_init(&d->listeners, slots, size);
+    fc_ring_init(&d->own_samples, slots, size);
 }
 
-void fc_device_tell(fc_device *d, uint8_t type, const uint8_t *payload, size_t n)
+void fc_device_queue(fc_device *d, uint8_t type, const uint8_t *payload, size_t n)
 {
-    if (!d->streaming || n > FC_ESTIMATE_BYTES || d->tellings - d->told == FC_TELLINGS)
+    if (!d->streaming || n > FC_ESTIMATE_BYTES || d->notices - d->notices_sent == FC_NOTICES)
         return;
-    fc_telling *const t = &d->telling[d->tellings++ % FC_TELLINGS];
+    fc_notice *const t = &d->notice[d->notices++ % FC_NOTICES];
     t->type = type;
     t->n = (uint8_t)n;
     memcpy(t->payload, payload, n);
@@ -46,7 +46,7 @@ void fc_device_sample(fc_device *d, const fc_raw *raw)
     s.number = d->next;
     s.overflow = d->overflow;
     s.streamed = d->streaming;
-    if (d->listeners.size > 0 && !fc_ring_put(&d->listeners, &s))
+    if (d->own_samples.size > 0 && !fc_ring_put(&d->own_samples, &s))
         d->unheard++;
     if (s.streamed && !fc_ring_put(&d->ring, &s))
         d->overflow++;
@@ -61,7 +61,7 @@ void fc_device_skip(fc_device *d, uint32_t n)
         fc_scan_next(&d->scan);
 }
 
-bool fc_device_listens(const fc_device *d)
+bool fc_device_can_receive(const fc_device *d)
 {
     return d->reply == 0;
 }
@@ -94,7 +94,7 @@ static void mark(fc_device *d, const fc_frame *frame)
 
 static void take_model(fc_device *d, const fc_frame *frame)
 {
-    if (d->taker == NULL)
+    if (d->receiver == NULL)
         return;
     d->reply_of = frame->type;
     d->reply_why = "";
@@ -104,7 +104,7 @@ static void take_model(fc_device *d, const fc_frame *frame)
         d->reply_why = "samples are being sent: stop them first";
     } else {
         d->reply_state =
-            d->taker->hear(d->taker->own, frame, &d->reply_sample, &d->reply_why);
+            d->receiver->receive(d->receiver->own, frame, &d->reply_sample, &d->reply_why);
     }
     d->reply = FC_MODEL_STATE;
 }
@@ -130,27 +130,27 @@ static void obey(fc_device *d, const fc_frame *frame)
         take_model(d, frame);
         break;
     case FC_HINT:
-        if (d->taker != NULL)
-            d->taker->hint(d->taker->own, frame);
+        if (d->receiver != NULL)
+            d->receiver->hint(d->receiver->own, frame);
         break;
     default: /* a frame of a later version */
         break;
     }
 }
 
-void fc_device_hear(fc_device *d, uint8_t byte)
+void fc_device_receive(fc_device *d, uint8_t byte)
 {
     fc_frame frame;
     if (byte != 0) {
-        if (d->heard_bytes < FC_HEARD_MAX)
-            d->heard[d->heard_bytes++] = byte;
+        if (d->received_bytes < FC_RECEIVED_MAX)
+            d->received[d->received_bytes++] = byte;
         else
-            d->heard_bytes = FC_HEARD_MAX + 1;
+            d->received_bytes = FC_RECEIVED_MAX + 1;
         return;
     }
-    if (d->heard_bytes <= FC_HEARD_MAX && fc_frame_decode(d->heard, d->heard_bytes, &frame) == 0)
+    if (d->received_bytes <= FC_RECEIVED_MAX && fc_frame_decode(d->received, d->received_bytes, &frame) == 0)
         obey(d, &frame);
-    d->heard_bytes = 0;
+    d->received_bytes = 0;
 }
 
 /* Return the number of samples for the next frame: five in a row, fewer before a gap, and all that
@@ -201,7 +201,7 @@ static size_t put_descriptor(fc_device *d, uint8_t *payload)
 {
     const size_t n = strlen(d->descriptor);
     size_t w = fc_put_descriptor(payload, d->boot, d->descriptor, n);
-    w = put_field(payload, w, ",\"answers\":", d->answers, d->answers_bytes);
+    w = put_field(payload, w, ",\"answers\":", d->active_model, d->active_model_bytes);
     return put_field(payload, w, ",\"models\":", d->models, d->models_bytes);
 }
 
@@ -227,12 +227,12 @@ static bool next_frame(fc_device *d)
 {
     uint8_t *const payload = d->body + FC_FRAME_HEAD;
     const bool replies_now = d->reply != 0 && d->reply != FC_STOPPED;
-    const bool tells_now = !replies_now && d->told != d->tellings;
-    const uint32_t samples = replies_now || tells_now ? 0 : in_a_row(d);
+    const bool sends_notice = !replies_now && d->notices_sent != d->notices;
+    const uint32_t samples = replies_now || sends_notice ? 0 : in_a_row(d);
     uint8_t type = FC_SAMPLES;
     size_t n;
-    if (tells_now) {
-        const fc_telling *const t = &d->telling[d->told++ % FC_TELLINGS];
+    if (sends_notice) {
+        const fc_notice *const t = &d->notice[d->notices_sent++ % FC_NOTICES];
         type = t->type;
         n = t->n;
         memcpy(payload, t->payload, n);

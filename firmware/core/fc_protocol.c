@@ -110,7 +110,7 @@ static void put_float(uint8_t *to, float value)
     fc_put_u32(to, bits);
 }
 
-size_t fc_put_estimate(uint8_t *to, const fc_told *told)
+size_t fc_put_estimate(uint8_t *to, const fc_wire_estimate *told)
 {
     fc_put_u32(to, told->contact);
     fc_put_u32(to + 4, told->known);

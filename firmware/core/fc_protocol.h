@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-/* A macro, so that the preprocessor can turn it into text. */
+/* A macro, because the preprocessor turns it into text. */
 #define FC_PROTOCOL_VERSION 1
 
 enum {
@@ -53,7 +53,7 @@ enum { FC_REFUSES = 1, FC_STRANGE = 2, FC_REASON_SHIFT = 4 };
 /* States of a model transfer. */
 enum { FC_MODEL_GOES_ON = 0, FC_MODEL_KEPT = 1, FC_MODEL_REFUSED = 2 };
 
-/* Largest length on the line of a frame with n bytes of payload, final zero included. */
+/* Largest length of a frame on the line, for n bytes of payload and the final zero. */
 #define FC_WIRE_MAX(n) (FC_COBS_MAX((n) + FC_FRAME_HEAD + FC_FRAME_CRC) + 1u)
 
 void fc_put_u16(uint8_t *to, uint16_t value);
@@ -95,8 +95,8 @@ typedef struct {
     uint8_t finger, flags;
     float value, low, high;
     uint32_t took;
-} fc_told;
-size_t fc_put_estimate(uint8_t *to, const fc_told *told);
+} fc_wire_estimate;
+size_t fc_put_estimate(uint8_t *to, const fc_wire_estimate *told);
 size_t fc_put_late(uint8_t *to, uint32_t skipped, uint32_t unheard);
 
 #ifdef __cplusplus

@@ -15,12 +15,12 @@ typedef struct {
     uint32_t number;
     uint32_t overflow; /* samples dropped before this one, since the device's start */
     int16_t value[FC_WIDTH];
-    bool streamed; /* true if it is also sent to the host */
+    bool streamed; /* true if the sample is also sent to the host */
 } fc_sample;
 
 typedef struct {
     fc_sample *slots;
-    uint32_t size; /* one slot stays empty: this separates full from empty */
+    uint32_t size; /* one slot stays empty, to tell a full ring from an empty one */
     volatile uint32_t head;
     volatile uint32_t tail;
 } fc_ring;

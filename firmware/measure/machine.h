@@ -1,4 +1,4 @@
-/* Functions of a machine for the measuring programs. */
+/* Functions of the machine that runs a measuring program. */
 #ifndef MACHINE_H
 #define MACHINE_H
 

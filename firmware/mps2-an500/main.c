@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "board.h"
-#include "fc_answers.h"
+#include "fc_predictor.h"
 #include "fc_crc32.h"
 #include "fc_device.h"
 #include "fc_layout.h"
@@ -25,7 +25,7 @@ static const char descriptor[] = FC_DESCRIPTOR_TEXT("mps2-an500", "synthetic");
 static fc_sample slots[RING];
 static fc_sample waiting[LISTENERS];
 static fc_device device;
-static fc_answers answers;
+static fc_predictor predictor;
 static uint64_t models[2][MODEL_ROOM / 8];
 static fc_pace pace;
 static uint8_t scans[SCANS_MOST * RECORD + 1]; /* one more byte shows that a file is too long */
@@ -58,7 +58,7 @@ static bool model_write(void *own, int slot, uint32_t at, const uint8_t *bytes, 
     return true;
 }
 
-static const fc_keeper keeper = {NULL, MODEL_ROOM, model_read, model_clear, model_write};
+static const fc_memory memory = {NULL, MODEL_ROOM, model_read, model_clear, model_write};
 
 static void pattern(uint32_t i, fc_raw *raw)
 {
@@ -112,8 +112,8 @@ static void talk(void)
     while (sent < n && uart_put(bytes[sent]))
         sent++;
     fc_device_sent(&device, sent);
-    while (fc_device_listens(&device) && uart_get(&byte))
-        fc_device_hear(&device, byte);
+    while (fc_device_can_receive(&device) && uart_get(&byte))
+        fc_device_receive(&device, byte);
 }
 
 /* Store the model of the third argument as if it had arrived over the line. */
@@ -122,7 +122,7 @@ static void flash(const char *path)
     fc_store store;
     const uint8_t *const bytes = scans; /* still empty */
     const size_t n = host_read(path, scans, sizeof scans);
-    fc_store_open(&store, &keeper);
+    fc_store_open(&store, &memory);
     if (n == 0 || fc_store_begin(&store, (uint32_t)n, fc_crc32(bytes, n)) != NULL
         || fc_store_chunk(&store, 0, bytes, (uint32_t)n) != NULL
         || fc_store_keep(&store) != NULL)
@@ -159,8 +159,8 @@ int main(void)
     uart_init();
     counter_start();
     fc_device_init(&device, descriptor, host_seconds(), slots, RING);
-    fc_device_listen(&device, waiting, LISTENERS);
-    fc_answers_init(&answers, &device, &keeper, &(fc_board){.clock = clock});
+    fc_device_copy_samples(&device, waiting, LISTENERS);
+    fc_predictor_init(&predictor, &device, &memory, &(fc_board){.clock = clock});
     fc_pace_init(&pace, BOARD_CLOCK_HZ, FC_RATE_HZ);
     for (;;) {
         talk();
@@ -171,6 +171,6 @@ int main(void)
         }
         if (begun && !timed && !over && fc_ring_used(&device.ring) < RING - 1)
             sample();
-        fc_answers_work(&answers);
+        fc_predictor_work(&predictor);
     }
 }

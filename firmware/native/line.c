@@ -46,7 +46,7 @@ void line_send(line *l, fc_device *d)
 
 void line_hear(line *l, fc_device *d)
 {
-    while (fc_device_listens(d)) {
+    while (fc_device_can_receive(d)) {
         if (l->from == l->to) {
             const ssize_t n = read(l->fd, l->bytes, sizeof l->bytes);
             if (n <= 0)
@@ -54,7 +54,7 @@ void line_hear(line *l, fc_device *d)
             l->from = 0;
             l->to = (size_t)n;
         }
-        fc_device_hear(d, l->bytes[l->from++]);
+        fc_device_receive(d, l->bytes[l->from++]);
     }
 }
 
@@ -62,7 +62,7 @@ void line_wait(const line *l, fc_device *d, int timeout_ms)
 {
     size_t n;
     struct pollfd waits = {.fd = l->fd, .events = 0};
-    if (fc_device_listens(d))
+    if (fc_device_can_receive(d))
         waits.events |= POLLIN;
     (void)fc_device_outgoing(d, &n);
     if (n > 0)

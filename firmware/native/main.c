@@ -8,7 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "fc_answers.h"
+#include "fc_predictor.h"
 #include "fc_device.h"
 #include "fc_layout.h"
 #include "fc_pace.h"
@@ -23,7 +23,7 @@ static const char descriptor[] = FC_DESCRIPTOR_TEXT("native", "twin");
 static const char usage[] =
     "usage: firstcontact-device --scans FILE|- [--speed N] [--ring N] [--boot N] [--models FILE]\n"
     "Prints the path of a pseudo terminal and serves the scans there, from the first start on.\n"
-    "With --models it answers by itself, with the model that is kept there.\n";
+    "With --models it predicts by itself, with the model in this file.\n";
 
 typedef struct {
     const char *scans, *models;
@@ -80,7 +80,7 @@ typedef struct {
 
 /* Take the scans that are due. Send in between, so that the ring does not overflow after a pause of
    the operating system. */
-static void sample(ticking *t, feed *scans, fc_answers *a, fc_device *d, line *l)
+static void sample(ticking *t, feed *scans, fc_predictor *a, fc_device *d, line *l)
 {
     const uint64_t now = now_ns(CLOCK_MONOTONIC);
     if (!t->running && !t->over && d->streaming) {
@@ -98,8 +98,8 @@ static void sample(ticking *t, feed *scans, fc_answers *a, fc_device *d, line *l
         } else {
             fc_device_sample(d, &raw);
             t->next += fc_pace_next(&t->pace);
-            if (d->listeners.size > 0)
-                fc_answers_work(a);
+            if (d->own_samples.size > 0)
+                fc_predictor_work(a);
             if (k % FC_FRAME_SAMPLES == 0)
                 line_send(l, d);
         }
@@ -111,8 +111,8 @@ int main(int argc, char **argv)
     static fc_sample slots[RING_MOST];
     static fc_sample waiting[LISTENERS];
     static fc_device device;
-    static fc_answers answers;
-    static fc_keeper keeper;
+    static fc_predictor predictor;
+    static fc_memory memory;
     static feed scans;
     line l;
     options o = {NULL, NULL, 1, 8192, (unsigned long)(now_ns(CLOCK_REALTIME) & 0xffffffffu)};
@@ -133,18 +133,18 @@ int main(int argc, char **argv)
     }
     fc_device_init(&device, descriptor, (uint32_t)o.boot, slots, (uint32_t)o.ring + 1);
     if (o.models != NULL) {
-        if (models_open(&keeper, o.models) < 0) {
+        if (models_open(&memory, o.models) < 0) {
             fprintf(stderr, "%s cannot keep models: %s\n", o.models, strerror(errno));
             return 2;
         }
-        fc_device_listen(&device, waiting, LISTENERS);
-        fc_answers_init(&answers, &device, &keeper, &(fc_board){.clock = clock_ns});
+        fc_device_copy_samples(&device, waiting, LISTENERS);
+        fc_predictor_init(&predictor, &device, &memory, &(fc_board){.clock = clock_ns});
     }
     fc_pace_init(&t.pace, NANO, (uint32_t)(FC_RATE_HZ * o.speed));
     printf("%s\n", path);
     fflush(stdout);
     for (;;) {
-        sample(&t, &scans, &answers, &device, &l);
+        sample(&t, &scans, &predictor, &device, &l);
         line_send(&l, &device);
         line_wait(&l, &device, t.running ? 1 : -1);
         line_hear(&l, &device);

@@ -33,7 +33,7 @@ static bool write_slot(void *own, int slot, uint32_t place, const uint8_t *bytes
     return !head || msync(own, 2 * MODEL_ROOM, MS_SYNC) == 0;
 }
 
-int models_open(fc_keeper *keeper, const char *path)
+int models_open(fc_memory *memory, const char *path)
 {
     const int fd = open(path, O_RDWR | O_CREAT, 0666);
     if (fd < 0 || ftruncate(fd, 2 * MODEL_ROOM) < 0)
@@ -42,10 +42,10 @@ int models_open(fc_keeper *keeper, const char *path)
     (void)close(fd);
     if (bytes == MAP_FAILED)
         return -1;
-    keeper->own = bytes;
-    keeper->slot_bytes = MODEL_ROOM;
-    keeper->read = read_slot;
-    keeper->clear = clear;
-    keeper->write = write_slot;
+    memory->own = bytes;
+    memory->slot_bytes = MODEL_ROOM;
+    memory->read = read_slot;
+    memory->clear = clear;
+    memory->write = write_slot;
     return 0;
 }

@@ -8,6 +8,6 @@ enum { MODEL_ROOM = FC_SLOT_BYTES };
 
 /* Open or create the file. Return -1 and set errno on failure. Written bytes survive the program,
    however it ends. */
-int models_open(fc_keeper *keeper, const char *path);
+int models_open(fc_memory *memory, const char *path);
 
 #endif

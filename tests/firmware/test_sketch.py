@@ -44,7 +44,7 @@ def test_sketch_folder_has_all_files_for_the_arduino_ide(tmp_path: Path) -> None
     files = {path.name for path in (tmp_path / "firstcontact").iterdir()}
     assert "firstcontact.ino" in files
     sources = {path.name for path in (FIRMWARE / "teensy/firstcontact").iterdir()}
-    shared = {path.name for room in ("core", "answers") for path in (FIRMWARE / room).iterdir()}
+    shared = {path.name for room in ("core", "predictor") for path in (FIRMWARE / room).iterdir()}
     assert sources | shared <= files
     assert all(name.startswith("fc_") for name in files - sources)
     for name in files:

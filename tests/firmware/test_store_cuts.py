@@ -32,7 +32,7 @@ class _Keeper(c.Structure):
 
 class _Store(c.Structure):
     _fields_ = [
-        ("keeper", c.POINTER(_Keeper)),
+        ("memory", c.POINTER(_Keeper)),
         ("active", c.c_int),
         ("bytes", c.c_uint32),
         ("turn", c.c_uint32),
@@ -53,7 +53,7 @@ class Flash:
         self.start = c.addressof(self.bytes) + -c.addressof(self.bytes) % 8
         self.left = 1 << 30
         self.backwards = backwards
-        self.keeper = _Keeper(None, SLOT, READ(self._read), CLEAR(self._clear), WRITE(self._write))
+        self.memory = _Keeper(None, SLOT, READ(self._read), CLEAR(self._clear), WRITE(self._write))
 
     def _read(self, context: object, slot: int) -> int:
         return self.start + slot * SLOT
@@ -80,10 +80,10 @@ class Flash:
 def library(tmp_path_factory: pytest.TempPathFactory) -> c.CDLL:
     """Build fc_store with the core."""
     to = tmp_path_factory.mktemp("store") / "store.so"
-    answers, core = FIRMWARE / "answers", FIRMWARE / "core"
+    predictor, core = FIRMWARE / "predictor", FIRMWARE / "core"
     kernels = FIRMWARE.parent / "src/firstcontact/export/c"
-    files = [answers / "fc_store.c", *sorted(core.glob("*.c"))]
-    includes = [f"-I{path}" for path in (answers, core, kernels)]
+    files = [predictor / "fc_store.c", *sorted(core.glob("*.c"))]
+    includes = [f"-I{path}" for path in (predictor, core, kernels)]
     building.run(
         ["gcc", *building.WARN, *building.PLAIN, "-shared", "-fPIC", *includes,
          *map(str, files), "-o", str(to)]
@@ -99,7 +99,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> c.CDLL:
 def open_store(library: c.CDLL, flash: Flash) -> tuple[_Store, bytes | None]:
     """Return the store as after a start of the device, and the active model."""
     store, n = _Store(), c.c_uint32()
-    library.fc_store_open(c.byref(store), c.byref(flash.keeper))
+    library.fc_store_open(c.byref(store), c.byref(flash.memory))
     at = library.fc_store_model(c.byref(store), c.byref(n))
     return store, None if at is None else c.string_at(at, n.value)
 

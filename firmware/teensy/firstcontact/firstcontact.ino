@@ -11,7 +11,7 @@
 
 #include <avr/eeprom.h>
 
-#include "fc_answers.h"
+#include "fc_predictor.h"
 #include "fc_layout.h"
 #include "model_flash.h"
 #include "own_hand.h"
@@ -30,7 +30,7 @@ static const char descriptor[] = FC_DESCRIPTOR_TEXT(BOARD, "real");
 DMAMEM static fc_sample slots[RING];
 static fc_sample waiting[LISTENERS];
 static fc_device device;
-static fc_answers answers;
+static fc_predictor predictor;
 // The active model is in RAM1, which needs no wait states. Flash would take several times as long,
 // and RAM2 has a cache that is smaller than the model.
 static uint8_t model[MODEL_BYTES] __attribute__((aligned(8)));
@@ -52,17 +52,17 @@ void setup() {
   static const fc_board board = {clock_ns, model, sizeof model, on_event};
   begin_own_hand();
   fc_device_init(&device, descriptor, count_boot(), slots, RING);
-  if (const fc_keeper *const keeper = model_flash()) {
-    fc_device_listen(&device, waiting, LISTENERS);
-    fc_answers_init(&answers, &device, keeper, &board);
+  if (const fc_memory *const memory = model_flash()) {
+    fc_device_copy_samples(&device, waiting, LISTENERS);
+    fc_predictor_init(&predictor, &device, memory, &board);
   }
   start_sampling(&device);
 }
 
 // Nothing here waits. The timer's interrupt takes the samples.
 void loop() {
-  while (fc_device_listens(&device) && Serial.available() > 0) {
-    fc_device_hear(&device, (uint8_t)Serial.read());
+  while (fc_device_can_receive(&device) && Serial.available() > 0) {
+    fc_device_receive(&device, (uint8_t)Serial.read());
   }
   size_t n;
   const uint8_t *const bytes = fc_device_outgoing(&device, &n);
@@ -70,7 +70,7 @@ void loop() {
   if (n > 0 && room > 0) {
     fc_device_sent(&device, Serial.write(bytes, n < (size_t)room ? n : (size_t)room));
   }
-  if (device.listeners.size > 0) {
-    fc_answers_work(&answers);
+  if (device.own_samples.size > 0) {
+    fc_predictor_work(&predictor);
   }
 }

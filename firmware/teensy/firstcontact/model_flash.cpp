@@ -71,8 +71,8 @@ static bool write_slot(void *, int slot, uint32_t offset, const uint8_t *bytes, 
   return true;
 }
 
-const fc_keeper *model_flash() {
-  static const fc_keeper keeper = {nullptr, MODEL_ROOM, read_slot, clear_slot, write_slot};
+const fc_memory *model_flash() {
+  static const fc_memory memory = {nullptr, MODEL_ROOM, read_slot, clear_slot, write_slot};
   const uintptr_t program = FLASH_BEGIN + reinterpret_cast<uintptr_t>(&_flashimagelen);
-  return program <= MODELS ? &keeper : nullptr;
+  return program <= MODELS ? &memory : nullptr;
 }

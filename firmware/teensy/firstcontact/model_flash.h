@@ -10,4 +10,4 @@
 enum { MODEL_ROOM = FC_SLOT_BYTES, MODEL_BYTES = MODEL_ROOM - FC_SLOT_HEAD };
 
 // Return NULL if the program itself reaches into the slots.
-const fc_keeper *model_flash();
+const fc_memory *model_flash();

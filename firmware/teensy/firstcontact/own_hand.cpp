@@ -1,7 +1,7 @@
 // Example that sends lines to the hand's own controller on Serial1 (pin 1, 1 Mbaud).
 //
 //   C 0 1               contact of the index finger, the first of this closing
-//   W 0                 that contact was none
+//   W 0                 this contact is withdrawn
 //   A 43.2 36.0 50.1    estimate: Shore A and the ends of its interval
 //   S 43.2 36.0 50.1    estimate for a contact that is out of range
 

@@ -197,7 +197,7 @@ class ModelConstants:
     pitch_step
         Distance of two points of the spectrum in ln(frequency).
     sine, fade, part, cell
-        Constants of the spectrum; see ``fc_ear`` in C.
+        Constants of the spectrum; see ``fc_pitch`` in C.
     rigs
         Rigs. One of them must be for all fingers.
     """

@@ -158,7 +158,7 @@ def spectra(
 ) -> NDArray[np.float32]:
     """Return the spectra of signals before contacts, shape (n, 400).
 
-    ``signals`` has one column per value of ``fade``. For the constants see ``fc_ear`` in C.
+    ``signals`` has one column per value of ``fade``. For the constants see ``fc_pitch`` in C.
     """
     out = np.empty((len(signals), LINES), np.float32)
     chain_extension().spectra(

@@ -31,7 +31,7 @@ Spectra = NDArray[np.float32]
 
 
 class Ear(TypedDict):
-    """Constants of the spectrum: see ``fc_ear`` in C."""
+    """Constants of the spectrum: see ``fc_pitch`` in C."""
 
     sine: NDArray[np.float32]
     fade: NDArray[np.float32]

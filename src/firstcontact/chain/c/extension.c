@@ -651,9 +651,9 @@ static PyObject *spectra(PyObject *self, PyObject *const *args, Py_ssize_t n)
     for (int32_t k = 0; is_right && k < FC_LINES; k++)
         is_right = ((const int32_t *)v[4].buf)[k] >= 0 && ((const int32_t *)v[4].buf)[k] < FC_TURN / 2;
     if (is_right) {
-        const fc_ear ear = {(int32_t)samples, v[1].buf, v[2].buf, v[3].buf, v[4].buf};
+        const fc_pitch pitch = {(int32_t)samples, v[1].buf, v[2].buf, v[3].buf, v[4].buf};
         for (Py_ssize_t i = 0; i < v[0].len / 4 / samples; i++)
-            fc_spectrum(&ear, (const float *)v[0].buf + i * samples, work,
+            fc_spectrum(&pitch, (const float *)v[0].buf + i * samples, work,
                         (float *)v[5].buf + i * FC_LINES);
     }
     release(v, held);

@@ -90,7 +90,7 @@ static void begin_closing(fc_chain *c, int64_t first)
     emit(c, FC_CLOSING_BEGAN, 0, 0, first, first - 1);
 }
 
-/* Position of a moment in the model. */
+/* Return the index of a moment in the model. */
 static int32_t moment_index(const fc_model *m, int32_t samples)
 {
     int32_t k = 0;
@@ -99,7 +99,7 @@ static int32_t moment_index(const fc_model *m, int32_t samples)
     return k;
 }
 
-/* Newest moment within so many samples; 0 if there is none. */
+/* Return the newest moment within the first `samples` samples; 0 if there is none. */
 static int32_t newest_moment(const fc_model *m, int64_t samples)
 {
     int32_t newest = 0;
@@ -123,8 +123,7 @@ static void emit_estimate(fc_chain *c, int32_t samples, int32_t flags, int64_t k
         c->program.emit(c->program.context, &event);
 }
 
-/* Report the final estimate, unless it was reported before: the newest one from samples before the
-   second contact. */
+/* Report the final estimate once: the newest one that uses only samples before the second contact. */
 static void settle(fc_chain *c, int64_t known, int32_t reason)
 {
     const fc_model *const m = &c->image->model;
@@ -196,7 +195,7 @@ static bool store(fc_chain *c, const double *vibration)
     return is_finite;
 }
 
-/* Return true if the signal after the first contact looks like that of a finger that pushes. */
+/* Return true if the signal after the first contact is that of a pushing finger. */
 static bool is_push(const fc_chain *c)
 {
     const fc_timing *const t = c->image->timing;
@@ -229,7 +228,7 @@ static bool is_push(const fc_chain *c)
     return !varies || !(sqrt(newest / t->lasting) <= least);
 }
 
-/* Confirm or withdraw the first contact once the samples for it are there. */
+/* Confirm or withdraw the first contact once there are enough samples. */
 static void confirm(fc_chain *c)
 {
     const int64_t end = c->first + c->image->timing->confirmed - 1;
@@ -246,7 +245,7 @@ static void confirm(fc_chain *c)
     forget_contacts(c);
 }
 
-/* Report a contact that was found with the newest sample. */
+/* Report a contact that the newest sample has shown. */
 static void found(fc_chain *c, int32_t channel, int64_t sample)
 {
     const bool is_first = !c->has_first;
@@ -272,7 +271,7 @@ static void found(fc_chain *c, int32_t channel, int64_t sample)
         c->program.emit(c->program.context, &event);
 }
 
-/* Judge the window that ends with the newest sample. Return true if a second contact was found. */
+/* Evaluate the window that ends with the newest sample. Return true if it shows a second contact. */
 static bool judge(fc_chain *c)
 {
     const bool had_second = c->has_second;
@@ -304,7 +303,7 @@ static bool all_latched(const fc_chain *c)
     return true;
 }
 
-/* Detect contacts in the newest sample. Return true if a second contact was found. */
+/* Detect contacts with the newest sample. Return true if it shows a second contact. */
 static bool detect(fc_chain *c, bool is_finite)
 {
     const fc_timing *const t = c->image->timing;
@@ -333,7 +332,7 @@ static bool detect(fc_chain *c, bool is_finite)
     return has_new_second;
 }
 
-/* Cut the signal of the first contact. Return false, with the reason, if it cannot be used. */
+/* Cut out the signal of the first contact. Return false and set the reason if it is unusable. */
 static bool begin_touch(fc_chain *c, int32_t *reason)
 {
     const fc_model *const m = &c->image->model;
@@ -359,7 +358,7 @@ static bool begin_touch(fc_chain *c, int32_t *reason)
     return true;
 }
 
-/* Add the samples after the contact that are new. Return false if one is not finite. */
+/* Add the new samples after the contact. Return false if one is not finite. */
 static bool extend_touch(fc_chain *c)
 {
     fc_touch *const t = &c->touch;
@@ -373,7 +372,7 @@ static bool extend_touch(fc_chain *c)
     return true;
 }
 
-/* Predict at a moment. Return false if no finite number follows. */
+/* Predict at a moment. Return false if the result is not finite. */
 static bool predict(fc_chain *c, int32_t samples)
 {
     const int32_t k = moment_index(&c->image->model, samples);
@@ -389,7 +388,7 @@ static bool predict(fc_chain *c, int32_t samples)
     return true;
 }
 
-/* Make the estimates that are due with the newest sample. */
+/* Compute the estimates that are due with the newest sample. */
 static void estimate(fc_chain *c, bool has_new_second)
 {
     const fc_model *const m = &c->image->model;

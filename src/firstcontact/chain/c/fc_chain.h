@@ -12,36 +12,36 @@ extern "C" {
 #endif
 
 enum {
-    FC_MOMENTS_MOST = 80    /* moments of a model */
+    FC_MOMENTS_MOST = 80    /* moments after a contact at which a model predicts */
 };
 
 /* Kinds of events. */
 enum {
-    FC_CLOSING_BEGAN = 1,   /* sample: its first sample */
-    FC_CONTACT_FOUND,       /* sample: its first sample */
-    FC_CONTACT_WITHDRAWN,   /* sample: that of the first contact */
-    FC_ESTIMATED,           /* sample: that of the first contact */
-    FC_NOT_ESTIMATED,       /* no estimate can follow, and there is none; reason: why */
-    FC_SKIPPED,             /* a later estimate was due already */
-    FC_CLOSING_ENDED        /* sample: the first sample after it; reason: why */
+    FC_CLOSING_BEGAN = 1,   /* sample: first sample of the closing */
+    FC_CONTACT_FOUND,       /* sample: first sample of the contact */
+    FC_CONTACT_WITHDRAWN,   /* sample: first sample of the first contact */
+    FC_ESTIMATED,           /* sample: first sample of the first contact */
+    FC_NOT_ESTIMATED,       /* the contact gets no estimate, see the reason */
+    FC_SKIPPED,             /* estimate left out, because a later one was due */
+    FC_CLOSING_ENDED        /* sample: first sample after the closing; see the reason */
 };
 
 /* Flags of events. */
 enum {
     FC_IS_FIRST = 1,        /* first contact of a closing */
-    FC_IS_FINAL = 2,        /* no further estimate follows, or stands */
+    FC_IS_FINAL = 2,        /* the last estimate of a contact */
     FC_IS_OUT_OF_RANGE = 4
 };
 
 /* Reasons of FC_CLOSING_ENDED and FC_NOT_ESTIMATED. */
 enum {
-    FC_DONE,                /* the time after the first contact is over */
+    FC_DONE,                /* the time for estimates after the first contact is over */
     FC_RESTED,              /* the motor rests */
     FC_LOST,                /* samples were lost, or an epoch began */
     FC_STREAM_ENDED,
     FC_TOO_EARLY,           /* there is too little signal before the contact */
     FC_NO_SIGNAL,           /* the signal is constant or not finite */
-    FC_SECOND_TOUCHED,      /* the second finger touched before the first moment */
+    FC_SECOND_TOUCHED,      /* the second finger touched before the first estimate */
     FC_NOT_FINITE           /* the model predicts no finite number */
 };
 
@@ -50,23 +50,23 @@ typedef struct {
     int32_t channel;        /* vibration channel of a contact; -1 for none */
     int64_t sample;
     int64_t known;          /* last sample that the event depends on */
-    int32_t samples;        /* after the contact, which an estimate uses */
+    int32_t samples;        /* number of samples after the contact that an estimate uses */
     fc_estimate estimate;
 } fc_event;
 
 struct fc_chain;
 
-/* Functions of the program around the chain; NULL for those that it lacks. */
+/* Functions that the calling program provides. Each can be NULL. */
 typedef struct {
     void *context;
     void (*emit)(void *context, const fc_event *event);
-    /* Decisions of all channels for the window that ends before sample `end`. */
+    /* Receive the decisions of all channels for the window that ends before sample `end`. */
     void (*window)(void *context, int64_t end, const int64_t *onsets);
-    /* Number of further samples that already wait. */
+    /* Return the number of further samples that wait already. */
     int32_t (*waiting)(void *context);
-    /* Predict in place of the image's model. Return false without a finite number. */
+    /* Predict instead of the image's model. Return false if the result is not finite. */
     bool (*predict)(void *context, const struct fc_chain *chain, int32_t samples, fc_estimate *out);
-    fc_judge judge;         /* for a detector of the kind FC_DETECTOR_PROGRAM */
+    fc_judge judge;         /* for detectors of the kind FC_DETECTOR_PROGRAM */
 } fc_program;
 
 /* Channels of the samples. */
@@ -74,10 +74,10 @@ typedef struct {
     int32_t channels, taxels;
     int32_t finger[FC_CHANNELS_MOST];   /* number of the finger, -1 for none */
     double alpha[FC_CHANNELS_MOST];     /* exponential smoothing; 1 if the device has smoothed */
-    bool is_by_hand;        /* a person moves a sensor, so no motor is heard */
-    bool has_floors;        /* noise at rest is known. Otherwise each epoch is one closing. */
+    bool is_by_hand;        /* a person moves the sensor, so there is no motor noise */
+    bool has_floors;        /* noise at rest is known; otherwise each epoch is one closing */
     double floors[FC_CHANNELS_MOST];    /* V */
-    bool keeps_first_state; /* judge by the first steady state only, without withdrawals */
+    bool keeps_first_state; /* use the first steady state only, and withdraw nothing */
 } fc_stream;
 
 typedef struct fc_chain {
@@ -92,15 +92,15 @@ typedef struct fc_chain {
     bool has_begun;
     int64_t next;           /* number of the next sample */
 
-    bool is_open;           /* a closing runs */
-    int64_t start;          /* its first sample */
+    bool is_open;           /* a closing is in progress */
+    int64_t start;          /* first sample of the closing */
     int64_t resettle;       /* end of the samples after which the steady state is measured again */
-    bool is_confirmed, is_waiting; /* contacts stand; the first one waits for its confirmation */
-    int64_t not_before;     /* earlier onsets repeat a withdrawn contact */
+    bool is_confirmed, is_waiting; /* first contact: confirmed; waits for its confirmation */
+    int64_t not_before;     /* onsets before this sample repeat a withdrawn contact */
     bool is_latched[FC_CHANNELS_MOST];
 
-    bool has_first, has_second, is_over; /* contacts, and the end of the pinch */
-    int32_t channel;        /* of the first contact */
+    bool has_first, has_second, is_over; /* contacts so far; the pinch is over */
+    int32_t channel;        /* channel of the first contact */
     int64_t first, decided, second;
     bool is_touch_ready, is_settled;
     double baseline;

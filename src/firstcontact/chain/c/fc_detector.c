@@ -4,7 +4,7 @@
 
 #include "fc_math.h"
 
-/* A later steady state counts if its sigma is below this share of the earlier one. */
+/* A later steady state replaces the earlier one if its sigma is below this share of the earlier. */
 static const double QUIETER = 0.9;
 /* Share of white noise that regularises the linear prediction. */
 static const double RIDGE = 1e-3;
@@ -36,7 +36,7 @@ static void measure(const fc_past *past, int32_t channel, int64_t end, int32_t n
     *sigma = varies ? sqrt(squares / n) : 0.0;
 }
 
-/* Prediction error of x[i] from the samples before it. weights[0] scales the sample itself. */
+/* Return the error of predicting x[i] from the samples before it. weights[0] scales x[i]. */
 FC_WIDE static void prediction_error(const double *restrict x, const double *restrict weights,
                                      int32_t n, double *restrict out)
 {
@@ -49,7 +49,7 @@ FC_WIDE static void prediction_error(const double *restrict x, const double *res
     }
 }
 
-/* The Yule-Walker equations are solved by Levinson's recursion. */
+/* Solve the Yule-Walker equations by Levinson's recursion. */
 void fc_fit_prediction(const double *x, int32_t n, double *error, double *weights)
 {
     double lags[FC_ORDER + 1], previous[FC_ORDER + 1], left, mean = 0.0, squares = 0.0;
@@ -87,7 +87,7 @@ void fc_fit_prediction(const double *x, int32_t n, double *error, double *weight
         weights[k] = sigma > 0.0 ? weights[k] / sigma : 0.0;
 }
 
-/* Learn from the steady state before `end`, whose mean and sigma are known. */
+/* Fit the prediction to the steady state before `end`, whose mean and sigma are known. */
 static void learn(fc_detector *d, const fc_past *past, int32_t channel, int64_t end)
 {
     const int32_t n = d->constants->steady;
@@ -102,7 +102,7 @@ static void learn(fc_detector *d, const fc_past *past, int32_t channel, int64_t 
 }
 
 /* Pass the steady state before `end` to the program, in sigmas. */
-static void tell_program(fc_detector *d, const fc_past *past, int64_t end)
+static void pass_steady_state(fc_detector *d, const fc_past *past, int64_t end)
 {
     if (d->constants->kind != FC_DETECTOR_PROGRAM)
         return;
@@ -122,7 +122,7 @@ void fc_detector_settle(fc_detector *d, const fc_past *past, int64_t end)
         learn(d, past, c, end);
     }
     d->is_settled = true;
-    tell_program(d, past, end);
+    pass_steady_state(d, past, end);
 }
 
 void fc_detector_resettle(fc_detector *d, const fc_past *past, int64_t end)
@@ -139,7 +139,7 @@ void fc_detector_resettle(fc_detector *d, const fc_past *past, int64_t end)
         any = true;
     }
     if (any)
-        tell_program(d, past, end);
+        pass_steady_state(d, past, end);
 }
 
 static double larger(double a, double b)
@@ -147,8 +147,8 @@ static double larger(double a, double b)
     return b > a ? b : a;
 }
 
-/* Write the loudness features of one signal, of which `power` holds the squares. `first` samples at
-   its start are missing. */
+/* Write the loudness features of one signal. `power` holds the squares of its samples, without the
+   first `first` ones. */
 static void loudness(const fc_detector_constants *k, const double *power, int32_t first, int32_t n,
                      double *features)
 {
@@ -200,7 +200,7 @@ void fc_look_features(const fc_detector_constants *k, const double *x, int32_t n
     loudness(k, power, FC_ORDER, n, features + FC_LEVELS);
 }
 
-/* Score of a look of n samples, in sigmas. A score above 0 shows a contact. */
+/* Return the score of a look of n samples, in sigmas. A score above 0 shows a contact. */
 static double look_score(const fc_detector_constants *k, const double *x, int32_t n,
                          const double *weights, double *power)
 {
@@ -229,8 +229,8 @@ static bool looks_agree(fc_detector *d, const double *window, int64_t window_end
     return true;
 }
 
-/* Position of the split of n samples that best separates quiet from loud (Maeda 1985, Zisin 38,
-   365): it minimises k log var(x[:k]) + (n - k - 1) log var(x[k:]). */
+/* Return the index that best separates quiet from loud samples (Maeda 1985, Zisin 38, 365). It
+   minimises k log var(x[:k]) + (n - k - 1) log var(x[k:]). */
 static int32_t onset(const double *x, int32_t n, int32_t search)
 {
     const int32_t first = n - search > FC_LEAST_LOUD ? n - search : FC_LEAST_LOUD;
@@ -258,7 +258,7 @@ static int32_t onset(const double *x, int32_t n, int32_t search)
     return best;
 }
 
-/* Return true if a newest sample of any channel is far from the mean. */
+/* Return true if the newest samples of any channel deviate far from the mean. */
 static bool is_awake(const fc_detector *d, const fc_past *past, int32_t channel)
 {
     for (int64_t k = past->end - d->constants->step; k < past->end; k++) {

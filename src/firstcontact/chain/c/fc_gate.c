@@ -6,7 +6,7 @@
 
 enum { LOST, REST, STARTING, OPEN };
 
-/* Steps for which a motor has run at least, when most of FC_GATE_STEPS steps are loud. */
+/* Fewest steps for which the motor has run when most of FC_GATE_STEPS steps are loud. */
 enum { HEARD_SINCE = FC_GATE_STEPS / 2 };
 
 /* Rise of a taxel above its lowest voltage at rest that counts as a load, V. Velostat conducts at
@@ -48,7 +48,7 @@ static double median(const double *x)
     return sorted[FC_GATE_STEPS / 2];
 }
 
-/* Return true if the median power of the newest steps, around their common mean, is at rest. */
+/* Return true if the median power of the newest steps is that of rest. */
 static bool is_quiet(const fc_gate *g)
 {
     if (g->steps + 1 < FC_GATE_STEPS)
@@ -99,7 +99,7 @@ static fc_gate_turn reopen(fc_gate *g)
     return was_open ? FC_GATE_SHUTS_AND_OPENS : FC_GATE_OPENS;
 }
 
-/* Decide after a complete step. */
+/* Change the state after a complete step. */
 static fc_gate_turn decide(fc_gate *g)
 {
     const bool quiet = is_quiet(g);

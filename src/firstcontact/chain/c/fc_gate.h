@@ -16,19 +16,19 @@ typedef enum { FC_GATE_STAYS, FC_GATE_OPENS, FC_GATE_SHUTS, FC_GATE_SHUTS_AND_OP
 /* State of the gate. */
 typedef struct {
     int32_t channels, taxels;
-    int32_t step;              /* samples of a step */
-    int32_t rearm;             /* samples from a contact by hand until the gate may open again */
-    bool is_by_hand;           /* a person moves the sensor: the gate opens at rest */
+    int32_t step;              /* length of a step, samples */
+    int32_t rearm;             /* samples after a contact by hand until the gate can open again */
+    bool is_by_hand;           /* a person moves the sensor, and the gate opens at rest */
     double limit[FC_CHANNELS_MOST]; /* largest power at rest, V^2 */
 
     int32_t state;
     bool is_open;
-    int64_t steps, since, held; /* numbers of steps: all so far, start of the state, last load */
-    int32_t refused;           /* motor starts under load since the gate last opened */
+    int64_t steps, since, held; /* step counts: so far, at the start of the state, at the last load */
+    int32_t refused;           /* number of motor starts under load since the gate last opened */
     int64_t grid;              /* number of the first sample of the step in progress */
     int32_t skipped;           /* samples to skip until this step begins */
     int32_t waiting;           /* samples of this step so far */
-    bool is_due;               /* a contact by hand waits for `due`, the first sample to open at */
+    bool is_due;               /* after a contact by hand, the gate opens at sample `due` */
     int64_t due;
     int32_t newest;            /* position of the newest step in the sums */
     double sums[FC_GATE_STEPS][2][FC_CHANNELS_MOST]; /* volts and squares of the newest steps */
@@ -40,7 +40,7 @@ typedef struct {
 /* Restart at sample `first`, after a gap or in a new epoch. */
 void fc_gate_restart(fc_gate *g, int64_t first, bool is_same_epoch);
 
-/* Report a contact that began with this sample. */
+/* Report a contact whose first sample is `sample`. */
 void fc_gate_touched(fc_gate *g, int64_t sample);
 
 /* Process one sample in volts. The closing opens or shuts after this sample. */

@@ -76,7 +76,7 @@ static bool ascend(const int32_t *x, int32_t n, int32_t low, int32_t high)
     return n > 0;
 }
 
-/* Read a matrix. `reach` is the largest magnitude of its inputs, and becomes that of its outputs. */
+/* Read a matrix. `reach` is the largest magnitude of the inputs. Replace it by that of the outputs. */
 static bool read_matrix(cursor *c, fc_matrix *m, int32_t columns, double *reach)
 {
     const int32_t *const shape = integers(c, 2);
@@ -136,12 +136,12 @@ static const char *read_network(cursor *c, fc_network *n)
         if (!(reach < 1e25))
             return OVERFLOWS;
     }
-    n->answer = floats(c, 3 * FC_COMPONENTS * columns);
-    n->answer_bias = floats(c, 3 * FC_COMPONENTS);
+    n->output = floats(c, 3 * FC_COMPONENTS * columns);
+    n->output_bias = floats(c, 3 * FC_COMPONENTS);
     if (c->is_cut)
         return CUT;
-    reach *= columns * largest(n->answer, 3 * FC_COMPONENTS * columns);
-    return reach + largest(n->answer_bias, 3 * FC_COMPONENTS) < 1e25 ? NULL : OVERFLOWS;
+    reach *= columns * largest(n->output, 3 * FC_COMPONENTS * columns);
+    return reach + largest(n->output_bias, 3 * FC_COMPONENTS) < 1e25 ? NULL : OVERFLOWS;
 }
 
 static const char *read_rig(cursor *c, const fc_model *m, fc_rig *r)
@@ -190,9 +190,9 @@ static const char *read_model(cursor *c, fc_model *m)
     m->moments = sizes[3];
     m->stages = sizes[4];
     m->rigs = sizes[5];
-    m->ear.samples = sizes[6];
+    m->pitch.samples = sizes[6];
     if (m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->guard > m->before
-        || m->baseline < 1 || m->baseline > m->before - m->guard || m->ear.samples < 2 || m->ear.samples > m->before
+        || m->baseline < 1 || m->baseline > m->before - m->guard || m->pitch.samples < 2 || m->pitch.samples > m->before
         || m->moments < 1 || m->stages < 1 || m->rigs < 1 || m->rigs > FC_RIGS_MOST)
         return WRONG;
     m->moment = integers(c, m->moments);
@@ -211,12 +211,12 @@ static const char *read_model(cursor *c, fc_model *m)
     const char *fault = read_network(c, &m->network);
     if (fault != NULL)
         return fault;
-    m->ear.sine = floats(c, FC_TURN / 4 + 1);
-    m->ear.fade = floats(c, m->ear.samples);
-    m->ear.part = floats(c, FC_LINES);
-    m->ear.cell = integers(c, FC_LINES);
+    m->pitch.sine = floats(c, FC_TURN / 4 + 1);
+    m->pitch.fade = floats(c, m->pitch.samples);
+    m->pitch.part = floats(c, FC_LINES);
+    m->pitch.cell = integers(c, FC_LINES);
     for (int32_t k = 0; !c->is_cut && k < FC_LINES; k++)
-        if (m->ear.cell[k] < 0 || m->ear.cell[k] >= FC_TURN / 2)
+        if (m->pitch.cell[k] < 0 || m->pitch.cell[k] >= FC_TURN / 2)
             return WRONG;
     bool has_any = false;
     for (int32_t k = 0; fault == NULL && k < m->rigs; k++) {
@@ -241,7 +241,7 @@ static bool is_detector(const fc_detector_constants *d)
            && ascend(d->lengths, FC_PARTS + 1, 1, look);
 }
 
-/* Return true if the samples in memory suffice for all that looks back. */
+/* Return true if the memory holds enough past samples for all steps of the chain. */
 static bool is_long_enough(const fc_image *image)
 {
     const int32_t capacity = image->timing->capacity;

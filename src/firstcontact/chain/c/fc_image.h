@@ -16,11 +16,11 @@ enum {
 /* Lengths in samples at the rate of the image. */
 typedef struct {
     int32_t gate_step, rearm;   /* see fc_gate */
-    int32_t every, age;         /* distance of two steady states, and age of their newest sample */
+    int32_t every, age;         /* time between two steady states, and age of their newest sample */
     int32_t confirmed, lasting; /* signal that confirms a contact, and its newest part */
-    int32_t lag;                /* distance of two samples whose change is judged */
-    int32_t before, guard;      /* signal before the contact, and the part left out */
-    int32_t after;              /* from the first contact to the end of the pinch */
+    int32_t lag;                /* distance of the two samples that measure how fast a signal changes */
+    int32_t before, guard;      /* signal before the contact, and its last part, which is left out */
+    int32_t after;              /* time from the first contact to the end of the pinch */
     int32_t capacity;           /* samples in memory, a power of 2 */
     int32_t unused;
 } fc_timing;
@@ -36,10 +36,10 @@ typedef struct {
     fc_model model;
 } fc_image;
 
-/* Read an image at an address that is a multiple of 8. Return NULL, or what is wrong with it. */
+/* Check and read an image at an address that is a multiple of 8. Return NULL, or the fault. */
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image);
 
-/* Checksum (CRC-32) of n bytes. */
+/* Return the checksum (CRC-32) of n bytes. */
 uint32_t fc_image_checksum(const uint8_t *bytes, size_t n);
 
 #endif

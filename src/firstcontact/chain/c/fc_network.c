@@ -35,7 +35,7 @@ static float round_all(const float *x, int32_t n, int16_t *rounded)
 }
 
 #if defined(__ARM_FEATURE_SIMD32)
-/* Add a[0] b[0] + a[1] b[1]: one instruction. */
+/* Add a[0] b[0] + a[1] b[1], which is one instruction. */
 static inline int32_t add_pair(const int16_t *a, const int16_t *b, int32_t sum)
 {
     int16x2_t x, y;
@@ -44,7 +44,7 @@ static inline int32_t add_pair(const int16_t *a, const int16_t *b, int32_t sum)
     return __smlad(x, y, sum);
 }
 
-/* Four rows at a time, so that inputs are read once for all four. */
+/* Multiply four rows at a time, so that each input is loaded once for all four. */
 static void multiply(const fc_matrix *m, const int16_t *x, int32_t *sums)
 {
     const int32_t columns = (m->columns + 3) / 4 * 4;
@@ -106,7 +106,7 @@ FC_WIDE static void silu(float *restrict x, const float *restrict bias, int32_t 
     }
 }
 
-/* Mean and standard deviation of a mixture of normal distributions. */
+/* Compute mean and standard deviation of a mixture of normal distributions. */
 static void moments(const float *raw, double *mean_of_all, double *spread_of_all)
 {
     double sum = 0.0, value = 0.0, square = 0.0;
@@ -146,10 +146,10 @@ void fc_network_predict(const fc_network *n, const float *rig_term, fc_network_r
     }
     const int32_t last = n->layers[FC_LAYERS - 1].out.rows;
     for (int32_t i = 0; i < 3 * FC_COMPONENTS; i++) {
-        float sum = n->answer_bias[i];
+        float sum = n->output_bias[i];
         FC_UNROLL
         for (int32_t k = 0; k < last; k++)
-            sum += n->answer[i * last + k] * x[k];
+            sum += n->output[i * last + k] * x[k];
         raw[i] = sum;
     }
     moments(raw, mean, spread);

@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 enum {
-    FC_LAYERS = 4,          /* layers with a SiLU after each; the rig enters in the second */
+    FC_LAYERS = 4,          /* layers, each with a SiLU; the rig acts on layer FC_RIG_LAYER */
     FC_RIG_LAYER = 1,
     FC_COMPONENTS = 3,      /* normal distributions of the predicted mixture */
     FC_WIDTH_MOST = 256     /* inputs or outputs of a layer */
@@ -30,7 +30,7 @@ typedef struct {
     int32_t inputs;
     const float *mean, *sd; /* of the inputs */
     fc_layer layers[FC_LAYERS];
-    const float *answer, *answer_bias; /* (3 * FC_COMPONENTS, outputs of the last layer), and bias */
+    const float *output, *output_bias; /* (3 * FC_COMPONENTS, outputs of the last layer), and bias */
 } fc_network;
 
 /* Room for one prediction. */
@@ -40,8 +40,8 @@ typedef struct {
     int32_t sums[FC_WIDTH_MOST];
 } fc_network_room;
 
-/* Predict from the inputs in room->values, which are changed. rig_term: what the rig adds in the layer
-   FC_RIG_LAYER. Write mean and standard deviation in Shore A. */
+/* Predict from the inputs in room->values, which are overwritten. rig_term is the contribution of the
+   rig to layer FC_RIG_LAYER. Write mean and standard deviation in Shore A. */
 void fc_network_predict(const fc_network *n, const float *rig_term, fc_network_room *room,
                         double *mean, double *spread);
 

@@ -7,14 +7,14 @@ enum { HALF = FC_TURN / 2, QUARTER = FC_TURN / 4, SMOOTH = 61 };
 static const double LEAST_POWER = 1e-3;
 static const float LOWEST_LINE = -1.0f;
 
-/* Cosine and minus sine of k / FC_TURN of a turn, k at most FC_TURN / 2. */
+/* Return cosine and negative sine of k / FC_TURN of a turn, for k up to FC_TURN / 2. */
 static inline void turn(const float *sine, int32_t k, float *re, float *im)
 {
     *re = k <= QUARTER ? sine[QUARTER - k] : -sine[k - QUARTER];
     *im = -(k <= QUARTER ? sine[k] : sine[2 * QUARTER - k]);
 }
 
-/* Fourier transform of HALF complex numbers, in place. */
+/* Compute the Fourier transform of HALF complex numbers in place. */
 static void transform(const float *sine, float (*z)[2])
 {
     for (int32_t i = 1, j = 0; i < HALF; i++) {
@@ -47,7 +47,7 @@ static void transform(const float *sine, float (*z)[2])
     }
 }
 
-/* Power of line k of FC_TURN real numbers, from the transform of their pairs. */
+/* Return the power of line k of FC_TURN real numbers, from the transform of their pairs. */
 static double power(const float *sine, float (*z)[2], int32_t k)
 {
     const float *const a = z[k % HALF], *const b = z[(HALF - k) % HALF];
@@ -60,7 +60,7 @@ static double power(const float *sine, float (*z)[2], int32_t k)
     return x * x + y * y;
 }
 
-void fc_spectrum(const fc_ear *e, const float *signal, float *work, float *lines)
+void fc_spectrum(const fc_pitch *e, const float *signal, float *work, float *lines)
 {
     float(*const z)[2] = (float(*)[2])work;
     double mean = 0.0, sum = 0.0;

@@ -14,18 +14,18 @@ enum {
 
 /* Constants of the spectrum at one rate. */
 typedef struct {
-    int32_t samples;        /* before the contact that are analysed, at most FC_TURN */
+    int32_t samples;        /* number of analysed samples before the contact, at most FC_TURN */
     const float *sine;      /* first quarter of a sine: FC_TURN / 4 + 1 */
-    const float *fade;      /* window function over the samples, per count of the converter */
+    const float *fade;      /* window function, per count of the converter: samples */
     const float *part;      /* position of a point between two lines: FC_LINES */
     const int32_t *cell;    /* line of the transform below each point: FC_LINES */
-} fc_ear;
+} fc_pitch;
 
 /* Write the peaks of a spectrum above its smooth part: FC_LINES values with mean 0. `signal` is in
    V. `work` has room for FC_TURN floats. */
-void fc_spectrum(const fc_ear *e, const float *signal, float *work, float *lines);
+void fc_spectrum(const fc_pitch *e, const float *signal, float *work, float *lines);
 
-/* Find the shift of `lines` against a reference that fits best, and the correlation there. */
+/* Find the shift of `lines` with the highest correlation to a reference, and this correlation. */
 void fc_shift(const float *lines, const float *reference, int32_t *shift, float *correlation);
 
 #endif

@@ -2,7 +2,7 @@
 
 #include "fc_math.h"
 
-/* Amplitudes below this share of the level count as this one. */
+/* Smallest amplitude, as a share of the level. Smaller ones are raised to it. */
 static const double LEAST = 1e-4;
 /* Correlation above which a pitch is trusted. */
 static const double BELIEVED = 0.5;
@@ -14,7 +14,7 @@ static const double LEAST_ERROR = 0.01;
 static const double STILL = 0.5;
 /* Regression: limit of its inputs, length scale, and variances of the linear part and the noise. */
 static const double LARGEST = 10.0, LENGTH = 2.0, LINEAR = 1.0, NOISE = 0.3;
-/* Trait that holds the number of samples: at one stage it says nothing. */
+/* Index of the trait that is the number of samples. It is constant at a stage. */
 enum { LENGTH_TRAIT = 11 };
 
 const fc_rig *fc_touch_rig(const fc_model *m, int32_t finger)
@@ -53,7 +53,7 @@ void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float 
     if (t->rig->has_pitch) {
         float *const lines = room->spectrum + FC_TURN;
         int32_t shift;
-        fc_spectrum(&m->ear, before, room->spectrum, lines);
+        fc_spectrum(&m->pitch, before, room->spectrum, lines);
         fc_shift(lines, t->rig->reference, &shift, &t->correlation);
         t->shift = (float)shift;
     }
@@ -121,7 +121,7 @@ double fc_touch_traits(const fc_touch *t, int32_t n, double *f)
             flat += step == 0.0;
         }
     }
-    if (n < FC_POINTS && top < 0.0) { /* later samples count as 0 */
+    if (n < FC_POINTS && top < 0.0) { /* missing samples count as 0 */
         top = 0.0;
         at = n;
     }
@@ -137,7 +137,7 @@ double fc_touch_traits(const fc_touch *t, int32_t n, double *f)
             low_at = k;
         }
     }
-    if (at == n) { /* the peak is the first of the later samples */
+    if (at == n) { /* the peak is the first missing sample */
         tenth++;
         half++;
     }
@@ -177,7 +177,7 @@ void fc_touch_inputs(const fc_touch *t, int32_t n, float *x, double *traits)
         x[3 * FC_POINTS + FC_FEATURES + k] = (float)t->hints[k];
 }
 
-/* Arrays of the process at a stage. `n` is the number of pinches. */
+/* Return the arrays of the process at a stage. `n` is the number of pinches. */
 static fc_process process_at(const fc_rig *rig, int32_t stage)
 {
     const int32_t n = rig->pinches, count = 2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 1;
@@ -231,7 +231,7 @@ void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, 
     *spread = t->rig->unit * sqrt((left > 0.0 ? left : 0.0) + NOISE) * p.scale;
 }
 
-/* Mix a prediction with the regression's, weighted by the inverse of their variances. */
+/* Average a prediction with that of the regression, weighted by the inverse variances. */
 static void refine(const fc_touch *t, int32_t stage, const double *traits, double *value,
                    double *spread)
 {
@@ -244,7 +244,7 @@ static void refine(const fc_touch *t, int32_t stage, const double *traits, doubl
     *spread = sqrt(variance + share * (1.0 - share) * apart * apart);
 }
 
-/* Return true if the traits of a contact are far from those of the training. */
+/* Return true if the traits of a contact are out of the range of the training. */
 static bool is_unfamiliar(const fc_touch *t, int32_t stage, const double *traits)
 {
     const fc_model *const m = t->model;
@@ -267,7 +267,7 @@ static bool is_unfamiliar(const fc_touch *t, int32_t stage, const double *traits
         share += y * gain;
         length += gain * gain;
     }
-    if (!t->rig->has_level) { /* the gain is unknown: take the one with the smallest distance */
+    if (!t->rig->has_level) { /* the gain is unknown, so use the gain with the smallest distance */
         distance -= share * share / (length > 1e-60 ? length : 1e-60);
         distance = distance > 0.0 ? distance : 0.0;
     }
@@ -286,7 +286,7 @@ bool fc_touch_predict(const fc_touch *t, int32_t n, fc_touch_room *room, fc_esti
     if (t->rig->pinches > 0)
         refine(t, stage, traits, &value, &spread);
     const double half = spread * m->factors[stage];
-    double sum = value + half; /* the network bounds its inputs, so the traits are asked, too */
+    double sum = value + half; /* the network clips its inputs, so the traits are checked, too */
     for (int32_t k = 0; k < FC_TRAITS; k++)
         sum += traits[k];
     if (!isfinite(sum))

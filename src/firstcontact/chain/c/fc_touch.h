@@ -1,4 +1,7 @@
-/* One contact: its signal so far, and the stiffness that a model predicts from it. */
+/* Signal of one contact, and the stiffness that a model predicts from it.
+
+   A stage is a number of samples after the contact for which the model has its own description of a
+   rig. Traits are the numbers that decide whether a contact resembles those of the training. */
 #ifndef FC_TOUCH_H
 #define FC_TOUCH_H
 
@@ -9,10 +12,10 @@
 #include "fc_pitch.h"
 
 enum {
-    FC_POINTS = 74,         /* samples after the contact that a model uses at most */
+    FC_POINTS = 74,         /* most samples after the contact that a model uses */
     FC_BEFORE_MOST = 256,   /* samples before the contact */
     FC_FEATURES = 14,       /* features of the signal after the contact */
-    FC_TRAITS = FC_FEATURES + 2, /* these, the noise before the contact, and the share of repeats */
+    FC_TRAITS = FC_FEATURES + 2, /* features, noise before the contact, and share of repeated samples */
     FC_HINTS = 5,           /* inputs for closing speed and radius */
     FC_INPUTS = 3 * FC_POINTS + FC_FEATURES + FC_HINTS,
     FC_KNOWN = FC_FEATURES + 1, /* inputs of the regression: the features and the closing speed */
@@ -21,10 +24,10 @@ enum {
     FC_RIGS_MOST = 6
 };
 
-/* Gaussian process on a rig's own pinches, at one stage. */
+/* Gaussian process fitted to a rig's own pinches, at one stage. */
 typedef struct {
-    const float *mean, *each; /* of the inputs: mean, and 1 / standard deviation (FC_KNOWN) */
-    const float *known;       /* standardised inputs of the pinches (FC_KNOWN, n) */
+    const float *mean, *each; /* mean, and 1 / standard deviation, of the inputs (FC_KNOWN) */
+    const float *known;       /* standardised inputs of the rig's pinches (FC_KNOWN, n) */
     const float *weights;     /* (n,) */
     const float *factor;      /* rows of the inverse Cholesky factor, lower triangle */
     double scale;             /* factor on the spread */
@@ -32,33 +35,33 @@ typedef struct {
 
 /* Rig that a model is conditioned on. */
 typedef struct {
-    int32_t finger;           /* number of its finger; -1 for all other fingers */
-    bool has_level;           /* the rig has pinches of known Shore A */
-    double level, sign;       /* typical peak of a contact, V, and sign of its largest swing */
+    int32_t finger;           /* number of the finger; -1 for all fingers without a rig of their own */
+    bool has_level;           /* true if the rig has pinches of known Shore A */
+    double level, sign;       /* typical peak of a contact, V, and sign of the largest swing */
     bool has_pitch;
     double usual_pitch;       /* median shift of the rig's contacts, ln(frequency) */
     const float *reference;   /* spectrum of the motor (FC_LINES) */
     bool has_speeds;
-    double usual_speed, speed_spread, heard_error; /* heard_error is 0 if the pitch is useless */
+    double usual_speed, speed_spread, heard_error; /* heard_error: error of the pitch, 0 if it is useless */
     const float *rig_terms;   /* (stages, rank) */
-    int32_t pinches;          /* of the regression; 0 without one */
-    double centre, unit;      /* mean and scale of their Shore A */
-    const uint8_t *processes; /* one after the other, for each stage */
+    int32_t pinches;          /* number of pinches of the regression; 0 without one */
+    double centre, unit;      /* mean and scale of the Shore A of these pinches */
+    const uint8_t *processes; /* fc_process of each stage, one after the other */
 } fc_rig;
 
 /* Model that predicts at any time after a contact. Lengths are in samples. */
 typedef struct {
     int32_t before;           /* signal before the contact */
-    int32_t guard, baseline;  /* baseline: mean of so many samples, which end `guard` before it */
+    int32_t guard, baseline;  /* baseline: length of the quiet signal that ends `guard` before the contact */
     int32_t moments, stages;
-    const int32_t *moment;    /* samples after the contact at which the model predicts */
-    const int32_t *stage;     /* samples at which rigs are described, ascending */
+    const int32_t *moment;    /* numbers of samples after the contact at which the model predicts */
+    const int32_t *stage;     /* stages, ascending */
     fc_network network;
     const double *factors;    /* half width of an interval, in spreads (stages) */
-    const float *familiar;    /* (stages, FC_TRAITS): centre of familiar traits */
+    const float *familiar;    /* (stages, FC_TRAITS): mean traits of the training */
     const float *whitening;   /* (stages, FC_TRIANGLE): lower triangles */
-    const double *limit;      /* largest familiar distance (stages) */
-    fc_ear ear;
+    const double *limit;      /* distance from the mean above which a contact is out of range (stages) */
+    fc_pitch pitch;
     double pitch_step;        /* distance of two points of the spectrum, ln(frequency) */
     int32_t rigs;
     fc_rig rig[FC_RIGS_MOST];
@@ -70,8 +73,8 @@ typedef struct {
     bool is_out_of_range;
 } fc_estimate;
 
-/* Measured closing speed, m/s, and its relative error. 0 stands for an unknown speed, and for an
-   exact one. Radius of the object, m; infinite for a flat one, NaN if it is unknown. */
+/* Measured closing speed, m/s (0 if unknown), and its relative error (0 if exact). Radius of the
+   object, m; infinite for a flat object, NaN if unknown. */
 typedef struct {
     double speed, error, radius;
 } fc_hints;
@@ -80,10 +83,10 @@ typedef struct {
     const fc_model *model;
     const fc_rig *rig;
     double hints[FC_HINTS];
-    double noise;             /* trait of the signal before the contact */
+    double noise;             /* noise before the contact, a trait */
     int32_t samples;
-    double volts[FC_POINTS];  /* positive in the direction of the first swing */
-    float scaled[FC_POINTS];  /* logarithm of the samples relative to the level */
+    double volts[FC_POINTS];  /* sign chosen so that the first swing is positive */
+    float scaled[FC_POINTS];  /* signed logarithm of the samples, relative to the level */
     float shift, correlation; /* pitch of the motor */
 } fc_touch;
 
@@ -96,14 +99,14 @@ typedef union {
 /* Return the rig of a finger. */
 const fc_rig *fc_touch_rig(const fc_model *m, int32_t finger);
 
-/* Begin a contact. `before` is its signal before the contact without the baseline, V. */
+/* Begin a contact. `before` is the signal before it, V, with the baseline subtracted. */
 void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float *before,
                     fc_touch_room *room);
 
 /* Set closing speed and radius, after fc_touch_begin. */
 void fc_touch_hint(fc_touch *t, const fc_hints *hints);
 
-/* Add a sample after the contact, V, without the baseline. */
+/* Add a sample after the contact, V, with the baseline subtracted. */
 void fc_touch_take(fc_touch *t, float volts);
 
 /* Write the traits of the first n samples. Return the peak. */
@@ -119,7 +122,7 @@ bool fc_touch_predict(const fc_touch *t, int32_t n, fc_touch_room *room, fc_esti
 void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, double *value,
                         double *spread);
 
-/* Position of the stage that describes n samples. */
+/* Return the index of the stage for n samples. */
 int32_t fc_touch_stage(const fc_model *m, int32_t n);
 
 #endif

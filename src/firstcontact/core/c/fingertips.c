@@ -12,7 +12,7 @@ enum { SUBCOUNTS = 32, HIGHEST = 1023, ROUND = TAXELS * READINGS, STEPS_OF_SLIP 
 WIDE void fc_tones(double (*lines)[2], const double (*turns)[2], const double *amplitudes,
                    const double *depth, int32_t count, double *out, int64_t n)
 {
-    enum { SLOW = TONES_MOST - 1 }; /* place of the last line, whatever their number */
+    enum { SLOW = TONES_MOST - 1 }; /* index of the last line, for any number of lines */
     double re[TONES_MOST] = {0}, im[TONES_MOST] = {0}, c[TONES_MOST] = {0}, s[TONES_MOST] = {0};
     double a[TONES_MOST] = {0}, d[TONES_MOST] = {0}, part[TONES_MOST], real[TONES_MOST];
     for (int32_t k = 0; k <= count; k++) {
@@ -167,7 +167,7 @@ void fc_slide(const double *forces, const double *hanging, double mass, double f
     }
 }
 
-/* Sliding pad, computed from SlipParameters. */
+/* Quantities of a sliding pad, computed from SlipParameters. */
 typedef struct {
     double k, c, m, dt, friction, ratio, weakening, grain;
 } pad;

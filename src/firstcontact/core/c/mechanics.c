@@ -1,5 +1,5 @@
-/* Mechanics of pinches. Several are integrated side by side, in the lanes of a vector unit: a lane is
-   a finger of a pinch, and all lanes take a step of their own length at the same time. */
+/* Mechanics of pinches. Several are integrated side by side in the lanes of a vector unit. Each lane is a
+   finger of a pinch. All lanes advance together, each by a step of its own length. */
 #include "twin.h"
 
 #include <math.h>
@@ -8,10 +8,10 @@
 enum {
     SIDE = 4,            /* pinches side by side */
     LANES = 2 * SIDE,    /* index fingers, then thumbs */
-    VARIABLES = FINGER_STATES + 2, /* of a finger, then position and speed of its face */
+    VARIABLES = FINGER_STATES + 2, /* states of a finger, then position and speed of its face */
     FACE = FINGER_STATES,
     STAGES = 4,
-    INSTANTS = 3         /* of the stages of a step: its begin, its middle and its end */
+    INSTANTS = 3         /* begin, middle and end of a step */
 };
 
 /* Loop over lanes, which becomes one or two vector instructions. Each loop has at most one choice of a
@@ -36,12 +36,12 @@ typedef struct {
     double per_face[SIDE];
 } lanes_t;
 
-/* Place of a pinch in its piece. */
+/* Progress of a pinch in its piece. */
 typedef struct {
-    fc_pinch *pinch; /* NULL for an idle place */
+    fc_pinch *pinch; /* NULL if these lanes are idle */
     int64_t sample;
-    int32_t first, touching, tries; /* finger that touches first; one that touches after the step */
-    bool waits; /* for a contact */
+    int32_t first, touching, tries; /* finger that touches first; finger that touches after this step */
+    bool waits; /* the step ends at a contact */
     int64_t step, steps;
     double t, end, stop, begin, interval, per_step, per_noise, loudness;
 } walk;

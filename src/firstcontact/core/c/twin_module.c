@@ -1,4 +1,4 @@
-/* Python functions of the twin's steps. Sizes and kinds of all arguments are checked here. */
+/* Python functions of the twin's kernels. They check sizes and kinds of all arguments. */
 #define PY_SSIZE_T_CLEAN
 #define Py_LIMITED_API 0x030B0000
 #include "twin_module.h"
@@ -11,7 +11,7 @@
 /* Argument of a call: a number, an array, or a tuple. */
 typedef struct {
     Py_buffer view; /* view.obj is NULL unless this is an array */
-    Py_ssize_t count; /* of numbers */
+    Py_ssize_t count; /* number of elements */
     void *data;
     double number;
     int64_t whole;

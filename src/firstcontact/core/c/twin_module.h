@@ -1,4 +1,4 @@
-/* Python functions of the twin's steps. */
+/* Python functions of the twin's kernels. */
 #ifndef FIRSTCONTACT_TWIN_MODULE_H
 #define FIRSTCONTACT_TWIN_MODULE_H
 

@@ -1,5 +1,5 @@
-#include "fc_answers.h"
-#include "fc_answers_model.h"
+#include "fc_predictor.h"
+#include "fc_predictor_model.h"
 
 #include <math.h>
 #include <string.h>
@@ -8,42 +8,42 @@
 #include "fc_pace.h"
 
 /* Send the number of late estimates at the beginning of a stream and when it has changed. */
-static void tell_late(fc_answers *a, bool begins)
+static void tell_late(fc_predictor *a, bool begins)
 {
     uint8_t payload[FC_LATE_BYTES];
     const uint32_t skipped = a->skipped, unheard = a->device->unheard;
-    const bool news = skipped != a->told_skipped || unheard != a->told_unheard;
+    const bool news = skipped != a->sent_skipped || unheard != a->sent_unheard;
     if (!a->device->streaming || !(news || begins))
         return;
-    fc_device_tell(a->device, FC_LATE, payload, fc_put_late(payload, skipped, unheard));
-    a->told_skipped = skipped;
-    a->told_unheard = unheard;
+    fc_device_queue(a->device, FC_LATE, payload, fc_put_late(payload, skipped, unheard));
+    a->sent_skipped = skipped;
+    a->sent_unheard = unheard;
 }
 
-static void tell_contact(fc_answers *a, const fc_event *e, uint8_t type)
+static void tell_contact(fc_predictor *a, const fc_event *e, uint8_t type)
 {
     uint8_t payload[FC_CONTACT_BYTES];
     const size_t n = fc_put_contact(payload, (uint32_t)e->sample, (uint32_t)e->known,
                                     (uint8_t)e->channel, (e->flags & FC_IS_FIRST) != 0);
-    fc_device_tell(a->device, type, payload, n);
+    fc_device_queue(a->device, type, payload, n);
 }
 
-static void tell_estimate(fc_answers *a, const fc_event *e)
+static void tell_estimate(fc_predictor *a, const fc_event *e)
 {
     uint8_t payload[FC_ESTIMATE_BYTES];
     const fc_estimate *const s = &e->estimate;
     const bool has_none = e->kind == FC_NOT_ESTIMATED;
-    fc_told told = {(uint32_t)e->sample, (uint32_t)e->known, (uint16_t)e->samples,
+    fc_wire_estimate told = {(uint32_t)e->sample, (uint32_t)e->known, (uint16_t)e->samples,
                     (uint8_t)e->channel, 0, s->value, s->low, s->high,
                     a->is_timed ? a->board.clock() - a->then : 0};
     told.flags = (uint8_t)(has_none ? FC_REFUSES | e->reason << FC_REASON_SHIFT
                                     : s->is_out_of_range ? FC_STRANGE : 0);
-    fc_device_tell(a->device, FC_ESTIMATE, payload, fc_put_estimate(payload, &told));
+    fc_device_queue(a->device, FC_ESTIMATE, payload, fc_put_estimate(payload, &told));
 }
 
 static void on_event(void *context, const fc_event *e)
 {
-    fc_answers *const a = context;
+    fc_predictor *const a = context;
     if (e->kind == FC_CONTACT_FOUND)
         tell_contact(a, e, FC_CONTACT);
     else if (e->kind == FC_CONTACT_WITHDRAWN)
@@ -59,18 +59,18 @@ static void on_event(void *context, const fc_event *e)
         a->board.event(e);
 }
 
-/* The chain asks right before it computes an estimate, or skips one because samples wait. */
+/* The chain calls this before it computes an estimate, or skips one because samples wait. */
 static int32_t waiting(void *context)
 {
-    fc_answers *const a = context;
-    const uint32_t used = fc_ring_used(&a->device->listeners);
+    fc_predictor *const a = context;
+    const uint32_t used = fc_ring_used(&a->device->own_samples);
     a->is_timed = used < FC_FRAME_SAMPLES && a->board.clock != NULL;
     if (a->is_timed)
         a->then = a->board.clock();
     return (int32_t)used;
 }
 
-static void take(fc_answers *a, const fc_sample *s)
+static void take(fc_predictor *a, const fc_sample *s)
 {
     fc_chain *const c = &a->chain;
     double vibration[FC_FINGERS], loads[FC_LOADS];
@@ -112,7 +112,7 @@ static bool is_object(const char *text, size_t n)
     return n > 0 && text[0] == '{' && depth == 0;
 }
 
-const char *fc_answers_fits(const fc_image *image, fc_stream *stream)
+const char *fc_predictor_fits(const fc_image *image, fc_stream *stream)
 {
     memset(stream, 0, sizeof *stream);
     stream->channels = FC_FINGERS;
@@ -135,31 +135,31 @@ const char *fc_answers_fits(const fc_image *image, fc_stream *stream)
                ? NULL : "the model needs more memory than the device has";
 }
 
-void fc_answers_start(fc_answers *a)
+void fc_predictor_start(fc_predictor *a)
 {
     const fc_program program = {.context = a, .emit = on_event, .waiting = waiting};
     fc_stream stream;
-    (void)fc_answers_fits(&a->image, &stream);
+    (void)fc_predictor_fits(&a->image, &stream);
     fc_chain_init(&a->chain, &a->image, &stream, &program, a->memory);
 }
 
-void fc_answers_init(fc_answers *a, fc_device *device, const fc_keeper *keeper,
+void fc_predictor_init(fc_predictor *a, fc_device *device, const fc_memory *memory,
                      const fc_board *board)
 {
     memset(a, 0, sizeof *a);
     a->device = device;
     a->board = *board;
-    a->taker.own = a;
-    a->taker.hear = fc_answers_hear;
-    a->taker.hint = fc_answers_take_hint;
-    device->taker = &a->taker;
-    fc_store_open(&a->store, keeper);
-    (void)fc_answers_load(a);
+    a->receiver.own = a;
+    a->receiver.receive = fc_predictor_receive;
+    a->receiver.hint = fc_predictor_take_hint;
+    device->receiver = &a->receiver;
+    fc_store_open(&a->store, memory);
+    (void)fc_predictor_load(a);
 }
 
-void fc_answers_work(fc_answers *a)
+void fc_predictor_work(fc_predictor *a)
 {
-    fc_ring *const ring = &a->device->listeners;
+    fc_ring *const ring = &a->device->own_samples;
     while (fc_ring_used(ring) > 0) {
         const fc_sample s = *fc_ring_peek(ring, 0);
         fc_ring_drop(ring, 1);
@@ -169,7 +169,7 @@ void fc_answers_work(fc_answers *a)
     }
 }
 
-bool fc_answers_hint(fc_answers *a, double speed, double error, double radius)
+bool fc_predictor_hint(fc_predictor *a, double speed, double error, double radius)
 {
     const fc_hints hints = {speed, error, radius};
     if (!(speed >= 0.0 && speed <= 100.0 && error >= 0.0 && error <= 1e9)

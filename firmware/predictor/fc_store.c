@@ -8,7 +8,7 @@
 static const uint32_t MAGIC = 0x53464331u; /* "1CFS" */
 
 /* Head of a slot: magic, turn, length, CRC of the bytes. */
-static bool whole(const fc_keeper *k, int slot, uint32_t *turn, uint32_t *length)
+static bool whole(const fc_memory *k, int slot, uint32_t *turn, uint32_t *length)
 {
     const uint8_t *const bytes = k->read(k->own, slot);
     *turn = fc_get_u32(bytes + 4);
@@ -17,14 +17,14 @@ static bool whole(const fc_keeper *k, int slot, uint32_t *turn, uint32_t *length
            && fc_crc32(bytes + FC_SLOT_HEAD, *length) == fc_get_u32(bytes + 12);
 }
 
-void fc_store_open(fc_store *s, const fc_keeper *keeper)
+void fc_store_open(fc_store *s, const fc_memory *memory)
 {
     memset(s, 0, sizeof *s);
-    s->keeper = keeper;
+    s->memory = memory;
     s->active = -1;
     for (int slot = 0; slot < 2; slot++) {
         uint32_t turn, length;
-        if (!whole(keeper, slot, &turn, &length))
+        if (!whole(memory, slot, &turn, &length))
             continue;
         if (s->active < 0 || (int32_t)(turn - s->turn) > 0) {
             s->active = slot;
@@ -37,7 +37,7 @@ void fc_store_open(fc_store *s, const fc_keeper *keeper)
 const uint8_t *fc_store_model(const fc_store *s, uint32_t *n)
 {
     *n = s->bytes;
-    return s->active < 0 ? NULL : s->keeper->read(s->keeper->own, s->active) + FC_SLOT_HEAD;
+    return s->active < 0 ? NULL : s->memory->read(s->memory->own, s->active) + FC_SLOT_HEAD;
 }
 
 static int other(const fc_store *s)
@@ -48,7 +48,7 @@ static int other(const fc_store *s)
 bool fc_store_fall_back(fc_store *s)
 {
     uint32_t turn, length;
-    if (s->active < 0 || !whole(s->keeper, other(s), &turn, &length))
+    if (s->active < 0 || !whole(s->memory, other(s), &turn, &length))
         return false;
     s->active = other(s);
     s->turn = turn;
@@ -58,7 +58,7 @@ bool fc_store_fall_back(fc_store *s)
 
 const char *fc_store_begin(fc_store *s, uint32_t length, uint32_t crc)
 {
-    const fc_keeper *const k = s->keeper;
+    const fc_memory *const k = s->memory;
     s->taking = s->kept = false;
     if (length == 0 || length > k->slot_bytes - FC_SLOT_HEAD)
         return "the model is longer than there is room for";
@@ -73,13 +73,13 @@ const char *fc_store_begin(fc_store *s, uint32_t length, uint32_t crc)
 
 const char *fc_store_chunk(fc_store *s, uint32_t at, const uint8_t *bytes, uint32_t n)
 {
-    const fc_keeper *const k = s->keeper;
+    const fc_memory *const k = s->memory;
     if (!s->taking)
         return "no model was begun";
     if (at != s->next)
         return NULL;
     if (n == 0 || n > s->length - at)
-        return "more comes than was told";
+        return "the model is longer than announced";
     if (!k->write(k->own, other(s), FC_SLOT_HEAD + at, bytes, n)) {
         s->taking = false;
         return "the memory for a model cannot be written";
@@ -90,7 +90,7 @@ const char *fc_store_chunk(fc_store *s, uint32_t at, const uint8_t *bytes, uint3
 
 const uint8_t *fc_store_whole(fc_store *s, const char **why)
 {
-    const uint8_t *const bytes = s->keeper->read(s->keeper->own, other(s)) + FC_SLOT_HEAD;
+    const uint8_t *const bytes = s->memory->read(s->memory->own, other(s)) + FC_SLOT_HEAD;
     *why = NULL;
     if (!s->taking)
         *why = "no model was begun";
@@ -103,7 +103,7 @@ const uint8_t *fc_store_whole(fc_store *s, const char **why)
 
 const char *fc_store_keep(fc_store *s)
 {
-    const fc_keeper *const k = s->keeper;
+    const fc_memory *const k = s->memory;
     uint8_t head[FC_SLOT_HEAD];
     uint32_t turn, length;
     fc_put_u32(head, MAGIC);

@@ -1,4 +1,4 @@
-#include "fc_answers_model.h"
+#include "fc_predictor_model.h"
 
 #include <string.h>
 
@@ -22,11 +22,11 @@ static char *put_number(char *to, uint32_t number)
 }
 
 /* Describe the accepted models, and the fault of the newest stored one ("" for none). */
-static void tell_room(fc_answers *a, const char *fault)
+static void tell_room(fc_predictor *a, const char *fault)
 {
     char *to = put_text(a->room, "{\"format\":");
     to = put_number(to, FC_IMAGE_VERSION);
-    to = put_number(put_text(to, ",\"room\":"), a->store.keeper->slot_bytes - FC_SLOT_HEAD);
+    to = put_number(put_text(to, ",\"room\":"), a->store.memory->slot_bytes - FC_SLOT_HEAD);
     to = put_text(put_text(put_text(to, ",\"fault\":\""), fault), "\"}");
     a->device->models = a->room;
     a->device->models_bytes = (size_t)(to - a->room);
@@ -37,10 +37,10 @@ static const char *read_model(const uint8_t *bytes, uint32_t n, fc_image *image)
 {
     fc_stream stream;
     const char *const why = fc_image_read(bytes, n, image);
-    return why != NULL ? why : fc_answers_fits(image, &stream);
+    return why != NULL ? why : fc_predictor_fits(image, &stream);
 }
 
-static const char *read_kept(fc_answers *a)
+static const char *read_kept(fc_predictor *a)
 {
     uint32_t n;
     const uint8_t *bytes = fc_store_model(&a->store, &n);
@@ -53,21 +53,21 @@ static const char *read_kept(fc_answers *a)
     return read_model(bytes, n, &a->image);
 }
 
-const char *fc_answers_load(fc_answers *a)
+const char *fc_predictor_load(fc_predictor *a)
 {
     const char *const why = read_kept(a);
     a->ready = why == NULL || (fc_store_fall_back(&a->store) && read_kept(a) == NULL);
     if (a->ready)
-        fc_answers_start(a);
-    a->device->answers = a->ready ? a->image.text : NULL;
-    a->device->answers_bytes = a->image.text_bytes;
+        fc_predictor_start(a);
+    a->device->active_model = a->ready ? a->image.text : NULL;
+    a->device->active_model_bytes = a->image.text_bytes;
     tell_room(a, why == NULL ? "" : why);
     return why;
 }
 
-uint8_t fc_answers_hear(void *own, const fc_frame *frame, uint32_t *next, const char **why)
+uint8_t fc_predictor_receive(void *own, const fc_frame *frame, uint32_t *next, const char **why)
 {
-    fc_answers *const a = own;
+    fc_predictor *const a = own;
     fc_store *const s = &a->store;
     const char *fault = "a frame about a model is too short";
     if (frame->type == FC_MODEL_BEGIN && frame->n >= 4) {
@@ -90,7 +90,7 @@ uint8_t fc_answers_hear(void *own, const fc_frame *frame, uint32_t *next, const 
         if (fault == NULL)
             fault = fc_store_keep(s);
         if (fault == NULL)
-            fault = fc_answers_load(a);
+            fault = fc_predictor_load(a);
     }
     *next = s->next;
     *why = fault != NULL ? fault : "";
@@ -99,9 +99,9 @@ uint8_t fc_answers_hear(void *own, const fc_frame *frame, uint32_t *next, const 
     return frame->type == FC_MODEL_END ? FC_MODEL_KEPT : FC_MODEL_GOES_ON;
 }
 
-void fc_answers_take_hint(void *own, const fc_frame *frame)
+void fc_predictor_take_hint(void *own, const fc_frame *frame)
 {
     if (frame->n == FC_HINT_BYTES)
-        (void)fc_answers_hint(own, fc_get_float(frame->payload), fc_get_float(frame->payload + 4),
+        (void)fc_predictor_hint(own, fc_get_float(frame->payload), fc_get_float(frame->payload + 4),
                               fc_get_float(frame->payload + 8));
 }

@@ -1,8 +1,8 @@
 /* Store with two slots for a model in non-volatile memory: one holds the active model, the other
    receives the next.
 
-   A slot is valid only once its head is written. The head is written last, after the bytes were
-   read back and matched their CRC. The older model therefore survives a power cut at any time. */
+   A slot is valid once its head is written. The head is written last, after the bytes were read back
+   and matched their CRC. So the older model survives a power cut at any time. */
 #ifndef FC_STORE_H
 #define FC_STORE_H
 
@@ -16,45 +16,44 @@ extern "C" {
 
 enum {
     FC_SLOT_HEAD = 16,
-    /* Size of a slot on every board, 64 sectors. */
+    /* Size of a slot, 64 sectors. */
     FC_SLOT_BYTES = 1 << 18
 };
 
-/* Non-volatile memory. read returns a slot in place, at an address that is a multiple of 8. write
-   returns false on failure; the caller must clear the bytes first. */
-typedef struct fc_keeper {
+/* Non-volatile memory. `read` returns the address of a slot, a multiple of 8. `write` returns false on
+   failure. Bytes must be cleared before they are written. */
+typedef struct fc_memory {
     void *own;
     uint32_t slot_bytes;
     const uint8_t *(*read)(void *own, int slot);
     bool (*clear)(void *own, int slot);
     bool (*write)(void *own, int slot, uint32_t at, const uint8_t *bytes, uint32_t n);
-} fc_keeper;
+} fc_memory;
 
 typedef struct {
-    const fc_keeper *keeper;
+    const fc_memory *memory;
     int active;          /* slot of the active model, -1 for none */
     uint32_t bytes;      /* length of the active model */
     uint32_t turn;       /* number of models stored so far */
-    bool taking, kept;   /* a transfer is running; the last transfer was stored */
-    uint32_t length, crc, next; /* of the running transfer */
+    bool taking, kept;   /* a transfer is in progress; the last transfer was stored */
+    uint32_t length, crc, next; /* of the transfer in progress */
 } fc_store;
 
-void fc_store_open(fc_store *s, const fc_keeper *keeper);
+void fc_store_open(fc_store *s, const fc_memory *memory);
 
 /* Return the active model and its length; NULL if there is none. */
 const uint8_t *fc_store_model(const fc_store *s, uint32_t *n);
 
-/* Activate the older model if the newer one is intact but cannot be used. The next model then
-   replaces the newer one. Return false if there is no older model. */
+/* Activate the older model, because the newer one is unusable. The next model replaces the newer one.
+   Return false if there is no older model. */
 bool fc_store_fall_back(fc_store *s);
 
-/* Return NULL, or the reason for a refusal. A repeated chunk is no error: next is the offset that
-   is due. */
+/* Begin a transfer, or add a chunk. Return NULL, or the reason of a refusal. Repeated chunks are
+   accepted. s->next is the offset of the next chunk. */
 const char *fc_store_begin(fc_store *s, uint32_t length, uint32_t crc);
 const char *fc_store_chunk(fc_store *s, uint32_t at, const uint8_t *bytes, uint32_t n);
 
-/* Return the bytes of a complete transfer, so that the caller can check them before it stores
-   them. */
+/* Return the bytes of a complete transfer, for checks before fc_store_keep. */
 const uint8_t *fc_store_whole(fc_store *s, const char **why);
 const char *fc_store_keep(fc_store *s);
 

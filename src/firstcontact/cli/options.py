@@ -7,13 +7,14 @@ import ast
 import inspect
 import shutil
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import MISSING, Field, dataclass, fields
 from functools import partial
 from textwrap import dedent, fill
 from types import NoneType
 from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from firstcontact.core import InputError, Registry, parse_float, parse_int
+from firstcontact.core import InputError, Registry, parse_float, parse_int, require_modules
 
 #: Default group of options.
 GENERAL_GROUP = "options"
@@ -136,6 +137,24 @@ def choice(
     # Iterating a registry would import every plug-in.
     listed = names.names if isinstance(names, Registry) else names
     return Option(names=tuple(listed), group=group, advanced=advanced)
+
+
+def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
+    """Return a context manager in whose block heavy computing runs on a cluster.
+
+    ``cluster`` is the address of the scheduler. If it is None, this machine computes.
+
+    Raises
+    ------
+    InputError
+        The extra packages are not installed. On entering the block: the cluster cannot be used.
+    """
+    if cluster is None:
+        return nullcontext()
+    require_modules("cluster", "distributed")
+    from firstcontact.core import use_cluster
+
+    return use_cluster(cluster)
 
 
 def devices(recorded: bool = True, more: str = "") -> Option:

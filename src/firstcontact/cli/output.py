@@ -7,9 +7,12 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Any, TextIO, cast
+from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from firstcontact.core import ESCAPE_ERRORS, sanitize
+
+if TYPE_CHECKING:
+    from firstcontact.core import Dataset
 
 #: Errors of an output whose reader or terminal is gone.
 GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
@@ -82,3 +85,9 @@ def _nowhere(mode: str) -> TextIO:
 def reader_gone() -> bool:
     """Return True if the program that reads standard output has closed it."""
     return isinstance(sys.stdout, Output) and sys.stdout.gone
+
+
+def print_losses(dataset: Dataset) -> None:
+    """Print a warning for each piece of a recording that could not be loaded."""
+    for sentence in dataset.losses:
+        print(f"warning: {sentence}")

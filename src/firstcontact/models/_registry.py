@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from firstcontact.core import InputError, Registry
-from firstcontact.models._estimator import Estimator, EstimatorInfo
-from firstcontact.models._window_model import Task, WindowModel
+
+# The help of a command lists the names, and does not wait for NumPy.
+if TYPE_CHECKING:
+    from firstcontact.models._estimator import Estimator, EstimatorInfo
+    from firstcontact.models._window_model import Task, WindowModel
 
 ESTIMATORS: Registry[type[EstimatorInfo]] = Registry(
     "estimator",
@@ -28,11 +31,14 @@ ESTIMATORS: Registry[type[EstimatorInfo]] = Registry(
 
 def window_estimators() -> dict[str, type[Estimator]]:
     """Return the registered estimators that learn from windows, by name."""
+    from firstcontact.models._estimator import Estimator
+
     return {name: entry for name, entry in ESTIMATORS.items() if issubclass(entry, Estimator)}
 
 
 def model_kind(kind: str) -> type[WindowModel]:
     """Return the class of window models with this ``kind`` in their cards."""
+    from firstcontact.models._estimator import Estimator
     from firstcontact.models._regressor import RegressorModel  # its imports are slow
 
     if kind == RegressorModel.kind:
@@ -48,6 +54,8 @@ def model_kind(kind: str) -> type[WindowModel]:
 
 def anytime_kind(kind: str) -> Any:
     """Return the class of any-time models with this ``kind`` in their cards."""
+    from firstcontact.models._estimator import Estimator
+
     for name in ESTIMATORS.names:  # one by one: the package's own need no plug-in
         entry = ESTIMATORS.get(name)
         if entry is not None and not issubclass(entry, Estimator) and entry.model.kind == kind:
@@ -62,6 +70,7 @@ def find_estimator(estimator: object) -> type[EstimatorInfo]:
     estimator class; or a regressor or classifier with scikit-learn's interface, as a class or as an
     instance such as a pipeline.
     """
+    from firstcontact.models._estimator import EstimatorInfo
     from firstcontact.models._regressor import regressor_estimator
 
     if isinstance(estimator, str):
@@ -88,6 +97,8 @@ def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -
     InputError
         No estimator has this name, it does not learn from windows, or does not support the task.
     """
+    from firstcontact.models._estimator import Estimator
+
     entry = find_estimator(estimator)
     with ESTIMATORS.calling(entry.name):
         if not issubclass(entry, Estimator):

@@ -33,7 +33,7 @@ class Evaluate:
 
     def run(self) -> None:
         """Print errors or accuracy, and a table of objects."""
-        from firstcontact.cli.losses import print_losses
+        from firstcontact.cli.output import print_losses
         from firstcontact.contact import load_detector
         from firstcontact.models import evaluate, load_model
         from firstcontact.recording import load_dataset

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+import re
 import sys
 import time
 from collections.abc import Iterator
@@ -51,16 +52,10 @@ def _software() -> Iterator[str]:
 
 def _libraries() -> list[str]:
     """Return the names of all packages that the package and its extras require, except ``dev``."""
-    names = []
-    for need in requires("firstcontact") or []:
-        # "matplotlib>=3.9; extra == 'plot'"
-        requirement, _, when = need.partition(";")
-        name = requirement.strip()
-        for end in "<>=!~ [(":
-            name = name.partition(end)[0]
-        if "dev" not in when and name != "firstcontact" and name not in names:
-            names.append(name)
-    return names
+    # "matplotlib>=3.9; extra == 'plot'"
+    needs = (need for need in requires("firstcontact") or [] if "dev" not in need.partition(";")[2])
+    names = (re.split(r"[^\w.-]", need)[0] for need in needs)
+    return [name for name in dict.fromkeys(names) if name != "firstcontact"]
 
 
 def _ports() -> Iterator[str]:

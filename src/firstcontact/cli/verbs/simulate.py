@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli.cluster import on_cluster
-from firstcontact.cli.options import Condition, Option
+from firstcontact.cli.options import Condition, Option, on_cluster
 from firstcontact.core import counted
 
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from firstcontact.cli.cluster import on_cluster
-from firstcontact.cli.options import Option, choice
+from firstcontact.cli.options import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
 from firstcontact.models import ESTIMATORS
 
@@ -57,7 +56,7 @@ class Train:
 
     def run(self) -> None:
         """Train, save, and print the scores on held-out sessions."""
-        from firstcontact.cli.losses import print_losses
+        from firstcontact.cli.output import print_losses
         from firstcontact.core import replacing_folder
         from firstcontact.models import check_replaceable, check_windows
         from firstcontact.recording import check_rate, load_dataset

@@ -21,18 +21,7 @@ class ClosingBegan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosingSamples:
-    """Samples of a closing, with the contacts detected in them.
-
-    Parameters
-    ----------
-    block
-        Samples of the closing.
-    contacts
-        Contacts that ``block`` revealed.
-    withdrawn
-        First contact of the closing if ``block`` disproved it, else None. All later contacts are
-        withdrawn with it. The closing continues as if there had been no contact.
-    """
+    """Samples of a closing, with the contacts detected in them."""
 
     block: Block
     contacts: tuple[Contact, ...]

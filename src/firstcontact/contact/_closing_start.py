@@ -46,14 +46,6 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingSta
     The closing starts 39 ms after the motor, as in a live session. If the motor runs from the first
     sample on, or its start is unknown, the closing starts with the first sample. Labels of contacts
     are not used.
-
-    Parameters
-    ----------
-    pinch
-        Pinch, with its ``motor_start`` or ``calibration`` if known.
-    floors
-        Noise floors from other pinches of the rig, used if the pinch has neither ``motor_start``
-        nor ``calibration``.
     """
     first = pinch.first_sample
     end = first + len(pinch.data)
@@ -84,21 +76,7 @@ def closing_starts(dataset: Dataset) -> tuple[ClosingStart, ...]:
 
 
 def cut_closings(dataset: Dataset, starts: Sequence[ClosingStart] | None = None) -> Dataset:
-    """Cut the pinches to the starts of their closings, for training and scoring detectors.
-
-    Parameters
-    ----------
-    dataset
-        The pinches.
-    starts
-        Starts from :func:`closing_starts`, one for each pinch; None to compute them.
-
-    Returns
-    -------
-    Dataset
-        The cut pinches. Samples and contacts keep their numbers. Each ``motor_start`` becomes the
-        first sample, so a second cut changes nothing.
-    """
+    """Cut the pinches to the starts of their closings, for training and scoring detectors."""
     all_starts = closing_starts(dataset) if starts is None else starts
     pairs = zip(dataset.pinches, all_starts, strict=True)
     return replace(dataset, pinches=tuple(_cut(p, start.sample) for p, start in pairs))
@@ -114,13 +92,7 @@ WORDS = {
 
 
 def describe_starts(counts: Mapping[str, int]) -> str:
-    """Return a text that states where the steady states begin, and in how many pinches.
-
-    Parameters
-    ----------
-    counts
-        Result of :func:`count_starts`.
-    """
+    """Return a text that states where the steady states begin, and in how many pinches."""
     descriptions = [(WORDS[How(how)], n) for how, n in counts.items()]
     parts = [f"{words} ({n:,})" if len(descriptions) > 1 else words for words, n in descriptions]
     return f"steady states begin {', '.join(parts)}"

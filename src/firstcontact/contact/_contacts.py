@@ -28,20 +28,7 @@ def contact_chain(
     keeps_first_state: bool = False,
     is_traced: bool = False,
 ) -> Chain:
-    """Return a chain that finds closings and contacts. Each closing lasts until the motor rests.
-
-    Parameters
-    ----------
-    detector
-        Fitted or loaded detector.
-    layout, calibration, keeps_first_state, is_traced
-        See :class:`firstcontact.chain.Chain`.
-
-    Raises
-    ------
-    InputError
-        The detector does not support this layout.
-    """
+    """Return a chain that finds closings and contacts. Each closing lasts until the motor rests."""
     constants = detector.constants(layout.rate)
     return Chain(
         build_image(layout.rate, constants, after=ENDLESS / layout.rate),
@@ -113,17 +100,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
 
 
 def judge_windows(detector: Detector, layout: Layout, *blocks: Block) -> WindowDecisions:
-    """Judge all windows of a closing by its first steady state, and withdraw no contact.
-
-    Parameters
-    ----------
-    detector
-        Fitted or loaded detector.
-    layout
-        Columns of the blocks.
-    blocks
-        Samples from the start of the closing on. Each epoch begins a closing.
-    """
+    """Judge all windows of a closing by its first steady state, and withdraw no contact."""
     chain = contact_chain(detector, layout, keeps_first_state=True, is_traced=True)
     windows: list[tuple[int, ...]] = []
     for block in blocks:
@@ -185,15 +162,7 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
 
 
 def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
-    """Return the first contact of :func:`detect`, or None, without judging later samples.
-
-    Parameters
-    ----------
-    detector
-        Fitted or loaded detector.
-    pinch
-        Pinch.
-    """
+    """Return the first contact of :func:`detect`, or None, without judging later samples."""
     chain = contact_chain(detector, pinch.layout)
     contacts: list[Contact] = []
     for piece in _pieces(_block(pinch, closing_start(pinch).sample), 0, pinch.layout.rate):

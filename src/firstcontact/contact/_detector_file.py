@@ -87,13 +87,7 @@ def card_digest(directory: Path) -> str:
 
 
 def pretrained_detector() -> Detector:
-    """Load the detector of this package, which was trained on simulated data only.
-
-    Raises
-    ------
-    InputError
-        The package is damaged.
-    """
+    """Load the detector of this package, which was trained on simulated data only."""
     return load_detector(Path(str(files("firstcontact.contact"))) / "pretrained")
 
 

@@ -73,18 +73,6 @@ def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float
       differences between its samples. Their ratio separates short clicks from slow contacts;
     - the logarithm of the recent peak divided by the quiet peak, of the signal and of the
       differences.
-
-    Parameters
-    ----------
-    windows
-        Shape (windows, samples), in sigmas of the steady state. A window is longer than two steps.
-    step
-        Number of samples in a step.
-
-    Returns
-    -------
-    ndarray
-        Shape (windows, :func:`feature_count`).
     """
     count, n = windows.shape
     new, quiet = n - step, n - 2 * step

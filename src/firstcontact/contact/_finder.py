@@ -47,13 +47,6 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
     leap. This excludes slow swings, but not rebounds. The onset is then located in the unfiltered
     signal. A causal filter would delay the onset, and a filter in both directions would start a
     slow onset too early.
-
-    Parameters
-    ----------
-    signals
-        Vibration channels, shape (samples, channels).
-    rate
-        Sampling rate, Hz.
     """
     onsets = []
     for column in range(signals.shape[1]):

@@ -53,13 +53,7 @@ class SlipDetector(ABC):
 
     @abstractmethod
     def update(self, block: Block) -> list[int]:
-        """Process the next block.
-
-        Returns
-        -------
-        list of int
-            Numbers of the samples at which a slip was detected or found to continue.
-        """
+        """Process the next block."""
 
 
 @dataclass(slots=True)
@@ -80,11 +74,6 @@ class PowerSlipDetector(SlipDetector):
     The loudness is the mean of both fingers. The detector is causal, and block sizes do not matter.
     A vibration shorter than 7.5 ms is no slip. A starting motor is as loud as a slip, so call
     :meth:`hold` again after each command to the hand.
-
-    Parameters
-    ----------
-    threshold
-        Mean square, relative to rest, above which a piece of 2.5 ms is loud.
     """
 
     name = "power"

@@ -35,15 +35,7 @@ FOLDS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """First contacts of pinches, at which their windows start.
-
-    Parameters
-    ----------
-    contacts
-        Contact of each pinch; None if none was detected.
-    how
-        Text for people: how the contacts were found, and where in each pinch the detector started.
-    """
+    """First contacts of pinches, at which their windows start."""
 
     contacts: Sequence[Contact | None]
     how: str
@@ -88,21 +80,7 @@ def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Ali
 
 
 def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
-    """Return a detector that is fitted to these pinches.
-
-    Parameters
-    ----------
-    dataset
-        The pinches.
-    name
-        Name in the registry. None selects the default detector if it can learn from these pinches,
-        otherwise the package's detector, or a detector that needs no training.
-
-    Raises
-    ------
-    InputError
-        The named detector cannot learn from these pinches.
-    """
+    """Return a detector that is fitted to these pinches."""
     if name is not None:
         return make_detector(name).fit(dataset)
     if any(p.first is not None for p in dataset.pinches):
@@ -122,27 +100,6 @@ def choose_detector(
     fitted one is taken only if it places clearly more known contacts of held-out pinches: by more
     than the standard error of the difference. Few pinches of flat blocks do not show how faint
     other contacts are, so a fitted detector misses more of those.
-
-    Parameters
-    ----------
-    dataset
-        Pinches of the rig.
-    name
-        Name of the detector to fit. None chooses.
-    is_known
-        True to learn from the known contacts, False from those that the detector finds.
-    seed, runner
-        As in :func:`found_as_live`.
-
-    Returns
-    -------
-    tuple
-        The detector, the contacts, and the sentence; "" if no detectors competed.
-
-    Raises
-    ------
-    InputError
-        The named detector cannot learn from these pinches.
     """
     fitted = fit_detector(dataset, name)
     shipped = general_detector(dataset.layout)
@@ -188,17 +145,6 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
     Whole sessions are held out, because a detector is too accurate on its own training pinches.
     Without two named sessions, single pinches are held out. A detector that learns nothing from
     these pinches is used as it is.
-
-    Parameters
-    ----------
-    dataset
-        The pinches.
-    detector
-        Result of :func:`fit_detector` for these pinches.
-    seed
-        Random seed of the folds.
-    runner
-        Runner for the folds.
     """
     if not detector.learns or is_pretrained(detector):
         return detect_alignment(dataset, detector)

@@ -123,21 +123,7 @@ class NetworkCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
 
 
 class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
-    """Card of a model folder.
-
-    Parameters
-    ----------
-    trained_on
-        Training data.
-    predictors
-        One section for each predictor.
-    detector
-        SHA-256 of the card of the model's detector; None if any detector is accepted.
-    versions
-        Versions of the libraries.
-    sha256
-        SHA-256 of the weights.
-    """
+    """Card of a model folder."""
 
     sha256: Sha256 | None = None
     trained_on: TrainingData = TrainingData()

@@ -50,23 +50,7 @@ _GROWTH, _SMALL = 64, 4096
 
 
 class CheckedGraph:
-    """ONNX graph that is checked before it runs.
-
-    Parameters
-    ----------
-    raw
-        A serialised ONNX model, from a file.
-    samples, channels
-        Shape of a window.
-    outputs
-        Number of outputs.
-
-    Raises
-    ------
-    InputError
-        The graph is not one that this program exports: it has another operator, a function, a
-        reference to a file, another shape, or is too large.
-    """
+    """ONNX graph that is checked before it runs."""
 
     def __init__(self, raw: bytes, samples: int, channels: int, outputs: int) -> None:
         runtime = import_onnxruntime()

@@ -40,16 +40,6 @@ class CombinedModel(InContextModel):
     inverse of their variances. The spread of a prediction is the standard deviation of the mixture,
     so it grows where network and regression differ. The regression dominates for contacts like
     those of the rig's pinches, the network for others.
-
-    Parameters
-    ----------
-    alone
-        Network conditioned on the rig, with its own interval widths.
-    factors
-        Half width of the mixture's interval at each stage, as a multiple of its spread, shape
-        (stages,).
-    regressions
-        Regression of each rig in ``alone``, by finger number.
     """
 
     kind: ClassVar[str] = "combined"
@@ -120,13 +110,7 @@ class CombinedModel(InContextModel):
         return self._regressions
 
     def regress(self, touches: Touches) -> tuple[Values, Values]:
-        """Return the regression's predictions and their spreads, shape (n,) each.
-
-        Parameters
-        ----------
-        touches
-            As in :meth:`InContextModel.predict`.
-        """
+        """Return the regression's predictions and their spreads, shape (n,) each."""
         out = predict_touches(self.image, *contact_arrays(touches), is_regression=True)
         return out[:, 0], out[:, 4]
 
@@ -145,13 +129,7 @@ class CombinedModel(InContextModel):
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
-        """Build the model from the arrays that :meth:`to_arrays` returned.
-
-        Raises
-        ------
-        InputError
-            Arrays are missing or do not fit together.
-        """
+        """Build the model from the arrays that :meth:`to_arrays` returned."""
         own_factors = take_array(arrays, "own.factors", len(Rig.STAGES))
         alone = InContextModel.from_arrays({**arrays, "factors": own_factors}, level)
         regressions = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in alone.rigs}
@@ -196,16 +174,6 @@ def adapt_combined(
     cover too few pinches of held-out sessions. The score "held out, combined" is slightly
     optimistic, because the spread of the regression is scaled on all pinches, including the
     held-out ones.
-
-    Parameters
-    ----------
-    base, touches, shore_a, sessions, seed
-        As in :func:`adapt_network`.
-
-    Raises
-    ------
-    InputError
-        As in :func:`adapt_network`.
     """
     adapted = adapt_network(base, touches, shore_a, sessions, seed)
     lasting = touches.answerable

@@ -109,23 +109,7 @@ class ContextNetwork:
         ]
 
     def rig_term(self, tokens: NDArray[Any], general: NDArray[Any]) -> NDArray[np.float32]:
-        """Return what a rig adds in the second layer, at each stage.
-
-        Parameters
-        ----------
-        tokens, general
-            As in :class:`firstcontact.models.Rig`.
-
-        Returns
-        -------
-        ndarray
-            Shape (stages, directions).
-
-        Raises
-        ------
-        InputError
-            The term is too large for predictions.
-        """
+        """Return what a rig adds in the second layer, at each stage."""
         with np.errstate(over="ignore", invalid="ignore"):
             e = self._scaled("token", tokens)
             for name in ("token1", "token2"):

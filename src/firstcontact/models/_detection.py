@@ -172,18 +172,6 @@ def score_detector(
 
     Each pinch is judged from the start of its closing
     (:func:`firstcontact.contact._closing_start.cut_closings`).
-
-    Parameters
-    ----------
-    detector
-        Detector that was fitted to other pinches.
-    dataset, early, tolerance
-        As in :func:`score_decisions`.
-
-    Raises
-    ------
-    InputError
-        No pinch has a known first contact.
     """
     decisions = judge_pinches(detector, cut_closings(dataset))
     return score_decisions(decisions, dataset, detector.step, early, tolerance)
@@ -304,17 +292,6 @@ def right_and_not_early(
     The detected contact may lie at most ``early + tolerance`` before the known contact. Its
     decision may come at most ``early`` before the known contact, because an earlier decision is
     right only by chance.
-
-    Parameters
-    ----------
-    contact, truth
-        Detected contact, and known contact.
-    rate
-        Sampling rate, Hz.
-    early
-        Longest time by which a contact may precede its label, s.
-    tolerance
-        Additional time by which the detected contact may precede the label, s.
     """
     placed = (contact.sample - truth.sample) / rate
     return (
@@ -331,17 +308,7 @@ def outcome(
     early: float,
     tolerance: float = TOLERANCE,
 ) -> str:
-    """Return the outcome of a pinch: "success" or the kind of failure.
-
-    Parameters
-    ----------
-    contact
-        First trigger; None without one.
-    truth
-        Known first contact.
-    rate, early, tolerance
-        As in :func:`right_and_not_early`.
-    """
+    """Return the outcome of a pinch: "success" or the kind of failure."""
     if contact is None:
         return "misses"
     late = (contact.sample - truth.sample) / rate

@@ -211,20 +211,7 @@ GRAPH = Path(str(files("firstcontact.models").joinpath("efficientnet.onnx")))
 
 
 def export(network: EfficientNet, samples: int) -> bytes:
-    """Return the network as ONNX. It maps windows (n, channels, 1, samples) to outputs.
-
-    Parameters
-    ----------
-    network
-        Trained network.
-    samples
-        Number of samples in a window.
-
-    Returns
-    -------
-    bytes
-        A serialised ONNX model. The same weights and libraries give the same bytes.
-    """
+    """Return the network as ONNX. It maps windows (n, channels, 1, samples) to outputs."""
     folded = network.folded()
     weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
     return _filled(samples, network.channels, network.last.out_features, weights)

@@ -20,15 +20,7 @@ TrainingSet = tuple[Windows, Values, NDArray[Any] | None]
 
 @dataclass(frozen=True)
 class EstimatorInfo:
-    """Base class of all estimators: attributes that commands, studies and reports read.
-
-    Parameters
-    ----------
-    task
-        Learning task: regression or classification.
-    rate
-        Sampling rate of the signals, Hz.
-    """
+    """Base class of all estimators: attributes that commands, studies and reports read."""
 
     #: Name on the command line, in files and in results.
     name: ClassVar[str]

@@ -193,19 +193,7 @@ class InContextModel:
         return self.inputs(touches)[:, -HINTS:]
 
     def predict(self, touches: Touches) -> Predictions:
-        """Return a prediction for each contact, from its samples before the second contact.
-
-        Parameters
-        ----------
-        touches
-            Contacts.
-
-        Raises
-        ------
-        InputError
-            The contacts have another sampling rate, or fewer valid samples than a prediction needs.
-            Or a prediction is not finite.
-        """
+        """Return a prediction for each contact, from its samples before the second contact."""
         self._check(touches)
         out = predict_touches(self.image, *contact_arrays(touches))
         wrong = np.flatnonzero(~np.isfinite(out).all(axis=1))
@@ -246,13 +234,7 @@ class InContextModel:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
-        """Build the model from the arrays that :meth:`to_arrays` returned.
-
-        Raises
-        ------
-        InputError
-            Arrays are missing or do not fit together.
-        """
+        """Build the model from the arrays that :meth:`to_arrays` returned."""
         fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
         rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {Rig.ANY: Rig.unknown()}
         factors = take_array(arrays, "factors", len(Rig.STAGES)).astype(np.float64)

@@ -296,13 +296,7 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
 
 
 def require_dataset(data: object) -> None:
-    """Raise InputError if the value is not a dataset (but a path, for example), or is empty.
-
-    Raises
-    ------
-    InputError
-        The value is no dataset, or has no pinch. The message names the parameter and the remedy.
-    """
+    """Raise InputError if the value is not a dataset (but a path, for example), or is empty."""
     if not isinstance(data, Dataset):
         raise InputError(
             f"the data must be a Dataset, not a {type(data).__name__}: make one with load(path)",

@@ -184,13 +184,7 @@ def _check_detector(folder: Path, card: ModelCard) -> None:
 
 
 def pretrained() -> InContextModel:
-    """Return the network of the package, which is not conditioned on a rig yet.
-
-    Raises
-    ------
-    InputError
-        The package is damaged.
-    """
+    """Return the network of the package, which is not conditioned on a rig yet."""
     [predictor] = read_model(pretrained_folder()).predictors
     assert isinstance(predictor, RigPredictor)
     return predictor.model
@@ -209,27 +203,7 @@ class _Format:
 
 
 def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> bool:
-    """Refuse a folder with files that the new model would not replace.
-
-    Parameters
-    ----------
-    out
-        Folder; it need not exist.
-    windows
-        Lengths of the new window models, s.
-    network
-        True if the new model has a network.
-
-    Returns
-    -------
-    bool
-        True if an earlier model exists and will be replaced.
-
-    Raises
-    ------
-    InputError
-        Files would be lost. The message names them.
-    """
+    """Refuse a folder with files that the new model would not replace."""
     if not out.is_dir():
         return False
     check_former(out)

@@ -271,13 +271,7 @@ class NetworkEstimator(EstimatorInfo):
     model: ClassVar[Any] = InContextModel
 
     def fit_contacts(self, labelled: LabelledTouches, seed: int = 0) -> Adapted:
-        """Condition the network on labelled contacts; ``seed`` chooses the held-out ones.
-
-        Raises
-        ------
-        InputError
-            The contacts are too few to describe a rig.
-        """
+        """Condition the network on labelled contacts; ``seed`` chooses the held-out ones."""
         return self.fit_touches(labelled.touches, labelled.shore_a, labelled.named_sessions, seed)
 
     def fit_touches(

@@ -125,11 +125,6 @@ def combine(values: Sequence[float], half_widths: Sequence[float]) -> Combined:
     parts. One part, a share ``SHARED`` of the half width, is common to all pinches of the object.
     Only the other part shrinks with the number of pinches. So the interval never becomes narrower
     than ``SHARED`` times the interval of a single pinch.
-
-    Parameters
-    ----------
-    values, half_widths
-        Predictions and half widths (above 0) of at least one pinch, Shore A.
     """
     value, half = np.asarray(values, np.float64), np.asarray(half_widths, np.float64)
     weight = half**-2

@@ -54,20 +54,7 @@ def ear(rate: float) -> Ear:
 
 
 def spectra(signals: Signals, rate: float) -> Spectra:
-    """Return the peaks of the spectrum before each contact, relative to its smooth part.
-
-    Parameters
-    ----------
-    signals
-        As in :class:`firstcontact.models.Touches`, shape (n, samples).
-    rate
-        Sampling rate, Hz.
-
-    Returns
-    -------
-    ndarray
-        Natural logarithm of the power at points evenly spaced in ln(frequency), shape (n, LINES).
-    """
+    """Return the peaks of the spectrum before each contact, relative to its smooth part."""
     constants = ear(rate)
     return chain.spectra(signals[:, : len(constants["fade"])], **constants)
 
@@ -177,11 +164,6 @@ class Rig:
         """Return the summary of a rig from its contacts.
 
         ``shore_a`` holds the Shore A of the object of each contact, shape (n,).
-
-        Raises
-        ------
-        InputError
-            There is no contact.
         """
         if not len(touches):
             raise InputError(

@@ -107,15 +107,7 @@ def _sums(clusters: NDArray[Any], columns: Values) -> Values:
 
 
 def resampled_sums(sums: Values, seed: int) -> Values:
-    """Return the total of each bootstrap resample of clusters, shape (RESAMPLES, ...).
-
-    Parameters
-    ----------
-    sums
-        Sums over the pinches of each cluster, shape (clusters, ...).
-    seed
-        Random seed of the resampling.
-    """
+    """Return the total of each bootstrap resample of clusters, shape (RESAMPLES, ...)."""
     rng, clusters = np.random.default_rng(seed), len(sums)
     return np.array([sums[rng.integers(clusters, size=clusters)].sum(0) for _ in range(RESAMPLES)])
 
@@ -126,13 +118,6 @@ def bootstrap_interval(values: Values, clusters: int) -> Values:
     With few clusters a percentile interval is too narrow, so its quantiles are moved outwards as
     far as a t interval is wider than a normal one (Hesterberg 2015, The American Statistician 69,
     371).
-
-    Parameters
-    ----------
-    values
-        Score of each resample, shape (resamples, ...).
-    clusters
-        Number of clusters that each resample draws.
     """
     from scipy.stats import norm, t
 
@@ -216,13 +201,6 @@ def share_interval(hits: NDArray[np.bool_], clusters: NDArray[Any]) -> Ends | No
     It is the Clopper-Pearson interval of as many independent pinches as the pinches of the clusters
     are worth (Korn and Graubard 1998, Survey Methodology 24, 193). A bootstrap gives an interval
     without width if all pinches agree. Then the pinches count as independent.
-
-    Parameters
-    ----------
-    hits
-        True for the pinches that the share counts, shape (pinches,).
-    clusters
-        Session or specimen of each pinch, shape (pinches,).
     """
     from scipy.stats import beta, t
 

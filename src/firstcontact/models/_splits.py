@@ -108,16 +108,7 @@ def by_session(
 
 
 def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION,)) -> list[Split]:
-    """Return splits that hold out each level, material or specimen in turn.
-
-    Parameters
-    ----------
-    values
-        Level of Shore A, material or specimen of each pinch, shape (pinches,).
-    shares
-        Groups that both sides may share; by default sessions, because a session usually has several
-        objects.
-    """
+    """Return splits that hold out each level, material or specimen in turn."""
     everyone = np.arange(len(values))
     return [
         Split(
@@ -138,25 +129,7 @@ RANGES = 5
 def inner_folds(
     y: NDArray[Any], groups: NDArray[Any] | None, seed: int, k: int = 3
 ) -> Iterator[tuple[Index, Index]]:
-    """Yield folds that hold out whole sessions, with similar targets in each fold.
-
-    Parameters
-    ----------
-    y
-        Targets, shape (n,).
-    groups
-        Session of each window, shape (n,). With None or a single session, each window is assigned
-        to a fold by itself.
-    seed
-        Random seed of the shuffling.
-    k
-        Number of folds; lower if there are fewer sessions.
-
-    Yields
-    ------
-    train, validation
-        Positions, ascending, never empty. Each position is in the validation side of one fold.
-    """
+    """Yield folds that hold out whole sessions, with similar targets in each fold."""
     from sklearn.model_selection import StratifiedGroupKFold, StratifiedKFold
 
     if groups is not None and len(np.unique(groups)) < 2:

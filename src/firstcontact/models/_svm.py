@@ -63,18 +63,6 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
     """Return windows divided by their RMS, and their standardised log RMS.
 
     A sensor's gain affects the level only, not the shape.
-
-    Parameters
-    ----------
-    X
-        Windows (n, samples, channels).
-    level
-        Mean and standard deviation of the log RMS of the training windows.
-
-    Returns
-    -------
-    ndarray
-        Shape (n, samples * channels + 1). Rows are NaN if the power exceeds the range of float32.
     """
     flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
     power = np.einsum("ij,ij->i", flat, flat)
@@ -88,29 +76,6 @@ class SvmModel(ArraysModel):
     """Window model of support vectors with a radial basis function kernel.
 
     One window costs one :class:`RbfKernel` row and one small product, in float32.
-
-    Parameters
-    ----------
-    spec
-        Specification of its inputs and outputs.
-    level
-        Mean and standard deviation of the log RMS of the training windows.
-    vectors
-        Support vectors in the form of :func:`shape_and_level`, shape (m, inputs).
-    weights
-        Weights, shape (rows, m). Regression has one row. Classification has one row per pair of
-        classes (one against one); a positive output is a vote for the first class.
-    bias
-        Biases, shape (rows,).
-    target
-        Mean and standard deviation of the targets of a regression, else (0, 1).
-    parameters
-        C, gamma and epsilon (0 for classification), as the search chose them.
-
-    Raises
-    ------
-    InputError
-        The arrays do not fit together.
     """
 
     kind: ClassVar[str] = "svm"
@@ -234,12 +199,7 @@ def _reduced_sets(
     inputs: NDArray[Any],
     sizes: Sequence[int],
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield reduced sets of several sizes: fewer vectors, with refitted weights.
-
-    See B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section
-    V. The fit minimises the error of the outputs on the training windows, by orthogonal matching
-    pursuit: each step adds the vector that explains most of the residual.
-    """
+    """Yield reduced sets of several sizes: fewer vectors, with refitted weights."""
     wide = vectors.astype(np.float64)
     kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
     wanted = kernel @ weights.T.astype(np.float64)
@@ -283,16 +243,7 @@ SEARCH_ACCURACY = 1e-2
 
 @dataclass(frozen=True)
 class Svm(Estimator):
-    """Estimator: SVC (one against one) or SVR on the shape and the level of a window.
-
-    Parameters
-    ----------
-    task, rate
-        See :class:`Estimator`.
-    search_windows
-        Largest number of windows for the search of hyper-parameters. The final model is fitted to
-        all windows, or to a random sample of :data:`MOST_WINDOWS` of them.
-    """
+    """Estimator: SVC (one against one) or SVR on the shape and the level of a window."""
 
     name: ClassVar[str] = "svm"
     title: ClassVar[str] = "SVM"

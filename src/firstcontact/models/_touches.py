@@ -212,13 +212,7 @@ LEAST, MOST = 5.0, 200.0
 
 
 def parse_radius(text: str) -> float:
-    """Return the radius, m, that a hint states: infinite for "flat", NaN for an empty hint.
-
-    Raises
-    ------
-    InputError
-        The hint is neither "flat" nor a number, or the radius is outside the training range.
-    """
+    """Return the radius, m, that a hint states: infinite for "flat", NaN for an empty hint."""
     word = text.strip().lower()
     if not word:
         return math.nan

@@ -263,10 +263,7 @@ def _train_windows(
 def _condition_network(
     plan: _Plan, dataset: Dataset, aligned: Alignment
 ) -> tuple[list[Predictor], list[str]]:
-    """Condition the network on the pinches if they have a Shore A, with sentences on it.
-
-    If the network was not asked for, pinches that do not describe a rig give no network.
-    """
+    """Condition the network on the pinches if they have a Shore A, with sentences on it."""
     if plan.learns_windows and not _has_shore_a(dataset):
         return [], []
     rig_kind = plan.kind if issubclass(plan.kind, NetworkEstimator) else RIG_ESTIMATOR
@@ -301,22 +298,7 @@ def _has_shore_a(dataset: Dataset) -> bool:
 def train_detector(
     data: Dataset, detector: str | None = None, *, rate: float | None = None
 ) -> Model:
-    """Train a contact detector alone, from pinches with known contacts.
-
-    Parameters
-    ----------
-    data
-        Pinches. Pinches with role "test" are ignored. They need no label.
-    detector
-        Name of the detector; None for the default detector.
-    rate
-        Sampling rate to which the pinches are resampled first, Hz; by default their own rate.
-
-    Raises
-    ------
-    InputError
-        The detector cannot learn from these pinches.
-    """
+    """Train a contact detector alone, from pinches with known contacts."""
     dataset, notes = _resampled(training_pinches(data), rate)
     fitted = fit_detector(dataset, detector)
     return Model(fitted, notes=tuple(notes), detector_data=detector_data(fitted, dataset))

@@ -243,23 +243,7 @@ class LabelledTouches:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Description of one training, and the windows to predict with the trained model.
-
-    Parameters
-    ----------
-    model
-        Name of an estimator, or a regressor with scikit-learn's interface.
-    task
-        Regression or classification.
-    learn
-        Training windows.
-    ask
-        Windows to predict, shape (m, samples, 1).
-    seed
-        Random seed of the training.
-    options
-        Further fields of the estimator.
-    """
+    """Description of one training, and the windows to predict with the trained model."""
 
     model: object
     task: Task
@@ -301,18 +285,7 @@ class Question:
 
 
 def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
-    """Return a prediction for each window, by a model that did not learn from its pinch.
-
-    Returns
-    -------
-    list of ndarray
-        Predictions for each question, shape (n,); NaN for windows in no test side.
-
-    Raises
-    ------
-    ValueError
-        A split has undeclared groups on both sides.
-    """
+    """Return a prediction for each window, by a model that did not learn from its pinch."""
     return [answers for answers, _ in held_out_with_spread(runner, questions, seed)]
 
 
@@ -367,21 +340,7 @@ LEAST = 10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FinalModel:
-    """Trained model with its held-out scores and its interval.
-
-    Parameters
-    ----------
-    model
-        Model that is fitted to all examples.
-    scores
-        Scores of models of the same type on folds that were held out of training.
-    split
-        Description of the folds.
-    interval
-        Interval from the predictions that also give the scores; None without one.
-    conformal
-        Description of the calibration of the interval, for the card.
-    """
+    """Trained model with its held-out scores and its interval."""
 
     model: WindowModel
     scores: TaskScores
@@ -399,31 +358,7 @@ def train_final_model(
     runner: Runner,
     shore: bool = True,
 ) -> FinalModel:
-    """Train a model on all examples, with held-out scores and an interval.
-
-    Parameters
-    ----------
-    data
-        Training data.
-    model
-        Name of an estimator, or a regressor with scikit-learn's interface.
-    task
-        Regression or classification.
-    seed
-        Random seed of the folds, the search and the training.
-    level
-        Coverage of the interval of a regression.
-    runner
-        Runner for the trainings.
-    shore
-        True if the target is Shore A, whose scale has ends.
-
-    Raises
-    ------
-    InputError
-        There are too few examples, or all have the same target, possibly whatever sessions are
-        held out.
-    """
+    """Train a model on all examples, with held-out scores and an interval."""
     if len(data) < LEAST:
         raise InputError(
             f"{len(data)} labelled pinches are too few to train a model and to score it: record "

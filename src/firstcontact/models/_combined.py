@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain import predict_touches
 from firstcontact.core import take_array
-from firstcontact.models._in_context import InContextModel, contact_arrays
+from firstcontact.models._in_context import InContextModel
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._network_estimator import (
     Adapted,
@@ -66,18 +66,8 @@ class CombinedModel(InContextModel):
     ) -> Self:
         """Return a model of a rig. Condition the network on its contacts, and fit the regression.
 
-        Parameters
-        ----------
-        base
-            Pre-trained network.
-        touches, shore_a
-            Labelled contacts of the rig, shape (n,).
-        scheme
-            One of ``WAYS``: all fingers are one rig, or each finger is a rig of its own.
-        seed
-            Random seed for choosing pinches, if a rig has too many.
-        scale
-            Factor of the regression's spread at each stage, shape (stages,).
+        ``scheme`` is one of ``WAYS``, and ``scale`` the factor of the regression's spread at each
+        stage, shape (stages,). The seed chooses pinches if a rig has too many.
         """
         rigs = known_rigs(touches, shore_a, scheme, seed)
         regressions = {}
@@ -111,7 +101,7 @@ class CombinedModel(InContextModel):
 
     def regress(self, touches: Touches) -> tuple[Values, Values]:
         """Return the regression's predictions and their spreads, shape (n,) each."""
-        out = predict_touches(self.image, *contact_arrays(touches), is_regression=True)
+        out = predict_touches(self.image, *touches.arrays, is_regression=True)
         return out[:, 0], out[:, 4]
 
     def to_arrays(self) -> Arrays:

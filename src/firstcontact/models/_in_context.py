@@ -92,17 +92,17 @@ class InContextModel:
             raise InputError("the arrays of the rig for all fingers are missing: train again")
         self.rate = FINGERTIP_RATE
         self.level = level
-        self._network, self._familiar, self._factors = network, familiar, factors
+        self.network, self.familiar, self.factors = network, familiar, factors
         self.rigs = dict(rigs)
 
     def constants(self) -> ModelConstants:
         """Return all constants with which the chain predicts."""
-        network, familiar = self._network, self._familiar
+        network, familiar = self.network, self.familiar
         return ModelConstants(
             before=samples_in(Touches.BEFORE, self.rate),
             moments=Touches.moments(self.rate),
             stages=Rig.STAGES,
-            factors=self._factors,
+            factors=self.factors,
             limit=familiar.limit,
             familiar=familiar.mean,
             whitening=familiar.whitening,
@@ -124,7 +124,7 @@ class InContextModel:
             has_level=rig.tokens.shape[1] > 0,
             level=rig.level,
             sign=rig.sign,
-            terms=self._network.rig_term(rig.tokens, rig.general),
+            terms=self.network.rig_term(rig.tokens, rig.general),
             reference=None if rig.pitch is None else rig.pitch.reference,
             usual_pitch=0.0 if rig.pitch is None else rig.pitch.usual,
             usual_speed=0.0 if speeds is None else speeds.usual,
@@ -139,31 +139,13 @@ class InContextModel:
         return build_image(self.rate, model=self.constants())
 
     @property
-    def network(self) -> ContextNetwork:
-        """The pre-trained network."""
-        return self._network
-
-    @property
-    def familiar(self) -> Familiar:
-        """Statistics of the network's training contacts."""
-        return self._familiar
-
-    @property
-    def factors(self) -> NDArray[np.float64]:
-        """Half widths of the intervals at the times ``STAGES``, in spreads, shape (stages,)."""
-        return self._factors
-
-    @property
     def is_compiled(self) -> bool:
         """True if the chain in C predicts, False if a subclass does so in Python."""
         return type(self).predict is InContextModel.predict
 
     def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
-        """Return the half widths of intervals for predictions with these spreads.
-
-        ``samples`` is the number of samples after the contact that each prediction used.
-        """
-        return spreads * self._factors[Rig.stage_index(samples)]
+        """Return the half widths of intervals for predictions from so many samples."""
+        return spreads * self.factors[Rig.stage_index(samples)]
 
     @property
     def shortest(self) -> int:
@@ -176,17 +158,17 @@ class InContextModel:
 
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
         """Return a model with the same network, conditioned on these rigs instead."""
-        return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
+        return InContextModel(self.network, self.familiar, self.factors, self.level, rigs)
 
     def widened(self, scales: NDArray[np.float64]) -> InContextModel:
         """Return the model with intervals widened by a factor for each stage, shape (stages,)."""
-        factors = self._factors * scales
-        return InContextModel(self._network, self._familiar, factors, self.level, self.rigs)
+        factors = self.factors * scales
+        return InContextModel(self.network, self.familiar, factors, self.level, self.rigs)
 
     def inputs(self, touches: Touches) -> NDArray[np.float32]:
         """Return the inputs of the network for these contacts, shape (n, INPUTS)."""
         self._check(touches)
-        return rig_inputs(self.image, *contact_arrays(touches))
+        return rig_inputs(self.image, *touches.arrays)
 
     def rig_features(self, touches: Touches) -> NDArray[np.float32]:
         """Return the inputs for closing speed and radius, shape (n, HINTS)."""
@@ -195,7 +177,7 @@ class InContextModel:
     def predict(self, touches: Touches) -> Predictions:
         """Return a prediction for each contact, from its samples before the second contact."""
         self._check(touches)
-        out = predict_touches(self.image, *contact_arrays(touches))
+        out = predict_touches(self.image, *touches.arrays)
         wrong = np.flatnonzero(~np.isfinite(out).all(axis=1))
         if len(wrong):
             raise InputError(
@@ -225,8 +207,8 @@ class InContextModel:
 
     def to_arrays(self) -> Arrays:
         """Return the network's arrays, and each rig's arrays as ``rig.FINGER.NAME``."""
-        arrays = {**self._network.to_arrays(), **self._familiar.to_arrays()}
-        arrays["factors"] = self._factors
+        arrays = {**self.network.to_arrays(), **self.familiar.to_arrays()}
+        arrays["factors"] = self.factors
         for finger, rig in self.rigs.items():
             for name, array in _rig_arrays(rig).items():
                 arrays[f"rig.{finger}.{name}"] = array
@@ -241,12 +223,6 @@ class InContextModel:
         made = cls(ContextNetwork(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
         made.image.handle  # noqa: B018 - refuse numbers that could overflow
         return made
-
-
-def contact_arrays(touches: Touches) -> tuple[NDArray[Any], ...]:
-    """Return the arrays that the chain takes."""
-    t = touches
-    return t.signals, t.valid, t.fingers, t.speeds, t.speed_errors, t.radii
 
 
 def _rig_arrays(rig: Rig) -> Arrays:
@@ -292,13 +268,9 @@ def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
 
 
 def _declared_speeds(arrays: Mapping[str, NDArray[Any]], at: str, usual: float) -> RigSpeeds:
-    if at + "speeds" not in arrays:  # of a version that took each speed as exact
-        return RigSpeeds(usual)
     spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
     if not LEAST_SPREAD <= spread <= MOST_SPREAD or (
         error and not LEAST_SPREAD <= error <= MOST_SPREAD
     ):
-        raise InputError(
-            f"the array '{at}speeds' holds an impossible spread or standard error of closing speeds"
-        )
+        raise InputError(f"the array '{at}speeds' holds an impossible spread or standard error")
     return RigSpeeds(usual, spread, error or float("inf"))

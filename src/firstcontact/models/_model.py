@@ -25,7 +25,6 @@ from firstcontact.core import (
 from firstcontact.models._alignment import Contacts, at_known_contacts, detect_alignment
 from firstcontact.models._card import Digests, TrainingData
 from firstcontact.models._model_file import (
-    check_former,
     check_replaceable,
     has_model,
     model_folder,
@@ -285,8 +284,6 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
     """
     folder = model_folder(path)
     has_detector = (folder / DETECTOR_CARD).exists()
-    if not has_model(folder):
-        check_former(folder)
     saved = read_model(folder) if has_model(folder) or not has_detector else None
     if detector is None and has_detector:
         detector = load_detector(folder)

@@ -47,8 +47,6 @@ CARD = "model.json"
 WEIGHTS = "weights.safetensors"
 #: Array of the digests of the training pinches.
 PINCHES = "pinches"
-#: Cards of format version 1, in a model folder or in a folder in it.
-_FORMER = ("card.json", "anytime.json", "*/card.json")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +88,10 @@ def read_model(folder: Path) -> SavedModel:
     card = read_card(folder)
     for part in card.predictors:
         if isinstance(part, WindowCard):
-            _require_kind(folder, part)
+            try:
+                require_extra(model_kind(part.kind))
+            except InputError as error:
+                raise InputError(f"{folder / CARD}: {error}") from None
     _check_detector(folder, card)
     if card.sha256 is None:
         raise InputError(f"{folder / CARD}: the field 'sha256' is missing: train again")
@@ -116,14 +117,11 @@ def read_card(path: AnyPath) -> ModelCard:
         The card is missing or damaged, or an earlier version wrote the folder.
     """
     folder = model_folder(path)
-    if not has_model(folder):
-        check_former(folder)
-        aside = displaced_folder(folder)
-        if aside is not None:
-            raise InputError(
-                f"{folder}: a training was killed while it replaced this folder: rename {aside}, "
-                f"which holds the folder's former content, to {folder.name}, or train again"
-            )
+    if not has_model(folder) and (aside := displaced_folder(folder)) is not None:
+        raise InputError(
+            f"{folder}: a training was killed while it replaced this folder: rename {aside}, "
+            f"which holds the folder's former content, to {folder.name}, or train again"
+        )
     return read_checked(folder / CARD, "model", FORMAT, FORMAT_VERSION, ModelCard)
 
 
@@ -131,24 +129,6 @@ def model_folder(path: AnyPath) -> Path:
     """Return the folder of a model. The path is the folder or the card in it."""
     folder = given_path(path, "model")
     return folder.parent if folder.name == CARD else folder
-
-
-def check_former(folder: Path) -> None:
-    """Refuse a folder of format version 1."""
-    for pattern in _FORMER:
-        for card in folder.glob(pattern):
-            raise InputError(
-                f"{card}: an earlier version wrote this model: train it again in a new folder with "
-                "`firstcontact train` or `firstcontact adapt`"
-            )
-
-
-def _require_kind(folder: Path, part: WindowCard) -> None:
-    try:
-        kind = model_kind(part.kind)
-    except InputError as error:
-        raise InputError(f"{folder / CARD}: {error}: update firstcontact or train again") from None
-    require_extra(kind)
 
 
 def _predictor(folder: Path, part: WindowCard | NetworkCard, arrays: Arrays) -> Predictor:
@@ -206,7 +186,6 @@ def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> boo
     """Refuse a folder with files that the new model would not replace."""
     if not out.is_dir():
         return False
-    check_former(out)
     for path in sorted(out.iterdir()):
         if path.name not in (CARD, WEIGHTS, DETECTOR_CARD, DETECTOR_WEIGHTS) or path.is_dir():
             raise _foreign(path)

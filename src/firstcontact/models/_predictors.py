@@ -31,14 +31,7 @@ _CHANNELS = ("piezo of the finger that touched", "piezo of the other finger")
 class WindowPredictor:
     """Predictor that uses windows of one length, with its interval.
 
-    Parameters
-    ----------
-    model
-        The window model.
-    interval
-        Interval around predictions, None without one.
-    record
-        Record of the training.
+    ``interval`` is None for a model without intervals. ``record`` describes the training.
     """
 
     model: WindowModel
@@ -102,12 +95,13 @@ class WindowPredictor:
         if not len(X):
             return out
         values, spreads = self.model.predict(X), self.model.spread(X)
-        if spreads is None and self.interval is not None and self.interval.scaled:
-            raise InputError(
-                "the interval needs the uncertainty of each prediction, but the model gives none: "
-                "train it again"
-            )
-        spreads = np.full(len(values), nan) if spreads is None else spreads
+        if spreads is None:
+            if self.interval is not None and self.interval.scaled:
+                raise InputError(
+                    "the interval needs the uncertainty of each prediction, but the model gives "
+                    "none: train it again"
+                )
+            spreads = np.full(len(values), nan)
         low = high = values
         if self.interval is not None:
             low, high = self.interval.around_all(values, spreads)
@@ -133,13 +127,7 @@ class WindowPredictor:
 
     @classmethod
     def from_card(cls, card: WindowCard, arrays: Arrays) -> Self:
-        """Return the predictor that a card and its arrays describe.
-
-        Raises
-        ------
-        InputError
-            Fields or arrays do not fit together.
-        """
+        """Return the predictor that a card and its arrays describe. Check that they fit."""
         kind = model_kind(card.kind)
         with np.errstate(all="ignore"):  # predictions that overflow are refused
             return cls(kind.from_arrays(_spec(card), arrays), card.interval, card.record)
@@ -147,15 +135,7 @@ class WindowPredictor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigPredictor:
-    """Predictor that uses the pre-trained network, conditioned on a rig.
-
-    Parameters
-    ----------
-    model
-        The network.
-    record
-        Record of the conditioning.
-    """
+    """Predictor that uses the pre-trained network, conditioned on a rig."""
 
     model: InContextModel
     record: TrainingRecord = field(default_factory=TrainingRecord)

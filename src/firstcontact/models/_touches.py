@@ -162,6 +162,12 @@ class Touches:
         """Signals from the contacts on, shape (n, samples)."""
         return self.signals[:, self.lead :]
 
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """Arrays that the chain reads."""
+        hints = self.speeds, self.speed_errors, self.radii
+        return self.signals, self.valid, self.fingers, *hints
+
     def take(self, rows: NDArray[Any]) -> Touches:
         """Return the contacts at these positions, or where a mask is true."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}

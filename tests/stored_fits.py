@@ -18,7 +18,7 @@ from typing import Any
 
 from firstcontact.contact import SvmDetector, _logistic_training, _training
 from firstcontact.contact._logistic import LogisticDetector
-from firstcontact.contact._trained import TrainedDetector
+from firstcontact.contact._window_detector import TrainedDetector
 from firstcontact.core import Dataset, temporary_path
 
 #: Variable with the folder of the fits. Processes that a test starts inherit it.

@@ -29,7 +29,7 @@ from firstcontact.contact import (
     describe_starts,
     detect,
 )
-from firstcontact.contact._closing_start import ClosingStart, How, settling
+from firstcontact.contact._closing_start import DetectionStart, StartMethod, settling
 from firstcontact.core import (
     Block,
     Calibration,
@@ -148,7 +148,7 @@ def test_pinches_of_both_kinds_in_one_session() -> None:
     with_rest, without_rest = rig(n=12), rig(n=6, rest_s=0.0, seed=1)
     session = replace(with_rest, pinches=with_rest.pinches + without_rest.pinches)
     starts = closing_starts(session)
-    assert [s.how for s in starts] == [How.REST] * 12 + [How.FIRST_SAMPLE] * 6
+    assert [s.how for s in starts] == [StartMethod.REST] * 12 + [StartMethod.FIRST_SAMPLE] * 6
 
 
 def test_each_session_has_its_noise_floor() -> None:
@@ -163,7 +163,7 @@ def test_label_overrides_the_detected_start() -> None:
     pinch = dataset.pinches[0]
     labelled = replace(pinch, motor_start=pinch.first_sample + 40)
     assert closing_start(labelled).sample == pinch.first_sample + 40 + settling(pinch.layout)
-    assert closing_start(labelled).how is How.LABEL
+    assert closing_start(labelled).how is StartMethod.LABEL
     # Ran already when the recording began: nothing is waited for.
     for early in (0, pinch.first_sample):
         assert closing_start(replace(pinch, motor_start=early)).sample == pinch.first_sample
@@ -189,7 +189,7 @@ def test_calibrated_start_equals_the_live_gate(closing: Closing, steps: int) -> 
     pinch = Pinch(
         DATA[first : closing.release], LAYOUT, first_sample=first, calibration=CALIBRATION
     )
-    assert closing_start(pinch) == ClosingStart(opened, How.CALIBRATION)
+    assert closing_start(pinch) == DetectionStart(opened, StartMethod.CALIBRATION)
 
 
 def test_pinch_cut_by_live_starts_at_its_first_sample() -> None:
@@ -206,7 +206,7 @@ def test_pinch_cut_by_live_starts_at_its_first_sample() -> None:
 def test_calibration_of_one_finger_is_ignored() -> None:
     pinch = Pinch(DATA[:3000], LAYOUT)
     one_finger = Calibration((VibrationCalibration(Finger.INDEX, FLOOR),))
-    assert closing_start(replace(pinch, calibration=one_finger)).how is How.FIRST_SAMPLE
+    assert closing_start(replace(pinch, calibration=one_finger)).how is StartMethod.FIRST_SAMPLE
 
 
 def test_cutting_closings_twice_changes_nothing() -> None:
@@ -266,7 +266,7 @@ def test_force_in_any_unit_keeps_the_start(unit: str | None) -> None:
             from_arrays(Path("x.npz"), arrays)
         return
     imported = from_arrays(Path("x.npz"), {**arrays, "force_unit": np.array(unit)})
-    assert count_starts(closing_starts(imported)) == {How.REST: 8}
+    assert count_starts(closing_starts(imported)) == {StartMethod.REST: 8}
     assert imported.pinches[0].force(Finger.INDEX)[0] == pytest.approx(0.2, abs=0.03)
 
 
@@ -280,7 +280,7 @@ def test_force_without_a_unit_keeps_the_start() -> None:
         replace(p, layout=layout, data=np.concatenate([p.data, noise[i, : len(p.data)]], axis=1))
         for i, p in enumerate(dataset.pinches)
     )
-    assert count_starts(closing_starts(Dataset(pinches, "synthetic"))) == {How.REST: 8}
+    assert count_starts(closing_starts(Dataset(pinches, "synthetic"))) == {StartMethod.REST: 8}
 
 
 def test_pinches_whose_rate_has_no_sample_in_a_step_start_with_their_first_sample() -> None:

@@ -11,8 +11,15 @@ from scipy.signal import lfilter
 from firstcontact.chain import fit_predictions, look_features
 from firstcontact.contact import detect, make_detector
 from firstcontact.contact._logistic import LogisticDetector
-from firstcontact.contact._logistic_training import LOOKS, add_clicks, best_threshold
-from firstcontact.contact._loudness import EACH, FLOOR, ORDER, parts
+from firstcontact.contact._logistic_training import (
+    EACH,
+    FLOOR,
+    LOOKS,
+    ORDER,
+    add_clicks,
+    best_threshold,
+    parts,
+)
 from firstcontact.core import Dataset, InputError
 from firstcontact.testing import closings
 from firstcontact.testing._closings import LAYOUT, closing

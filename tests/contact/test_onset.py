@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstcontact.contact._onset import pick_onset
+from firstcontact.contact._finder import pick_onset
 
 
 def test_onset_is_the_change_of_variance():

@@ -4,6 +4,7 @@ from ._closing import ClosingBegan as ClosingBegan
 from ._closing import ClosingEnded as ClosingEnded
 from ._closing import Closings as Closings
 from ._closing import ClosingSamples as ClosingSamples
+from ._closing_start import STEPS as STEPS
 from ._closing_start import closing_start as closing_start
 from ._closing_start import closing_starts as closing_starts
 from ._closing_start import count_starts as count_starts
@@ -26,16 +27,15 @@ from ._detector_file import is_pretrained as is_pretrained
 from ._detector_file import load_detector as load_detector
 from ._detector_file import pretrained_detector as pretrained_detector
 from ._detector_file import save_detector as save_detector
-from ._features import window_features as window_features
 from ._finder import find_onsets as find_onsets
 from ._registry import DETECTORS as DETECTORS
+from ._registry import SLIP_DETECTORS as SLIP_DETECTORS
 from ._registry import make_detector as make_detector
 from ._registry import untrained_detector as untrained_detector
 from ._registry import untrained_name as untrained_name
-from ._rest_floor import STEPS as STEPS
 from ._slip import PowerSlipDetector as PowerSlipDetector
 from ._slip import SlipDetector as SlipDetector
-from ._slip_detectors import SLIP_DETECTORS as SLIP_DETECTORS
 from ._svm import SvmDetector as SvmDetector
 from ._threshold import ThresholdDetector as ThresholdDetector
+from ._training import window_features as window_features
 from ._window_detector import WindowDetector as WindowDetector

@@ -8,13 +8,118 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import lru_cache
 
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
 from firstcontact.chain import GATE_STEP, Chain, EventKind, Image, build_image
-from firstcontact.contact._rest_floor import FEW, STEPS, rest_floor
-from firstcontact.core import Block, Calibration, Dataset, Layout, Pinch
+from firstcontact.core import Block, Calibration, Dataset, Layout, Pinch, VibrationCalibration
 from firstcontact.signal import samples_in
 
+#: Number of steps of the gate over which it judges rest and the settling of the motor.
+STEPS = 13
+#: The motor runs if the RMS of a piezo exceeds its noise floor by this factor.
+RUNNING = 1.4
+#: Least loudness of the contact relative to the motor before it. On the twin the factor is 12 or
+#: more. If the first rise is not the motor but the contact, later signals reach a factor of 2 at
+#: most.
+LOUDER = 3.0
+#: Least share of pinches with an audible start of the motor. If pinches begin at rest, 80 % and
+#: more have one. If the motor runs from the first sample, its changing loudness looks like a start
+#: in up to 15 %.
+MOST = 0.5
+#: Number of pinches below which chance could decide.
+FEW = 8
+#: Least loudness of the motor relative to rest if there are fewer than FEW pinches.
+RUNNING_OF_FEW = 2.0
 
-class How(StrEnum):
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Start:
+    """Levels at the start of a pinch, at rest and with the motor, shape (fingers,)."""
+
+    quiet: NDArray[np.float64]  # RMS of the first 39 ms, V
+    motor: NDArray[np.float64]  # of the motor, V; 0 without an audible motor
+
+
+def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
+    """Return the noise floors of the fingers if these pinches begin at rest, else None."""
+    few = len(pinches) < FEW
+    starts = [start for p in pinches if (start := _start(p, RUNNING_OF_FEW if few else RUNNING))]
+    if not starts:
+        return None
+    rest_levels, motor = (
+        np.array([getattr(s, name) for s in starts]) for name in ("quiet", "motor")
+    )
+    heard = motor > 0
+    hearing = heard.sum(axis=0) >= MOST * len(pinches)
+    if not hearing.any():
+        return None
+    floors = []
+    for column, finger in enumerate(pinches[0].layout.vibration_fingers):
+        has_start = heard[:, column]
+        # Generated data may have exact silence, and no multiple of 0 exceeds it.
+        floor = (
+            np.maximum(rest_levels[has_start, column], 1e-3 * motor[has_start, column])
+            if hearing[column]
+            else None
+        )
+        noise = float("inf") if floor is None else float(np.median(floor))
+        floors.append(VibrationCalibration(finger, noise))
+    return Calibration(tuple(floors))
+
+
+def _start(pinch: Pinch, running: float) -> _Start | None:
+    """Return the levels at the start of a pinch; None if the pinch is unusable or too short."""
+    samples = samples_in(GATE_STEP, pinch.layout.rate)
+    if not samples:  # the rate is too low
+        return None
+    volts = pinch.vibration()
+    steps = len(volts) // samples
+    if steps < 3 * STEPS or not np.isfinite(volts).all():
+        return None
+    power = step_powers(volts[: steps * samples].reshape(steps, samples, -1))
+    lasting = np.sqrt(np.maximum(median(power), 0.0))  # median RMS of 13 steps, from each step on
+    single = np.concatenate([power[0].T, power[1:, :, -1]])  # power of each single step
+    single = np.sqrt(np.maximum(single, 0.0))
+    motor = np.zeros(lasting.shape[1])
+    for f in range(len(motor)):
+        loud = np.flatnonzero(lasting[:, f] > running * lasting[0, f])
+        if not len(loud):
+            continue
+        begin = int(loud[0]) + STEPS // 2
+        settled = begin + STEPS
+        stays = lasting[begin : settled + 1, f]
+        later = single[settled:, f]
+        if len(stays) <= STEPS or not len(later):
+            continue
+        of_motor = single[begin - 1 : settled, f].max()
+        if stays.min() > running * lasting[0, f] and later.max() > LOUDER * of_motor:
+            motor[f] = stays[0]
+    return _Start(lasting[0], motor)
+
+
+def step_powers(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the power of each step in every run of 13 steps, relative to the run's level.
+
+    ``piezo`` has the shape (steps, samples, fingers), the result (runs, fingers, 13).
+    """
+    samples = piezo.shape[1]
+    total = sliding_window_view(piezo.sum(axis=1), STEPS, axis=0)
+    squares = sliding_window_view((piezo**2).sum(axis=1), STEPS, axis=0)
+    mean = median(total)[:, :, None] / samples
+    power: NDArray[np.float64] = (squares - 2 * mean * total) / samples + mean**2
+    return power
+
+
+def median(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the median along the last axis of odd length, 10 times faster than numpy.median."""
+    middle = x.shape[-1] // 2
+    out: NDArray[np.float64] = np.partition(x, middle)[..., middle]
+    return out
+
+
+class StartMethod(StrEnum):
     """Method that found the start of a closing."""
 
     #: The label holds the start of the motor.
@@ -28,11 +133,11 @@ class How(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class ClosingStart:
+class DetectionStart:
     """First sample for the detector, and the method that found it."""
 
     sample: int
-    how: How
+    how: StartMethod
 
 
 def settling(layout: Layout) -> int:
@@ -40,7 +145,7 @@ def settling(layout: Layout) -> int:
     return STEPS * samples_in(GATE_STEP, layout.rate)
 
 
-def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingStart:
+def closing_start(pinch: Pinch, floors: Calibration | None = None) -> DetectionStart:
     """Return the start of a pinch's closing, where the steady state begins.
 
     The closing starts 39 ms after the motor, as in a live session. If the motor runs from the first
@@ -50,22 +155,22 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingSta
     first = pinch.first_sample
     end = first + len(pinch.data)
     if pinch.motor_start is not None:
-        settling_samples = settling(pinch.layout) if pinch.motor_start > first else 0
-        return ClosingStart(min(max(first, pinch.motor_start + settling_samples), end), How.LABEL)
-    for calibration, how in ((pinch.calibration, How.CALIBRATION), (floors, How.REST)):
-        if how is How.CALIBRATION and None in pinch.layout.vibration_fingers:
-            break  # a sensor that a person moves: there is no motor to hear
+        settles = settling(pinch.layout) if pinch.motor_start > first else 0
+        sample = min(max(first, pinch.motor_start + settles), end)
+        return DetectionStart(sample, StartMethod.LABEL)
+    sources = [(pinch.calibration, StartMethod.CALIBRATION), (floors, StartMethod.REST)]
+    if None in pinch.layout.vibration_fingers:
+        sources = []  # a sensor that a person moves: there is no motor to hear
+    for calibration, how in sources:
         if calibration is not None and _has_all_floors(calibration, pinch.layout):
-            audible_start = _audible_start(pinch, calibration)
-            return (
-                ClosingStart(first, How.FIRST_SAMPLE)
-                if audible_start is None
-                else ClosingStart(audible_start, how)
-            )
-    return ClosingStart(first, How.FIRST_SAMPLE)
+            start = _audible_start(pinch, calibration)
+            if start is not None:
+                return DetectionStart(start, how)
+            break
+    return DetectionStart(first, StartMethod.FIRST_SAMPLE)
 
 
-def closing_starts(dataset: Dataset) -> tuple[ClosingStart, ...]:
+def closing_starts(dataset: Dataset) -> tuple[DetectionStart, ...]:
     """Return the start of each pinch's closing.
 
     If a pinch has neither a known start of the motor nor noise floors, the floors are estimated
@@ -75,7 +180,7 @@ def closing_starts(dataset: Dataset) -> tuple[ClosingStart, ...]:
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
 
 
-def cut_closings(dataset: Dataset, starts: Sequence[ClosingStart] | None = None) -> Dataset:
+def cut_closings(dataset: Dataset, starts: Sequence[DetectionStart] | None = None) -> Dataset:
     """Cut the pinches to the starts of their closings, for training and scoring detectors."""
     all_starts = closing_starts(dataset) if starts is None else starts
     pairs = zip(dataset.pinches, all_starts, strict=True)
@@ -84,24 +189,24 @@ def cut_closings(dataset: Dataset, starts: Sequence[ClosingStart] | None = None)
 
 #: Description of each source, after "steady states begin".
 WORDS = {
-    How.LABEL: "where the label says that the motor has settled",
-    How.CALIBRATION: "where the motor is heard above the calibrated noise floor",
-    How.REST: "where the motor is heard above the rest before it",
-    How.FIRST_SAMPLE: "with the first sample",
+    StartMethod.LABEL: "where the label says that the motor has settled",
+    StartMethod.CALIBRATION: "where the motor is heard above the calibrated noise floor",
+    StartMethod.REST: "where the motor is heard above the rest before it",
+    StartMethod.FIRST_SAMPLE: "with the first sample",
 }
 
 
 def describe_starts(counts: Mapping[str, int]) -> str:
     """Return a text that states where the steady states begin, and in how many pinches."""
-    descriptions = [(WORDS[How(how)], n) for how, n in counts.items()]
+    descriptions = [(WORDS[StartMethod(how)], n) for how, n in counts.items()]
     parts = [f"{words} ({n:,})" if len(descriptions) > 1 else words for words, n in descriptions]
     return f"steady states begin {', '.join(parts)}"
 
 
-def count_starts(starts: Sequence[ClosingStart]) -> dict[str, int]:
+def count_starts(starts: Sequence[DetectionStart]) -> dict[str, int]:
     """Return the number of closings for each method that found one or more."""
     counts = Counter(start.how for start in starts)
-    return {str(how): counts[how] for how in How if counts[how]}
+    return {str(how): counts[how] for how in StartMethod if counts[how]}
 
 
 def _cut(pinch: Pinch, sample: int) -> Pinch:

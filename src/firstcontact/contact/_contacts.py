@@ -71,20 +71,8 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     All windows before ``until`` are judged. Further windows are judged until the first contact is
     confirmed, or to the end of the pinch.
 
-    Parameters
-    ----------
-    detector
-        Fitted or loaded detector.
-    pinch
-        Pinch, cut to begin at the start of its closing.
-    until
-        Number of the sample before which all windows are judged.
-
-    Returns
-    -------
-    PinchDecisions
-        Decisions for the judged windows, and the first contact in them that is not withdrawn.
-        ``fixed_windows`` end at ``until`` or after ``PIECE`` s, whichever is later.
+    ``pinch`` must begin at the start of its closing. ``fixed_windows`` of the result end at
+    ``until`` or after ``PIECE`` s, whichever is later.
     """
     layout = pinch.layout
     chain = contact_chain(detector, layout, is_traced=True)

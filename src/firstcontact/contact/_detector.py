@@ -59,27 +59,12 @@ class Detector(Protocol):
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
         """Learn from pinches with known contacts.
 
-        Parameters
-        ----------
-        dataset
-            Pinches.
-        early
-            Longest time by which a contact may come before its label, s.
-
-        Raises
-        ------
-        InputError
-            The pinches do not suffice for training.
+        ``early`` is the longest time by which a contact may come before its label, s. Raise
+        InputError if the pinches do not suffice for training.
         """
 
     def constants(self, rate: float) -> DetectorConstants:
-        """Return the constants for the chain at a rate in Hz.
-
-        Raises
-        ------
-        InputError
-            The detector cannot judge samples at this rate.
-        """
+        """Return the constants for the chain at a rate in Hz, or raise InputError."""
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
         """Learn from a steady state in its sigmas, shape (samples, fingers)."""

@@ -14,18 +14,16 @@ from numpy.typing import NDArray
 from firstcontact.chain import DetectorConstants, DetectorKind
 from firstcontact.contact._closing_start import cut_closings
 from firstcontact.contact._logistic_training import (
+    EACH,
+    FLOOR,
     LOOKS,
     best_threshold,
     cut_looks,
     fit_line,
-)
-from firstcontact.contact._loudness import (
-    EACH,
-    FLOOR,
     parts,
 )
-from firstcontact.contact._trained import TrainedDetector, spread_out, stored_array
 from firstcontact.contact._training import session_groups
+from firstcontact.contact._window_detector import TrainedDetector, spread_out, stored_array
 from firstcontact.core import (
     GREEN,
     Dataset,

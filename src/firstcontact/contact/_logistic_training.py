@@ -1,4 +1,4 @@
-"""Training data of the logistic detector. Each look is stored as the features of one window."""
+"""Training data and features of the logistic detector. Each look is one window."""
 
 from __future__ import annotations
 
@@ -11,11 +11,30 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from firstcontact.chain import RESETTLED, SETTLED, fit_predictions, look_features
-from firstcontact.contact._loudness import EACH, FLOOR, ORDER, parts
-from firstcontact.contact._steady_state import SteadyState
+from firstcontact.contact._training import SteadyState
 from firstcontact.contact._window_detector import WindowSizes
 from firstcontact.core import Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
+
+#: Lengths of the newest parts, s: from two samples to three milliseconds.
+PARTS = (0.0004, 0.0008, 0.0014, 0.0022, 0.003)
+#: Length of the recent part at the end of a window, s. The rest is the quiet part.
+RECENT = 0.006
+#: Order of the linear prediction.
+ORDER = 12
+#: Added to a level, in sigmas, before its logarithm. Smaller levels do not matter.
+FLOOR = 0.1
+#: Number of features of the signal, and of its prediction error.
+EACH = len(PARTS) + 3
+
+
+def parts(rate: float) -> list[int]:
+    """Return the lengths of spans that end with a window, ascending, in samples."""
+    lengths: list[int] = []
+    for part in (*PARTS, RECENT):
+        lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
+    return lengths
+
 
 #: Number of consecutive looks that must agree: 1.2 ms, longer than most clicks.
 LOOKS = 4

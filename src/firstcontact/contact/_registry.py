@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from firstcontact.contact._detector import Detector
+    from firstcontact.contact._slip import SlipDetector
     from firstcontact.core import Layout
 from firstcontact.core import Registry
 
@@ -19,6 +20,14 @@ DETECTORS: Registry[type[Detector]] = Registry(
     },
     default="logistic",
     base="firstcontact.contact._detector:Detector",
+)
+
+SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
+    "slip detector",
+    "firstcontact.slip_detectors",
+    {"power": "firstcontact.contact._slip:PowerSlipDetector"},
+    default="power",
+    base="firstcontact.contact._slip:SlipDetector",
 )
 
 

@@ -3,17 +3,108 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact._closing_start import cut_closings
-from firstcontact.contact._features import feature_count, window_features
-from firstcontact.contact._rbf import RbfMachine
-from firstcontact.contact._trained import TrainedDetector, spread_out, stored_array
-from firstcontact.contact._training import PHASES, TrainingWindows, session_groups, training_windows
-from firstcontact.core import BLUE, Dataset, InputError
+from firstcontact.contact._training import (
+    PHASES,
+    TrainingWindows,
+    feature_count,
+    session_groups,
+    training_windows,
+    window_features,
+)
+from firstcontact.contact._window_detector import TrainedDetector, spread_out, stored_array
+from firstcontact.core import BLUE, Dataset, InputError, RbfKernel
+
+#: Gamma times the number of features. It is below the usual 1, so that windows louder than all
+#: training data still lie within the kernel's reach.
+WIDTH = 0.3
+#: Largest number of rows whose kernel is in memory at once.
+ROWS = 4096
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RbfMachine:
+    """Decision function ``sum_i w_i exp(-gamma |x - s_i|^2) + b`` of scaled features."""
+
+    mean: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    support: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    intercept: float
+    gamma: float
+    _kernel: RbfKernel = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_kernel", RbfKernel(self.support, self.gamma))
+
+    @classmethod
+    def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
+        """Return a machine that is trained on features, shape (windows, features)."""
+        from sklearn.svm import SVC
+
+        mean, scale = x.mean(axis=0), x.std(axis=0)
+        scale = np.where(scale > 0.0, scale, 1.0)
+        gamma = WIDTH / x.shape[1]
+        machine = SVC(C=cost, gamma=gamma, class_weight="balanced", cache_size=500)
+        machine.fit((x - mean) / scale, positive)
+        return cls(
+            mean,
+            scale,
+            machine.support_vectors_,
+            machine.dual_coef_[0],
+            float(machine.intercept_[0]),
+            gamma,
+        )
+
+    def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the decision values of windows, shape (windows,). Positive means a contact."""
+        with np.errstate(all="ignore"):
+            out = self._decide(x)
+        if not np.isfinite(out).all():
+            raise InputError(
+                "the detector's output is not a finite number: train the detector again"
+            )
+        return out
+
+    def _decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        out = np.empty(len(x))
+        for start in range(0, len(x), ROWS):
+            scaled = (x[start : start + ROWS] - self.mean) / self.scale
+            out[start : start + ROWS] = self._kernel.rows(scaled) @ self.weights + self.intercept
+        return out
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Return all numbers as named arrays."""
+        names = [field.name for field in fields(self) if field.init]
+        return {name: np.asarray(getattr(self, name), dtype=np.float64) for name in names}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """Restore a machine from :meth:`to_arrays`. Raise InputError if the arrays do not fit."""
+        support = np.asarray(arrays.get("support"))
+        vectors, features = support.shape if support.ndim == 2 else (-1, -1)
+        shapes: dict[str, tuple[int, ...]] = {
+            "support": (vectors, features),
+            "mean": (features,),
+            "scale": (features,),
+            "weights": (vectors,),
+            "intercept": (),
+            "gamma": (),
+        }
+        a = {name: stored_array(arrays, name, shape) for name, shape in shapes.items()}
+        if a["scale"].min(initial=1.0) <= 0 or a["gamma"] <= 0:
+            raise InputError(
+                "the detector's array 'scale' or 'gamma' is not above 0: train the detector again"
+            )
+        stored = a["mean"], a["scale"], a["support"], a["weights"]
+        return cls(*stored, float(a["intercept"]), float(a["gamma"]))
+
 
 #: Limits on the training data, so that training takes less than a minute: pinches, windows per
 #: class at first, hard windows added per class and round, and rounds.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firstcontact.contact import ThresholdDetector, closing_starts
-from firstcontact.contact._closing_start import How
+from firstcontact.contact._closing_start import StartMethod
 from firstcontact.core import FINGERTIP_RATE, Label
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._structures import (
@@ -73,7 +73,7 @@ def test_closing_is_quiet_until_the_contact_and_loud_after_it(rig: StructuredRig
 
 def test_motor_is_louder_than_the_idle_hand(rig: StructuredRig) -> None:
     starts = closing_starts(draw_empty(rig, 3, 0.5))
-    assert {start.how for start in starts} == {How.CALIBRATION}
+    assert {start.how for start in starts} == {StartMethod.CALIBRATION}
     assert all(start.sample >= REST * FINGERTIP_RATE for start in starts)
 
 

@@ -51,18 +51,6 @@ def test_sensor_of_no_finger_withdraws_nothing(clicked: Pinch) -> None:
     assert detect(detector, pinch) == detect(detector, pinch, confirm=False) != []
 
 
-@pytest.mark.parametrize("edges", [[], [250], [251], [100, 251, 400]])
-def test_sample_that_is_not_finite_withdraws_no_later_contact(edges: list[int]) -> None:
-    layout = replace(LAYOUT, smoothing_alpha=1.0)
-    pinch = make_pinch(3, click=False)
-    lossy = pinch.data.astype(np.float32)
-    lossy[250] = np.nan
-    events = listen(replace(pinch, data=lossy, layout=layout), edges)
-    expected = listen(replace(pinch, layout=layout), [])
-    assert {event.kind for event in [*events, *expected]} == {EventKind.CONTACT_FOUND}
-    assert [e.sample for e in events] == pytest.approx([e.sample for e in expected], abs=10)
-
-
 def test_samples_after_a_withdrawal_belong_to_a_new_stage(clicked: Pinch) -> None:
     closings = Closings(LAYOUT, ThresholdDetector(8.0))
     stages = list(closings.update(Block(clicked.data, clicked.first_sample)))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from clicks import LAYOUT, listen, make_pinch
@@ -16,7 +14,6 @@ from firstcontact.contact import (
     ClosingSamples,
     ThresholdDetector,
     detect,
-    first_contact,
     judge_pinch,
     judge_windows,
 )
@@ -44,19 +41,6 @@ def test_judging_ends_when_the_first_contact_stands(clicked: Pinch, until: int) 
     least = max(deadline - samples_in(detector.step, LAYOUT.rate), judged.first.decided - 1)
     assert judged.windows.ends[-1] > least
     assert (n < len(every.ends)) == (until < len(clicked.data))
-
-
-def test_pinch_without_contact_is_judged_to_its_end(clicked: Pinch) -> None:
-    detector = ThresholdDetector(1e6)
-    judged = judge_pinch(detector, clicked, 0)
-    assert judged.first is None
-    assert judged.windows.ends[-1] >= clicked.first_sample + len(clicked.data) - 15
-
-
-def test_first_contact_is_that_of_all_contacts(clicked: Pinch) -> None:
-    detector = ThresholdDetector(8.0)
-    for pinch in (clicked, replace(clicked, data=clicked.data[:300])):
-        assert first_contact(detector, pinch) == next(iter(detect(detector, pinch)), None)
 
 
 def test_contacts_come_when_they_are_due_until_both_stand(clicked: Pinch) -> None:

@@ -58,23 +58,6 @@ def test_loaded_detector_finds_the_same_contacts(detector: Detector, tmp_path: P
     assert any(contacts)
 
 
-def test_card_is_readable_json(folder: Path) -> None:
-    card = json.loads((folder / CARD).read_text(encoding="utf-8"))
-    assert card["name"] == "svm"
-    assert card["rate_hz"] == 4936.0
-    assert card["data"] == {"pinches": 3}
-    assert "numpy" in card["versions"]
-    assert sorted(p.name for p in folder.iterdir()) == [CARD, DETECTOR_WEIGHTS]
-
-
-def test_untrained_kind_keeps_its_settings(tmp_path: Path, svm: SvmDetector) -> None:
-    save_detector(svm, tmp_path)
-    save_detector(ThresholdDetector(4.0), tmp_path)
-    loaded = load_detector(tmp_path)
-    assert isinstance(loaded, ThresholdDetector)
-    assert loaded.sigmas == 4.0
-
-
 def test_threshold_of_an_older_card_is_read(tmp_path: Path) -> None:
     save_detector(ThresholdDetector(), tmp_path)
     card = json.loads((tmp_path / CARD).read_text())
@@ -100,16 +83,6 @@ def test_small_custom_detector_is_saved_and_loaded(
     assert Loud.title == "loud"
 
 
-def test_it_is_found_from_a_card_beside_it(folder: Path) -> None:
-    (folder / "model.json").write_text("{}", encoding="utf-8")
-    assert load_detector(folder / "model.json").name == "svm"
-
-
-def test_folder_without_a_detector_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="detector"):
-        load_detector(tmp_path / "a" / "b")
-
-
 def test_untrained_detector_is_not_saved(tmp_path: Path) -> None:
     with pytest.raises(InputError):
         save_detector(SvmDetector(), tmp_path / "m")
@@ -131,20 +104,13 @@ def test_every_truncation_is_refused(folder: Path, name: str) -> None:
         {"format": "firstcontact-model"},
         {"format_version": 2},
         {"name": "ear"},
-        {"name": ["svm"]},
-        {"name": None},
         {"rate_hz": 1000.0},
-        {"rate_hz": None},
         {"sha256": None},
         {"sha256": "0"},
         {"name": "three_sigma"},
         {"name": "three_sigma", "sigmas": "three"},
-        {"name": "three_sigma", "sigmas": True},
         {"name": "three_sigma", "sigmas": -1},
         {"name": "three_sigma", "sigmas": float("nan")},
-        {"name": "three_sigma", "sigmas": 10**400},
-        {"name": "svm" * 1000},
-        {"rate_hz": 10**400},
     ],
     ids=str,
 )
@@ -168,22 +134,11 @@ def _cut(arrays: dict[str, Any]) -> dict[str, Any]:
     return arrays | {"support": arrays["support"][:, :-1].copy()}
 
 
-def _fewer_features(arrays: dict[str, Any]) -> dict[str, Any]:
-    short = {name: arrays[name][..., :-1].copy() for name in ("mean", "scale", "support")}
-    return arrays | short
-
-
 def _no_scale(arrays: dict[str, Any]) -> dict[str, Any]:
     return arrays | {"scale": arrays["scale"] * 0}
 
 
-def _no_width(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"gamma": np.array(-float(arrays["gamma"]))}
-
-
-@pytest.mark.parametrize(
-    "change", [_without_threshold, _with_nan, _cut, _fewer_features, _no_scale, _no_width]
-)
+@pytest.mark.parametrize("change", [_without_threshold, _with_nan, _cut, _no_scale])
 def test_invalid_arrays_are_refused(folder: Path, change: Callable[[Any], Any]) -> None:
     vouch(folder, save(change(load_file(folder / DETECTOR_WEIGHTS))), CARD, DETECTOR_WEIGHTS)
     with pytest.raises(InputError, match=DETECTOR_WEIGHTS):

@@ -16,9 +16,9 @@ from firstcontact.contact import (
     judge_windows,
     make_detector,
 )
-from firstcontact.core import Block, Dataset, Finger, InputError
+from firstcontact.core import Block, Dataset, InputError
 from firstcontact.signal import samples_in
-from firstcontact.testing import check_detector, closings
+from firstcontact.testing import check_detector
 from firstcontact.testing._closings import LAYOUT, closing
 
 STEADY = samples_in(WindowDetector.steady, LAYOUT.rate)
@@ -82,27 +82,6 @@ def test_verdicts_begin_after_the_steady_state(detector: Detector) -> None:
     assert verdicts.ends[0] == 500 + STEADY + samples_in(detector.step, LAYOUT.rate) - 1
     pinch = closing(12)
     assert detect(detector, replace(pinch, data=pinch.data[: STEADY + 14])) == []
-
-
-def test_a_contact_during_the_steady_state_does_not_crash(detector: Detector) -> None:
-    pinch = closing(10)
-    assert pinch.first is not None
-    late = pinch.first.sample - pinch.first_sample - 50
-    detect(detector, replace(pinch, data=pinch.data[late:]))
-
-
-def test_fingers_in_one_window_come_in_the_order_of_their_onsets(detector: Detector) -> None:
-    together = 0
-    for pinch in closings(10, seed=5).pinches:
-        assert pinch.first is not None
-        data = pinch.data.copy()
-        index = np.roll(data[:, pinch.first.finger], 1)
-        data[:, Finger.THUMB] = data[:, pinch.first.finger]
-        data[:, Finger.INDEX] = index
-        contacts = detect(detector, replace(pinch, data=data))
-        if len({c.decided for c in contacts}) == 1 and len(contacts) == 2:
-            together += contacts[0].sample < contacts[1].sample
-    assert together
 
 
 def at_rate(rate: float) -> Dataset:

@@ -50,23 +50,6 @@ def test_opens_once_per_closing_before_the_contact() -> None:
     assert during_hold == []
 
 
-def test_opens_and_shuts_in_turn() -> None:
-    kinds = [turn for turn, _ in WHOLE]
-    assert kinds == [OPENS, SHUTS] * (len(kinds) // 2)
-    places = [sample for _, sample in WHOLE]
-    assert places == sorted(places)
-
-
-def test_stays_shut_during_the_release() -> None:
-    for closing in CLOSINGS:
-        released = closing.release + samples(0.05)  # the force is still a fifth of what it was
-        assert not [
-            sample
-            for turn, sample in WHOLE
-            if turn == OPENS and closing.second <= sample <= released
-        ]
-
-
 def test_stays_shut_while_an_object_is_held() -> None:
     x = np.zeros((samples(1.5), 6))
     x[:, :2] = FLOOR * np.random.default_rng(3).standard_normal((len(x), 2))
@@ -100,12 +83,6 @@ def test_motor_starts_under_a_load_are_counted_until_it_opens(load: bool, size: 
 @given(st.lists(st.integers(1, len(DATA) - 1), max_size=40))
 def test_blocks_do_not_matter(cuts: list[int]) -> None:
     assert run(DATA, cuts) == WHOLE
-
-
-@pytest.mark.parametrize("size", [1, 5, 15, 16])
-def test_small_blocks_do_not_matter(size: int) -> None:
-    part = DATA[: CLOSINGS[1].motor]
-    assert run(part, list(range(size, len(part), size))) == run(part, [])
 
 
 def test_events_follow_the_first_sample_number() -> None:

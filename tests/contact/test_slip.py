@@ -12,7 +12,7 @@ from scipy.io import loadmat
 
 from firstcontact.contact import SLIP_DETECTORS, PowerSlipDetector
 from firstcontact.contact._slip import AGAIN
-from firstcontact.core import ADC_COUNTS, ADC_VOLTS, Block, fingertip_layout
+from firstcontact.core import Block, fingertip_layout
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate
@@ -85,12 +85,6 @@ def test_gap_restarts_the_noise_estimate() -> None:
     detector.hold()
     assert detector.update(Block(data[: BEGIN - 50], 0)) == []
     assert detector.update(Block(data[BEGIN + 50 :], BEGIN + 50)) == []
-
-
-def test_slip_below_one_converter_step_raises_no_alarm() -> None:
-    """The slip of a light object stays below one step of the converter."""
-    step = ADC_VOLTS / ADC_COUNTS
-    assert alarms(stream(rubs=step)) == []
 
 
 def test_real_holds_of_another_sensor_raise_few_alarms(biotac: Path) -> None:

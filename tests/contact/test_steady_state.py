@@ -42,13 +42,6 @@ def halves(dataset: Dataset) -> tuple[Dataset, Dataset]:
 
 
 @pytest.mark.parametrize("name", CONDITIONS)
-def test_closings_of_the_twin_start_at_their_first_sample(name: str) -> None:
-    starts = closing_starts(twin(name))
-    assert count_starts(starts) == {"first_sample": len(starts)}
-    assert [s.sample for s in starts] == [p.first_sample for p in twin(name).pinches]
-
-
-@pytest.mark.parametrize("name", CONDITIONS)
 @pytest.mark.parametrize("rest_range", [(0.05, 0.06), (0.05, 0.4)])
 def test_closings_after_rest_start_after_it(name: str, rest_range: tuple[float, float]) -> None:
     dataset = rested(twin(name), rest_range)

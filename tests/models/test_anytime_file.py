@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -70,42 +69,15 @@ def test_packaged_files_are_small_and_have_checksums() -> None:
     assert part.record.training["trained"]
 
 
-@pytest.mark.parametrize("name", [CARD, WEIGHTS])
-def test_what_is_missing_cut_or_flipped_is_refused(folder: Path, name: str) -> None:
-    content = (folder / name).read_bytes()
-    for length in range(0, len(content) - 2, len(content) // 12):
-        (folder / name).write_bytes(content[:length])
-        with pytest.raises(InputError, match=name):
-            load_network(folder)
-    (folder / name).unlink()
-    with pytest.raises(InputError, match=name):
-        load_network(folder)
-
-
-def test_a_flipped_bit_is_noticed(folder: Path) -> None:
-    content = bytearray((folder / WEIGHTS).read_bytes())
-    content[len(content) // 2] ^= 1
-    (folder / WEIGHTS).write_bytes(content)
-    with pytest.raises(InputError, match="sha256"):
-        load_network(folder)
-
-
 @pytest.mark.parametrize(
     "changes",
     [
-        {"format": "firstcontact-detector"},
-        {"format_version": 1},
         {"kind": "svm"},
         {"kind": None},
         {"rate_hz": float("nan")},
         {"level": 1.0},
         {"level": 0.0},
         {"level": "most"},
-        {"sha256": "0" * 64},
-        {"pinches": -1},
-        {"trained_on": {"levels": ["soft"]}},
-        {"scores": []},
-        {"trained_on": {"contacts": 5}},
     ],
     ids=str,
 )
@@ -135,32 +107,17 @@ ATTACKS = {
     "a rig without tokens": _without("rig.-1.tokens"),
     "a rig without scalars": _without("rig.-1.scalars"),
     "a rig without what its motor is usually": _without("rig.-1.usual"),
-    "a rig of half a name": lambda a: {**a, "rig.": np.zeros(3)},
-    "tokens cut": _changed("rig.-1.tokens", lambda a: a[:, :, :-1]),
-    "tokens flat": _changed("rig.-1.tokens", np.ravel),
     "tokens NaN": _changed("rig.-1.tokens", _nan),
     "no level": _changed("rig.-1.scalars", lambda a: a * [0, 1, 1]),
     "sign of two": _changed("rig.-1.scalars", lambda a: a * [1, 2, 1]),
-    "scalars of two": _changed("rig.-1.scalars", lambda a: a[:2]),
-    "usual of nothing": _changed("rig.-1.usual", lambda a: a[:0]),
-    "reference cut": _changed("rig.-1.reference", lambda a: a[:-1]),
     "reference NaN": _changed("rig.-1.reference", _nan),
-    "general cut": _changed("rig.-1.general", lambda a: a[:-1]),
     "no factors": _without("factors"),
-    "factors cut": _changed("factors", lambda a: a[1:]),
     "factors NaN": _changed("factors", _nan),
     "factors below nothing": _changed("factors", lambda a: -a),
     "nothing is familiar": _without("familiar.mean"),
-    "familiar cut": _changed("familiar.mean", lambda a: a[..., :-1]),
     "familiar NaN": _changed("familiar.mean", _nan),
-    "a layer less": _without("body2.into.weight"),
-    "a layer NaN": _changed("body2.out.scale", _nan),
-    "a layer transposed": _changed("body3.into.weight", np.transpose),
     "a scale of nothing": _changed("inputs.sd", lambda a: 0 * a),
     "nothing at all": lambda a: {},
-    "scalars of another rank": _changed("rig.-1.scalars", lambda a: a[:, None].repeat(2, 1)),
-    "usual of another rank": _changed("rig.-1.usual", lambda a: a[:, None].repeat(2, 1)),
-    "factors of another rank": _changed("factors", lambda a: a[None]),
     "a finger that Python alone reads": lambda a: {**a, "rig.1_0.scalars": np.zeros(3)},
     "a speed below nothing": _changed("rig.-1.scalars", lambda a: a - [0, 0, 1]),
     "level of nearly nothing": _changed("rig.-1.scalars", lambda a: a * [1e-30, 1, 1]),
@@ -172,8 +129,6 @@ ATTACKS = {
     "integers whose sums overflow": _changed("body1.into.weight", lambda a: 0 * a + 32_000),
     "integers that are floats": _changed("body1.into.weight", lambda a: a.astype(np.float32)),
     "a rig whose term overflows": _changed("term.weight", lambda a: a * np.float32(1e12)),
-    "half numbers": _changed("factors", lambda a: a.astype(np.float16) * np.float16(np.inf)),
-    "bytes": _changed("factors", lambda a: a.astype(np.uint8)),
 }
 #: Those that name no array: many are at fault, or all together.
 UNNAMED = (
@@ -218,24 +173,3 @@ def test_a_prediction_that_is_no_number_is_never_silent() -> None:
     signals[3] = np.nan
     with pytest.raises(InputError, match="contact 3"), np.errstate(invalid="ignore"):
         MODEL.predict(replace(KNOWN, signals=signals))
-
-
-def test_a_file_that_is_too_large_or_no_file_is_not_read(folder: Path) -> None:
-    for name in (CARD, WEIGHTS):
-        original = (folder / name).read_bytes()
-        os.truncate(folder / name, 1 << 40)
-        with pytest.raises(InputError, match=name):
-            load_network(folder)
-        (folder / name).unlink()
-        os.mkfifo(folder / name)
-        with pytest.raises(InputError, match=name):
-            load_network(folder)
-        (folder / name).unlink()
-        (folder / name).write_bytes(original)
-
-
-def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
-    original = {p.name: p.read_bytes() for p in folder.iterdir()}
-    with pytest.raises(InputError, match="pinches"):
-        save_network(MODEL, folder, record=TrainingRecord(pinches=-3))
-    assert {p.name: p.read_bytes() for p in folder.iterdir()} == original

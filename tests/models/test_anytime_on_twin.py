@@ -70,14 +70,6 @@ def test_a_rig_that_is_not_known_has_wider_intervals(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_more_signal_makes_answers_no_less_sure(name: str) -> None:
-    touches, truth = objects(name, LONGEST)
-    early, late = (knowing(name).predict(touches.until(n)) for n in (SHORTEST, LONGEST))
-    assert width(late) <= width(early)
-    assert np.mean((late.value - truth) ** 2) <= np.mean((early.value - truth) ** 2) * 1.1
-
-
-@pytest.mark.parametrize("name", NAMES)
 def test_most_truths_lie_in_their_intervals(name: str) -> None:
     """The bound is far below the nominal level, because coverage is defined over many rigs."""
     touches, truth = objects(name)
@@ -96,10 +88,6 @@ def _dead(signals: np.ndarray, lead: int, level: float) -> None:
     signals[:] = np.random.default_rng(1).normal(0, 1e-4, signals.shape)
 
 
-def _flat(signals: np.ndarray, lead: int, level: float) -> None:
-    signals[:] = 0.0
-
-
 def _silent(signals: np.ndarray, lead: int, level: float) -> None:
     """Return signals with the motor's noise and no contact."""
     signals[:, lead:] = signals[:, : signals.shape[1] - lead]
@@ -108,10 +96,6 @@ def _silent(signals: np.ndarray, lead: int, level: float) -> None:
 def _saturated(signals: np.ndarray, lead: int, level: float) -> None:
     end = 0.5 * ADC_VOLTS
     signals[:, lead:] = np.clip(1e3 * signals[:, lead:], -end, end)
-
-
-def _another_sensor(signals: np.ndarray, lead: int, level: float) -> None:
-    signals[:] = np.random.default_rng(2).normal(0, level / 2, signals.shape)
 
 
 def _slip(signals: np.ndarray, lead: int, level: float) -> None:
@@ -125,10 +109,8 @@ def _slip(signals: np.ndarray, lead: int, level: float) -> None:
     ("fault", "least"),
     [
         (_dead, 0.95),
-        (_flat, 0.95),
         (_silent, 0.95),
         (_saturated, 0.95),
-        (_another_sensor, 0.95),
         (_slip, 0.5),
     ],
 )
@@ -189,14 +171,3 @@ def test_a_signal_unlike_a_touch_is_strange(name: str, make: Any) -> None:
     model = pretrained() if name == "no rig" else knowing(name)
     for samples in TIMES[2:]:  # the first half of a wave looks like a touch
         assert model.predict(foreign(make).until(samples)).out_of_range.mean() >= 0.95
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_sensor_that_stands_still_is_strange_on_any_rig(name: str) -> None:
-    touches, _ = objects(name)
-    stuck = touches.signals.copy()
-    stuck[:, touches.lead + 2 :] = stuck[:, touches.lead + 2, None]
-    unknown = pretrained()
-    for samples in TIMES[1:]:
-        assert unknown.predict(replace(touches, signals=stuck).until(samples)).out_of_range.all()
-        assert not unknown.predict(touches.until(samples)).out_of_range.any()

@@ -79,12 +79,6 @@ def test_samples_after_the_valid_ones_are_never_used(with_: float) -> None:
         assert np.isfinite(getattr(plain, name)).all()
 
 
-def test_a_signal_of_nothing_has_finite_features_and_answers() -> None:
-    nothing = replace(ASKED, signals=np.zeros_like(ASKED.signals))
-    assert np.isfinite(traits(nothing, 0.3)).all()
-    assert np.isfinite(knowing(KNOWN).predict(nothing).value).all()
-
-
 def test_single_predictions_equal_batch_predictions() -> None:
     model = knowing(KNOWN)
     queries = replace(ASKED, valid=ENDS)
@@ -92,17 +86,6 @@ def test_single_predictions_equal_batch_predictions() -> None:
     alone = [model.predict(queries.take(np.array([i]))) for i in range(len(queries))]
     assert np.allclose([a.value[0] for a in alone], together.value, atol=1e-3)
     assert [bool(a.out_of_range[0]) for a in alone] == together.out_of_range.tolist()
-
-
-def test_each_finger_has_its_rig_and_others_that_of_any() -> None:
-    loud = scaled(KNOWN, 5.0)
-    rigs = {Rig.ANY: Rig.fit(KNOWN, SHORE_A), 1: Rig.fit(loud, SHORE_A)}
-    model = pretrained().conditioned_on(rigs)
-    for finger, gain in ((-1, 1.0), (0, 1.0), (1, 5.0)):
-        rig_set = replace(scaled(ASKED, gain), fingers=np.full(len(ASKED), finger))
-        assert np.allclose(
-            model.predict(rig_set).value, knowing(KNOWN).predict(ASKED).value, atol=0.5
-        )
 
 
 def test_another_rate_and_too_few_samples_are_refused() -> None:

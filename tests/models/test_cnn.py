@@ -124,15 +124,6 @@ def test_shipped_graph_is_that_of_the_exporter() -> None:
     assert {w.name for w in shipped.initializer} == {w.name for w in traced.initializer}
 
 
-def test_it_is_an_efficientnet_v2() -> None:
-    import torch
-
-    kinds = [type(m).__name__ for m in make(1, 1).modules()]
-    assert kinds.count("SqueezeExcitation") == 2
-    assert "SiLU" in kinds
-    assert make(1, 1)(torch.zeros(2, 1, 1, 74)).shape == (2, 1)
-
-
 @pytest.mark.parametrize("task", list(Task))
 def test_several_trainings_at_once_are_those_of_each_alone(task: Task) -> None:
     X, y, _ = toy_windows(160)

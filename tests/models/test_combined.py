@@ -12,7 +12,6 @@ import firstcontact as fc
 from firstcontact.core import Dataset, InputError
 from firstcontact.export._parts import exported_parts
 from firstcontact.models import (
-    ESTIMATORS,
     Adapted,
     CombinedEstimator,
     CombinedModel,
@@ -52,10 +51,6 @@ def model(adapted: Adapted) -> CombinedModel:
     return adapted.model
 
 
-def test_it_is_registered() -> None:
-    assert ESTIMATORS.find("combined") is CombinedEstimator
-
-
 def test_a_prediction_lies_between_those_of_both(
     model: CombinedModel, labelled: LabelledTouches
 ) -> None:
@@ -77,15 +72,6 @@ def test_the_spread_is_that_of_the_mixture(model: CombinedModel, labelled: Label
     )
     expected = np.sqrt(square - mean**2)
     np.testing.assert_allclose(model.predict(labelled.touches).spread, expected, rtol=1e-3)
-
-
-def test_it_knows_the_pinches_that_it_learned_from_better_than_the_network(
-    model: CombinedModel, labelled: LabelledTouches
-) -> None:
-    def error(chosen: InContextModel) -> float:
-        return float(np.abs(chosen.predict(labelled.touches).value - labelled.shore_a).mean())
-
-    assert error(model) < error(model.network_alone())
 
 
 def test_far_from_the_rigs_pinches_the_network_counts_more(
@@ -142,16 +128,6 @@ def test_the_network_alone_keeps_the_widths_of_its_own_intervals(
         np.testing.assert_allclose(made.factors, combined.factors, rtol=1e-6)
 
 
-def test_scores_are_those_of_the_network_and_of_the_mixture(
-    adapted: Adapted, labelled: LabelledTouches
-) -> None:
-    network = adapt_network(
-        pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions
-    )
-    assert adapted.scores == {**network.scores, "combined": adapted.rmse}
-    assert adapted.rmse != network.rmse
-
-
 def test_the_mixture_and_the_network_must_both_be_of_use(adapted: Adapted) -> None:
     assert not adapted.refusal
     for name in ("combined", adapted.scheme):
@@ -187,13 +163,6 @@ def test_a_rig_of_a_finger_that_no_hand_has_is_refused(model: CombinedModel, fin
         InContextModel.from_arrays(arrays, model.level)
 
 
-def test_a_scale_of_zero_is_refused(model: CombinedModel) -> None:
-    arrays = dict(model.to_arrays())
-    arrays["own.-1.scale"] = np.zeros_like(arrays["own.-1.scale"])
-    with pytest.raises(InputError):
-        CombinedModel.from_arrays(arrays, model.level)
-
-
 def test_a_pinch_without_a_first_swing_changes_other_predictions_little(
     labelled: LabelledTouches, model: CombinedModel
 ) -> None:
@@ -205,15 +174,6 @@ def test_a_pinch_without_a_first_swing_changes_other_predictions_little(
     ).model
     moved = made.predict(touches).value - model.predict(touches).value
     assert np.abs(moved[1:]).mean() < 1.0
-
-
-def test_few_pinches_leave_the_network_alone(labelled: LabelledTouches) -> None:
-    few = np.concatenate(
-        [np.flatnonzero(labelled.shore_a == level)[:3] for level in np.unique(labelled.shore_a)]
-    )
-    part = labelled.take(few)
-    made = adapt_combined(pretrained(), part.touches, part.shore_a)
-    assert not isinstance(made.model, CombinedModel)
 
 
 def test_too_few_pinches_are_noted(data: Dataset) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firstcontact.contact import is_pretrained
-from firstcontact.core import Dataset, InputError, Pinch, Serial
+from firstcontact.core import Dataset, Pinch, Serial
 from firstcontact.models import choose_detector, detect_alignment, fit_detector
 from firstcontact.signal import resample_dataset
 from firstcontact.testing._closings import closings
@@ -77,12 +77,6 @@ def test_pinches_without_known_contacts_take_the_package_detector(plain: Dataset
     assert not reason
 
 
-def test_named_detector_that_cannot_learn_is_an_error(plain: Dataset) -> None:
-    unknown = Dataset(tuple(replace(p, truth=()) for p in plain.pinches), plain.source)
-    with pytest.raises(InputError):
-        choose_detector(unknown, "svm", False, 0, Serial())
-
-
 def test_few_known_contacts_give_the_package_detector(plain: Dataset) -> None:
     """All known contacts are of one session, so none is left to learn from without that session."""
     pinches = tuple(
@@ -96,9 +90,3 @@ def test_few_known_contacts_give_the_package_detector(plain: Dataset) -> None:
     assert reason
     _, known_alignment, _ = choose_detector(few, None, True, 0, Serial())
     assert known_alignment.contacts == [p.first for p in pinches]
-
-
-def test_known_contacts_stay_whichever_detector_is_taken(swelling: Dataset) -> None:
-    for name in (None, "logistic"):
-        _, alignment, _ = choose_detector(swelling, name, True, 0, Serial())
-        assert alignment.contacts == [p.first for p in swelling.pinches]

@@ -134,15 +134,6 @@ def test_an_unseen_object_with_the_name_of_a_seen_specimen_is_new(
     assert sizes(model, numbered(fresh(one_block, "y"))) == {OTHER_SESSIONS: len(one_block)}
 
 
-def test_names_of_earlier_models_are_compared_with_their_objects(
-    blocks: fc.Dataset, objects: fc.Dataset
-) -> None:
-    made = fc.adapt(numbered(blocks))
-    earlier = replace(made, trained_on=replace(made.trained_on, specimens=("", "1")))
-    assert sizes(earlier, numbered(objects)) == {NEW: len(objects)}
-    assert sizes(earlier, numbered(fresh(blocks, "y"))) == {OTHER_SESSIONS: len(blocks)}
-
-
 def test_unnamed_sessions_and_specimens_are_never_the_same(blocks: fc.Dataset) -> None:
     unnamed = relabelled(blocks, lambda label: replace(label, specimen="", session=""))
     model = fc.adapt(unnamed)

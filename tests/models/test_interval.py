@@ -92,14 +92,6 @@ def test_it_is_the_conformal_quantile_of_each_range(n: int, level: float, seed: 
         assert half == pytest.approx(right[np.abs(right - half).argmin()], abs=1e-6)
 
 
-def test_soft_objects_have_separate_bounds() -> None:
-    rng = np.random.default_rng(0)
-    answers = rng.uniform(0, 100, 1000)
-    interval = conformal_interval(answers, answers + rng.normal(0, 0.1 + answers / 10))
-    assert len(interval.half_widths) == 5
-    assert list(interval.half_widths) == sorted(interval.half_widths)
-
-
 @pytest.mark.parametrize("level", [0.5, 0.8, 0.9, 0.95])
 def test_new_truths_are_held_as_often_as_the_level_says(level: float) -> None:
     """The mean coverage over many intervals must be the level or slightly more."""

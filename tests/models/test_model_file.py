@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 from safetensors.numpy import save
 
-from firstcontact.core import LONGEST_CARD, InputError
+from firstcontact.core import InputError
 from firstcontact.models import (
     CARD,
     WEIGHTS,
@@ -25,7 +25,6 @@ from firstcontact.models import (
     WindowCard,
     WindowModel,
     WindowPredictor,
-    load_model,
     make_estimator,
     read_card,
 )
@@ -98,43 +97,25 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
     [
         {"format": "other"},
         {"format_version": 2},
-        {"format_version": None},
         {"kind": "forest"},
-        {"kind": ["svm"]},
         {"task": "guessing"},
         {"rate_hz": "fast"},
-        {"rate_hz": -1.0},
-        {"rate_hz": 45.0},
         {"rate_hz": float("nan")},
         {"samples": 0},
         {"samples": 75},
         {"channels": 2},
         {"classes": []},
         {"classes": [1.0, 2.0]},
-        {"classes": None},
         {"channel_order": ["strip"]},
-        {"sha256": 5},
         {"sha256": "0"},
-        {"trained_on": []},
-        {"trained_on": {"objects": {"apple": "soft"}}},
         {"trained_on": {"objects": {"apple": 1e18}}},
-        {"trained_on": {"objects": {"apple": float("inf")}}},
-        {"trained_on": {"target": "weight"}},
-        {"predictors": {}},
         {"predictors": [{"takes": "whole recordings"}]},
         {"takes": "contact"},
-        {"record": None},
         {"rate_hz": 10**400},
-        {"rate_hz": 1e18},
         {"samples": 10**18},
-        {"samples": 999_999},
-        {"channels": 10**6},
-        {"classes": [10.0, 10**400, 60.0]},
         {"classes": [60.0, 29.0, 10.0]},
         {"classes": list(range(2000))},
-        {"detector": "0"},
         {"sha256": None},
-        {"scores": [1]},
         {"interval": {"level": 0.9, "edges": [], "half_widths": [1e300]}},
     ],
     ids=str,
@@ -168,25 +149,11 @@ def _cut(arrays: dict[str, Any]) -> dict[str, Any]:
     return arrays | {"vectors": arrays["vectors"][:, :-1].copy()}
 
 
-def _flat(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"vectors": np.array(3.0)}
-
-
-def _squared(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"level": arrays["level"] * 0}
-
-
 def _backwards(arrays: dict[str, Any]) -> dict[str, Any]:
     return arrays | {"parameters": -arrays["parameters"]}
 
 
-def _whole_numbers(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"bias": arrays["bias"].astype(np.int64)}
-
-
-@pytest.mark.parametrize(
-    "change", [_without_bias, _with_nan, _cut, _flat, _squared, _backwards, _whole_numbers]
-)
+@pytest.mark.parametrize("change", [_without_bias, _with_nan, _cut, _backwards])
 def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
     replace_arrays(folder, change(load_arrays(folder)))
     with pytest.raises(InputError, match=WEIGHTS):
@@ -248,13 +215,6 @@ def test_a_header_that_declares_terabytes(folder: Path) -> None:
         load_window(folder)
 
 
-def test_a_header_that_takes_memory_to_parse(folder: Path) -> None:
-    header = b'{"__metadata__":{"format":"%s"}}' % (b"0" * LONGEST_CARD)
-    vouch(folder, len(header).to_bytes(8, "little") + header)
-    with pytest.raises(InputError, match="not a safetensors file"):
-        load_window(folder)
-
-
 def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
     original = {p.name: p.read_bytes() for p in folder.iterdir()}
     data = TrainingData(sessions=("x" * 1000,))
@@ -264,33 +224,12 @@ def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == original
 
 
-@pytest.mark.parametrize("kind", ["train_mean", "peak"])
-@pytest.mark.parametrize("shape", [(), (0,), (2,), (1, 1)])
-def test_small_models_with_other_shapes(tmp_path: Path, kind: str, shape: tuple[int, ...]) -> None:
-    X, y, _ = toy_windows(60)
-    folder = save_window(make_estimator(kind, Task.REGRESSION, RATE).fit(X, y), tmp_path / "s")
-    (name,) = load_arrays(folder)
-    replace_arrays(folder, {name: np.zeros(shape)})
-    with pytest.raises(InputError, match=WEIGHTS):
-        load_window(folder)
-
-
 def test_a_constant_that_is_no_class(tmp_path: Path) -> None:
     model = make_estimator("train_mean", Task.CLASSIFICATION, RATE).fit(*toy_windows(60)[:2])
     folder = save_window(model, tmp_path / "s")
     replace_arrays(folder, {"value": np.array([11.0])})
     with pytest.raises(InputError, match="not one of its classes"):
         load_window(folder)
-
-
-@pytest.mark.parametrize("name", ["card.json", "anytime.json", "15ms/card.json"])
-def test_a_folder_of_an_earlier_version_names_the_command(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).parent.mkdir(exist_ok=True)
-    (tmp_path / name).write_text("{}", encoding="utf-8")
-    (tmp_path / "detector.json").write_text("{}", encoding="utf-8")  # as all of them have
-    for use in (lambda: load_model(tmp_path), lambda: save_window(svm(), tmp_path)):
-        with pytest.raises(InputError, match="firstcontact train"):
-            use()
 
 
 @pytest.mark.parametrize(

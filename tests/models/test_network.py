@@ -34,31 +34,12 @@ def external(model: Any) -> None:
     tensor.ClearField("raw_data")
 
 
-def external_unsaid(model: Any) -> None:
-    weight(model).external_data.append(StringStringEntryProto(key="location", value="../x"))
-
-
 def operator(model: Any) -> None:
     model.graph.node.append(helper.make_node("Loop", ["a"], ["b"]))
 
 
-def foreign_domain(model: Any) -> None:
-    model.graph.node[0].domain = "ai.onnx.contrib"
-
-
 def another_opset(model: Any) -> None:
     model.opset_import.append(helper.make_opsetid("com.microsoft", 1))
-
-
-def function(model: Any) -> None:
-    relu = helper.make_node("Relu", ["x"], ["y"])
-    opsets = [helper.make_opsetid("", 18)]
-    model.functions.append(helper.make_function("", "Sigmoid", ["x"], ["y"], [relu], opsets))
-
-
-def tensor_attribute(model: Any) -> None:
-    value = numpy_helper.from_array(np.zeros(3), "t")
-    model.graph.node[0].attribute.append(helper.make_attribute("value", value))
 
 
 def wide_padding(model: Any) -> None:
@@ -88,27 +69,8 @@ def cut_weight(model: Any) -> None:
     weight(model).raw_data = weight(model).raw_data[:-4]
 
 
-def double(model: Any) -> None:
-    tensor = weight(model)
-    tensor.CopyFrom(
-        numpy_helper.from_array(numpy_helper.to_array(tensor).astype(float), tensor.name)
-    )
-
-
 def other_window(model: Any) -> None:
     model.graph.input[0].type.tensor_type.shape.dim[3].dim_value = 75
-
-
-def other_answer(model: Any) -> None:
-    model.graph.output[0].type.tensor_type.shape.dim[1].dim_value = 5
-
-
-def second_input(model: Any) -> None:
-    model.graph.input.append(helper.make_tensor_value_info("more", TensorProto.FLOAT, ["n"]))
-
-
-def no_nodes(model: Any) -> None:
-    del model.graph.node[:]
 
 
 def dangling(model: Any) -> None:
@@ -135,21 +97,13 @@ def one_batch_only(model: Any) -> None:
     "change",
     [
         external,
-        external_unsaid,
         operator,
-        foreign_domain,
         another_opset,
-        function,
-        tensor_attribute,
         wide_padding,
         wide_value,
         endless,
         cut_weight,
-        double,
         other_window,
-        other_answer,
-        second_input,
-        no_nodes,
         dangling,
         wrong_weight,
         one_batch_only,
@@ -169,10 +123,6 @@ def test_what_is_no_graph_is_refused(raw: bytes) -> None:
 def test_a_huge_graph_is_not_parsed() -> None:
     with pytest.raises(InputError, match="more than 1048576"):
         CheckedGraph(bytes(LARGEST_GRAPH + 1), 74, 1, 1)
-
-
-def test_fields_of_other_programs_do_not_reach_the_runtime(network_graph: bytes) -> None:
-    assert CheckedGraph(network_graph + b"\xfa\x7f\x03abc", 74, 1, 1).parameters > 40_000
 
 
 def test_bytes_that_were_damaged_are_refused_or_answer(network_graph: bytes) -> None:

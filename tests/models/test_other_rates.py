@@ -67,15 +67,6 @@ def test_contacts_are_taken_at_the_rate_of_the_data(data: fc.Dataset, rate: floa
         np.testing.assert_array_equal(detected.value, again.value)
 
 
-@pytest.mark.parametrize("rate", RATES)
-def test_every_rate_is_evaluated(data: fc.Dataset, rate: float) -> None:
-    model = fc.adapt()
-    (base,) = fc.evaluate(model, data)
-    (other,) = fc.evaluate(model, recorded_at(data, rate))
-    assert other.scored == base.scored
-    assert other.rmse[0.015] == pytest.approx(base.rmse[0.015], abs=2.0)
-
-
 def test_training_at_nearly_the_rate_of_the_network_is_resampled(data: fc.Dataset) -> None:
     other = recorded_at(data, 4890.0)
     model = fc.train(other, "peak", detector="three_sigma")

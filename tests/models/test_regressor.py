@@ -22,7 +22,6 @@ from sklearn.svm import SVR
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
 from firstcontact.models import (
-    ESTIMATORS,
     Task,
     find_estimator,
 )
@@ -116,24 +115,11 @@ def test_train_takes_an_instance_and_a_name(data: Dataset, tmp_path: Path) -> No
     np.testing.assert_array_equal(predicted[0], predicted[2])
 
 
-def test_a_number_is_one_window(data: Dataset) -> None:
-    [window] = fc.train(data, "peak", windows=0.005).windows
-    assert window.duration == 0.005
-
-
 @pytest.mark.parametrize("windows", [(0.015, 0.01501), (0.015, 0.015), ()])
 def test_windows_with_the_same_samples_are_refused(data: Dataset, windows: Any) -> None:
     with pytest.raises(InputError) as refused:
         fc.train(data, "peak", windows=windows)
     assert refused.value.parameter == "windows"
-
-
-def test_a_model_is_followed_live(data: Dataset, tmp_path: Path) -> None:
-    model = fc.train(data, estimator=PIPELINE)
-    recording = sorted((recordings(tmp_path / "live", ("e",))).glob("*.mcap"))[0]
-    with fc.open(str(recording), speed=float("inf")) as source:
-        events = list(fc.live(source, model.save(tmp_path / "m")))
-    assert any(getattr(event, "value", None) is not None for event in events)
 
 
 def test_what_cannot_be_saved_is_refused_before_it_is_trained(data: Dataset) -> None:
@@ -196,15 +182,3 @@ def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
     for content in damaged:
         with pytest.raises(InputError):
             from_skops(content)
-
-
-def test_names_of_regressors_join_the_registry_when_they_are_included(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(ESTIMATORS, "_included", [])
-    ESTIMATORS.find(RIDGE)
-    assert RIDGE not in ESTIMATORS.names
-    ESTIMATORS.include(RIDGE)
-    ESTIMATORS.include(RIDGE)
-    assert list(ESTIMATORS).count(RIDGE) == 1
-    assert ESTIMATORS[RIDGE].title == RIDGE

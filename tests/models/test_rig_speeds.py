@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import InputError
 from firstcontact.models import InContextModel, Rig, Touches, pretrained
-from firstcontact.models._rig import ASSUMED, RigSpeeds
+from firstcontact.models._rig import RigSpeeds
 from ringing import ringing
 
 KNOWN, SHORE_A, _ = ringing(60)
@@ -59,11 +59,6 @@ def test_spreads_are_those_of_the_rig(spread: float, error: float, heard_error: 
     assert rig.heard_error == pytest.approx(heard_error, rel=0.1)
 
 
-def test_a_rig_that_nobody_measured_has_no_speeds() -> None:
-    nothing = np.full(9, np.nan)
-    assert RigSpeeds.fit(nothing, nothing, np.zeros(9), np.zeros(9, np.bool_)) is None
-
-
 @pytest.mark.parametrize(("error", "is_used"), [(0.1, True), (0.2, False)])
 def test_measurements_that_are_no_better_than_the_usual_speed_are_not_used(
     error: float, is_used: bool
@@ -86,16 +81,6 @@ def test_one_bad_measurement_does_not_decide_for_the_rig(speed: float, error: fl
     assert rig.usual == pytest.approx(0.1, rel=0.1)
     assert rig.spread == pytest.approx(0.2, rel=0.3)
     assert rig.heard_error == pytest.approx(0.05, rel=0.4)
-
-
-def test_measurements_that_tell_nothing_are_none() -> None:
-    one = np.full(9, 0.1)
-    assert RigSpeeds.fit(one, np.full(9, 0.6), one, np.ones(9, np.bool_)) is None
-
-
-def test_a_few_measurements_do_not_tell_the_spread() -> None:
-    rig = RigSpeeds.fit(np.full(2, 0.1), np.full(2, 0.01), np.zeros(2), np.ones(2, np.bool_))
-    assert rig == RigSpeeds(0.1, ASSUMED, np.inf)
 
 
 def with_speeds(touches: Touches, speed: float, error: float) -> Touches:
@@ -121,11 +106,6 @@ def test_the_speeds_of_a_rig_are_in_its_file() -> None:
     model = pretrained().conditioned_on({Rig.ANY: rig})
     again = InContextModel.from_arrays(model.to_arrays(), model.level)
     assert again.rigs[Rig.ANY].speeds == rig.speeds
-    older = {name: a for name, a in model.to_arrays().items() if not name.endswith(".speeds")}
-    assert rig.speeds is not None
-    assert InContextModel.from_arrays(older, model.level).rigs[Rig.ANY].speeds == RigSpeeds(
-        rig.speeds.usual
-    )
 
 
 @pytest.mark.parametrize("scalars", [(1e-200, 0), (0.2, 1e-200), (0.2, -1), (11, 0), (0.2, 11)])

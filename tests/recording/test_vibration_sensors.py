@@ -26,8 +26,12 @@ from firstcontact.core import (
 )
 from firstcontact.device import Descriptor
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
-from firstcontact.signal import ExponentialSmoothing, WindowStream, contact_windows
-from firstcontact.signal._smoothing import missing_smoothing
+from firstcontact.signal import (
+    DeviceSmoothing,
+    ExponentialSmoothing,
+    WindowStream,
+    contact_windows,
+)
 
 #: Written by firstcontact before version 2 of the format, byte for byte.
 VERSION_1 = Path(__file__).with_name("version1.mcap")
@@ -170,12 +174,10 @@ def test_each_channel_is_smoothed_once() -> None:
         for f, alpha in zip(Finger, (1.0, 0.5), strict=True)
     )
     x = np.random.default_rng(0).normal(size=(50, 2))
-    smoothing = missing_smoothing(Layout((raw, smoothed), RATE))
-    assert smoothing is not None
-    y = smoothing.update(x)
+    y = DeviceSmoothing(Layout((raw, smoothed), RATE)).update(x)
     assert np.array_equal(y[:, 1], x[:, 1])
     assert np.array_equal(y[:, 0], ExponentialSmoothing().update(x)[:, 0])
-    assert missing_smoothing(Layout((smoothed,), RATE)) is None
+    assert DeviceSmoothing(Layout((smoothed,), RATE)).update(x) is x
 
 
 def test_invalid_sensor_layouts_are_refused() -> None:

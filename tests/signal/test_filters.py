@@ -11,11 +11,7 @@ from hypothesis import strategies as st
 
 from firstcontact.signal import ExponentialSmoothing, SavitzkyGolay
 
-FILTERS = {
-    "smoothing": ExponentialSmoothing,
-    "savgol": SavitzkyGolay,
-    "savgol 7/3": lambda: SavitzkyGolay(7, 3),
-}
+FILTERS = {"smoothing": ExponentialSmoothing, "savgol": SavitzkyGolay}
 
 
 def noise(n: int, channels: int = 2, seed: int = 0) -> np.ndarray:
@@ -40,7 +36,7 @@ def test_constant_passes_unchanged(make):
 
 
 @pytest.mark.parametrize(
-    ("make", "samples"), list(zip(FILTERS.values(), (1.0, 2.0, 3.0), strict=True)), ids=FILTERS
+    ("make", "samples"), list(zip(FILTERS.values(), (1.0, 2.0), strict=True)), ids=FILTERS
 )
 def test_ramp_is_delayed_by_the_group_delay(make, samples):
     # A ramp of one a sample: the value is the time that the output speaks of.
@@ -56,21 +52,12 @@ def test_smoothing_matches_the_recursion_of_the_firmware():
     np.testing.assert_allclose(ExponentialSmoothing(0.5).update(x[:, None])[:, 0], y, rtol=1e-12)
 
 
-@pytest.mark.parametrize(("length", "order"), [(5, 2), (7, 3), (9, 4)])
-def test_savgol_preserves_polynomials_up_to_its_order(length, order):
-    t = np.linspace(-1.0, 1.0, 40)
-    for power in range(order + 1):
-        out = SavitzkyGolay(length, order).update((t**power)[:, None])[:, 0]
-        half = length // 2
-        np.testing.assert_allclose(out[half:], (t**power)[half : len(out)], atol=1e-12)
-
-
 def test_savgol_agrees_with_scipy():
     from scipy.signal import savgol_filter
 
     x = noise(50, 1)[:, 0]
-    ours = SavitzkyGolay(7, 2).update(x[:, None])[:, 0]
-    np.testing.assert_allclose(ours[3:], savgol_filter(x, 7, 2)[3:-3], atol=1e-12)
+    ours = SavitzkyGolay().update(x[:, None])[:, 0]
+    np.testing.assert_allclose(ours[2:], savgol_filter(x, 5, 2)[2:-2], atol=1e-12)
 
 
 def test_savgol_output_uses_nothing_beyond_its_lookahead():
@@ -83,15 +70,7 @@ def test_savgol_output_uses_nothing_beyond_its_lookahead():
     assert len(a) == 30 - one.lookahead
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: ExponentialSmoothing(0.0),
-        lambda: ExponentialSmoothing(1.5),
-        lambda: SavitzkyGolay(4, 2),
-        lambda: SavitzkyGolay(5, 5),
-    ],
-)
-def test_impossible_settings_are_refused(make):
-    with pytest.raises(ValueError, match=r"length|order|alpha"):
-        make()
+@pytest.mark.parametrize("alpha", [0.0, 1.5])
+def test_impossible_settings_are_refused(alpha):
+    with pytest.raises(ValueError, match="alpha"):
+        ExponentialSmoothing(alpha)

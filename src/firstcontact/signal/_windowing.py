@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, ChannelKind, Contact, Dataset, Layout, Physical
-from firstcontact.signal._savgol import SavitzkyGolay
-from firstcontact.signal._smoothing import DeviceSmoothing
+from firstcontact.signal._filters import DeviceSmoothing, SavitzkyGolay
 
 #: Longest quiet part before the contact whose mean (the quiet level) is subtracted, s.
 BASELINE = 0.020
@@ -43,16 +42,18 @@ class Conditioner:
         Rate and smoothing of the samples.
     columns
         Columns of the input; by default the vibration columns.
+
+    Attributes
+    ----------
+    lookahead
+        Number of future samples that an output needs.
     """
+
+    lookahead = SavitzkyGolay.lookahead
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
         self._smoothing = DeviceSmoothing(layout, columns)
         self._savgol = SavitzkyGolay()
-
-    @property
-    def lookahead(self) -> int:
-        """Number of future samples that an output needs."""
-        return self._savgol.lookahead
 
     def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
         """Filter the next samples (n, channels). Return the new outputs, shape (m, channels)."""
@@ -106,14 +107,7 @@ def contact_windows(
         on that finger. The pinch must contain the window, the look-ahead of the filter, and at
         least 2 ms of quiet that end 2 ms before the contact. The window must be finite and not
         constant.
-
-    Raises
-    ------
-    ValueError
-        The numbers of contacts and pinches differ.
     """
-    if len(contacts) != len(dataset):
-        raise ValueError(f"{len(contacts)} contacts for {len(dataset)} pinches")
     has_window = np.zeros(len(dataset), dtype=np.bool_)
     windows: list[NDArray[np.float32]] = []
     length = 0
@@ -143,15 +137,12 @@ class ContactWindow:
 
     Parameters
     ----------
-    contact
-        Contact at the start of the window.
-    duration
-        Length of the window, s.
+    contact, duration
+        Contact at the start of the window, and length of the window, s.
     samples
         Samples of the window minus the quiet level before it, shape (samples, 1), V.
     complete
-        Number of the device sample that completed the window, including the look-ahead of the
-        filter.
+        Number of the device sample that completed the window, with the filter's look-ahead.
     """
 
     contact: Contact
@@ -206,16 +197,10 @@ class WindowStream:
         self._pending = []
 
     def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:
-        """Process the next block and the contacts detected in it.
+        """Process the next block and the contacts in it. Return the windows that it completed.
 
-        A block that does not follow the previous one drops all incomplete windows. No window spans
-        a gap.
-
-        Returns
-        -------
-        list of ContactWindow
-            Windows that this block completed, in the order of their contacts, shorter windows
-            first.
+        A block that does not follow the previous one drops all incomplete windows, so no window
+        spans a gap.
         """
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._restart(block.first_sample, block.epoch)

@@ -83,11 +83,6 @@ def test_smoothed_data_are_not_smoothed_again():
     assert smoothed.std() < 0.9 * as_is.std()
 
 
-def test_contacts_and_pinches_must_match_in_number():
-    with pytest.raises(ValueError, match=r"\b0\b.*\b1\b"):
-        contact_windows(Dataset((pinch(),)), [], DURATION)
-
-
 @given(
     cuts=st.lists(st.integers(0, 600), max_size=15),
     position=st.integers(20, 500),

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numbered import CHANNELS, DESCRIPTOR, check, frames, numbered
 
-from firstcontact.core import Finger, InputError
+from firstcontact.core import Finger
 from firstcontact.device import (
     Assembler,
     DeviceContact,
@@ -220,28 +220,11 @@ def test_stopped_frame_counts_losses_at_the_end() -> None:
     assert line.counts == Counts(samples=35, lost_samples=15, lost_frames=3)
 
 
-def test_frames_of_other_columns_are_refused() -> None:
-    line = Line()
-    payload = protocol.samples_payload(0, 0, np.zeros((5, 15), np.int16))
-    with pytest.raises(InputError, match="16 channels"):
-        line.feed(encode(FrameType.SAMPLES, 1, payload))
-
-
 def test_later_frame_of_other_columns_is_counted() -> None:
     line = Line()
     payload = protocol.samples_payload(5, 0, np.zeros((5, 15), np.int16))
     line.feed(*frames(0, 5, 1), encode(FrameType.SAMPLES, 2, payload), *frames(10, 5, 3))
     assert line.counts == Counts(samples=10, lost_samples=5, malformed_frames=1)
-
-
-def test_another_version_is_refused() -> None:
-    payload = protocol.descriptor_payload(1, DESCRIPTOR.to_text(), version=2)
-    with pytest.raises(InputError, match=r"\b2\b.*\b1\b"):
-        Line(encode(FrameType.DESCRIPTOR, 0, payload))
-    with pytest.raises(InputError, match=r"\b3\b.*\b1\b"):
-        Line(encode(FrameType.REFUSED, 0, b"\3what?"))
-    with pytest.raises(InputError, match="too hot"):
-        Line(encode(FrameType.REFUSED, 0, b"\1too hot"))
 
 
 ESTIMATE = DeviceEstimate(Finger.THUMB, 1000, 59, 1058, 30.5, 22.0, 39.0, False, False, 4e-4, 0)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 
@@ -57,6 +58,18 @@ def numbered_line(number: int) -> bytes:
     return b"%d,%d,%d\r\n" % (number, 512 + number % 7, number % 1000)
 
 
+@contextmanager
+def reading(
+    folder: Path, line: Callable[[int], bytes], columns: tuple[str, ...] = ("2",)
+) -> Iterator[tuple[PrintingBoard, CsvSource]]:
+    """Run a board that prints lines, and a source that reads it."""
+    with (
+        PrintingBoard(folder / "port", line) as board,
+        CsvSource(board.port, columns, measured=MEASURED) as source,
+    ):
+        yield board, source
+
+
 class Trouble:
     """Trouble of a board that begins only once its source is open, however busy the machine is."""
 
@@ -86,13 +99,11 @@ def test_header_names_the_columns(tmp_path: Path) -> None:
             number % 5000,
         )
 
-    with PrintingBoard(tmp_path / "port", line) as board:
-        source = CsvSource(board.port, measured=MEASURED)
-        with source:
-            assert source.descriptor.layout.column_names == ("column piezo",)
-            assert source.descriptor.layout.rate == 4936.0
-            assert "column 1" in source.descriptor.firmware
-            arrivals = until(source, samples(1500))
+    with reading(tmp_path, line, ()) as (_, source):
+        assert source.descriptor.layout.column_names == ("column piezo",)
+        assert source.descriptor.layout.rate == 4936.0
+        assert "column 1" in source.descriptor.firmware
+        arrivals = until(source, samples(1500))
     values = np.concatenate([a.block.data for a in arrivals])[:, 0]
     assert set(np.unique(np.diff(values))) <= {1.0, -4999.0}
     assert source.health.lost_samples == 0
@@ -106,12 +117,10 @@ def test_counter_column_is_detected_and_reveals_losses(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         return b"" if trouble.lines_since(number) in lost_lines else numbered_line(number)
 
-    with PrintingBoard(tmp_path / "port", line) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source:
-            trouble.begin()
-            arrivals = until(source, lambda _: source.health.lost_samples >= len(lost_lines))
-            arrivals += until(source, samples(100))
+    with reading(tmp_path, line) as (_, source):
+        trouble.begin()
+        arrivals = until(source, lambda _: source.health.lost_samples >= len(lost_lines))
+        arrivals += until(source, samples(100))
     assert source.health.lost_samples == len(lost_lines)
     values = np.concatenate([a.block.data for a in arrivals])[:, 0]
     numbers = np.concatenate([np.arange(a.block.first_sample, a.block.end) for a in arrivals])
@@ -121,11 +130,9 @@ def test_counter_column_is_detected_and_reveals_losses(tmp_path: Path) -> None:
 
 
 def test_losses_are_unknown_without_a_counter(tmp_path: Path) -> None:
-    with PrintingBoard(tmp_path / "port", lambda n: b"%d\n" % (n % 300 * (n % 3))) as board:
-        source = CsvSource(board.port, measured=MEASURED)
-        with source:
-            until(source, samples(100))
-            assert "no counter column" in source.descriptor.firmware
+    with reading(tmp_path, lambda n: b"%d\n" % (n % 300 * (n % 3)), ()) as (_, source):
+        until(source, samples(100))
+        assert "no counter column" in source.descriptor.firmware
     assert not source.health.losses_known
     assert source.health.lost == "0 or more (the device does not count its samples)"
 
@@ -139,11 +146,9 @@ def test_each_damaged_line_costs_one_sample(tmp_path: Path) -> None:
             return (b"\xff\xfe12,,x\n", b"%d,\n" % number, b"12\x0034\n")[place % 3]
         return numbered_line(number)
 
-    with PrintingBoard(tmp_path / "port", line) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source:
-            trouble.begin()
-            until(source, lambda _: source.health.lost_samples >= 6)
+    with reading(tmp_path, line) as (_, source):
+        trouble.begin()
+        until(source, lambda _: source.health.lost_samples >= 6)
     assert source.health.bad_frames == source.health.lost_samples == 6
 
 
@@ -157,11 +162,9 @@ def test_damaged_counter_value_starts_no_epoch_or_gap(tmp_path: Path) -> None:
         # Far from 65,536, where a count of 7 would be a wrap.
         return numbered_line(100_000 + number)
 
-    with PrintingBoard(tmp_path / "port", line) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source:
-            trouble.begin()
-            arrivals = until(source, lambda _: source.health.lost_samples >= 4)
+    with reading(tmp_path, line) as (_, source):
+        trouble.begin()
+        arrivals = until(source, lambda _: source.health.lost_samples >= 4)
     assert {a.block.epoch for a in arrivals} == {0}
     assert source.health.bad_frames == source.health.lost_samples == 4
 
@@ -174,12 +177,10 @@ def test_reset_starts_an_epoch_after_its_header(tmp_path: Path) -> None:
         head = b"123n,piezo,ramp\r\n" if since == 0 else b""
         return head + numbered_line(number if since < 0 else since)
 
-    with PrintingBoard(tmp_path / "port", line) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source:
-            arrivals = until(source, samples(10))
-            trouble.begin()
-            arrivals += until(source, lambda arrivals: any(a.block.epoch == 1 for a in arrivals))
+    with reading(tmp_path, line) as (_, source):
+        arrivals = until(source, samples(10))
+        trouble.begin()
+        arrivals += until(source, lambda arrivals: any(a.block.epoch == 1 for a in arrivals))
     assert {a.block.epoch for a in arrivals} == {0, 1}
     assert source.health.reconnects == 1
     assert source.health.lost_samples == 0
@@ -191,23 +192,19 @@ def test_reconnected_port_continues_in_another_epoch(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         return b"noise\xff\n" if number % 400 == 399 else numbered_line(number)
 
-    with PrintingBoard(tmp_path / "port", line) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source:
-            until(source, lambda _: source.health.bad_frames > 1)
-            bad_frames = source.health.bad_frames
-            board.unplug()
-            while source.health.connected:
-                source.read(0.05)
-            board.plug()
-            arrivals = until(
-                source,
-                lambda arrivals_so_far: (
-                    bool(arrivals_so_far) and arrivals_so_far[-1].block.epoch == 1
-                ),
-            )
-            assert source.health.connected
-            assert source.health.bad_frames >= bad_frames
+    with reading(tmp_path, line) as (board, source):
+        until(source, lambda _: source.health.bad_frames > 1)
+        bad_frames = source.health.bad_frames
+        board.unplug()
+        while source.health.connected:
+            source.read(0.05)
+        board.plug()
+        arrivals = until(
+            source,
+            lambda arrivals_so_far: bool(arrivals_so_far) and arrivals_so_far[-1].block.epoch == 1,
+        )
+        assert source.health.connected
+        assert source.health.bad_frames >= bad_frames
     assert len(arrivals[-1].block.data)
 
 
@@ -288,20 +285,18 @@ def test_counter_that_runs_back_is_reported_and_counted(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         return numbered_line(number - 2 * max(trouble.lines_since(number), 0))
 
-    with PrintingBoard(tmp_path / "port", line) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
-        with source:
-            opened, began = board.printed, time.monotonic()
-            until(source, samples(2000))
-            trouble.begin()
-            while source.health.connected:
-                source.read(0.05)
-            assert time.monotonic() - began < SOON
-            # All that the board printed since the source was opened is counted sooner or later.
-            printed = board.printed
-            until(source, lambda _: counted(source) >= printed - opened)
-            assert counted(source) <= board.printed
-            assert source.health.lost_samples > 4000
+    with reading(tmp_path, line) as (board, source):
+        opened, began = board.printed, time.monotonic()
+        until(source, samples(2000))
+        trouble.begin()
+        while source.health.connected:
+            source.read(0.05)
+        assert time.monotonic() - began < SOON
+        # All that the board printed since the source was opened is counted sooner or later.
+        printed = board.printed
+        until(source, lambda _: counted(source) >= printed - opened)
+        assert counted(source) <= board.printed
+        assert source.health.lost_samples > 4000
 
 
 def counted(source: CsvSource) -> int:
@@ -419,9 +414,3 @@ def test_plotter_lines_have_names() -> None:
     reader = LineReader()
     assert reader.feed(b"x\nleft:1,right:2\n") == [(1.0, 2.0)]
     assert reader.header == ("left", "right")
-
-
-def test_python_only_number_formats_are_damaged_lines() -> None:
-    reader = LineReader()
-    assert reader.feed("x\n1,1_0\n１,2\n1,2\n".encode()) == [None, None, (1.0, 2.0)]
-    assert reader.bad == 2

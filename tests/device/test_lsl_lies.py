@@ -138,13 +138,6 @@ def test_stream_name_is_not_evaluated_as_a_query(monkeypatch: pytest.MonkeyPatch
             LslSource(name).__enter__()
 
 
-@pytest.mark.parametrize("rate", [np.nan, np.inf])
-def test_rate_that_is_not_finite_is_refused(rate: float) -> None:
-    outlet = Outlet(rate=rate)
-    with pytest.raises(InputError, match="rate"):
-        LslSource(outlet.name).__enter__()
-
-
 def test_equal_labels_are_numbered() -> None:
     outlet = Outlet(labels=("disc", "disc"))
     with LslSource(outlet.name) as source:

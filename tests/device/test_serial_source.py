@@ -231,15 +231,6 @@ def test_damage_loses_only_its_frames(
     assert health.bad_frames == 100 * bad
 
 
-def test_doubled_frames_are_dropped(device: ScriptedDevice) -> None:
-    device.script.sends = every_other(10, lambda frame: frame + frame)
-    with SerialSource(device.port) as source:
-        device.put(5000)
-        collect(source, lambda n: n == 5000)
-    assert source.health.doubled_frames == 100
-    assert source.health.lost_frames == 0
-
-
 RATE = DESCRIPTOR.layout.rate
 REAL = replace(DESCRIPTOR, source="real")
 
@@ -294,10 +285,3 @@ def test_rate_change_during_a_session_is_a_warning(
         read(tmp_path, 2 * RATE, lambda n: bool(warnings()) or n >= MANY)
     (message,) = warnings()
     assert "4936" in message
-
-
-def test_descriptor_without_real_time_round_trips() -> None:
-    for paced in (True, False):
-        text = replace(REAL, paced=paced).to_text()
-        assert Descriptor.from_text(text).paced is paced
-        assert ("paced" in text) is not paced  # absent means real time

@@ -7,18 +7,16 @@ import select
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
-from twin_host import expected, host
+from twin_host import host
 
 from firstcontact.core import InputError
 from firstcontact.device._twin_process import RING
 from firstcontact.device._twin_source import TwinDevice
-from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.twin import TwinStream
 from processes import PATIENCE, children, command_line, gone, stop, stopped, until
 
 
@@ -65,39 +63,6 @@ def test_stalled_host_losses_are_counted_in_real_time() -> None:
         stopped = h.stop()
         assert stopped[1] > 0
         h.check(stopped)
-
-
-def test_reset_starts_another_boot_on_the_same_port() -> None:
-    switched_on = time.monotonic()
-    with TwinDevice(seed=4, speed=20) as twin, host(twin.port) as h:
-        boot = h.boot()
-        h.start(5_000)
-        last_start = h.samples[-1].first_sample
-        twin.reset()
-        h.torn = True
-        assert h.boot() != boot
-        h.samples.clear()
-        h.counters.clear()
-        h.torn = False
-        h.start(2000)
-        # All that the device ever counted fits into the time that it was on for.
-        on_for = time.monotonic() - switched_on
-        assert last_start + h.first < on_for * 20 * 4936
-        assert h.counters[0] == 1, "the descriptor was the first frame"
-        stopped = h.stop()
-        assert h.counters == list(range(1, len(h.counters) + 1))
-        # It has begun anew at some scan of the hand, which went on: at which one, the piezo
-        # tells, whose filter has no long memory.
-        reference = expected(round(on_for * 20 * 4936) + stopped[0])
-        first = max(h.first, 200)
-        window = np.concatenate([f.data for f in h.samples])[first - h.first :][:400, :2]
-        (places,) = np.nonzero((reference[:-400, :2] == window[0]).all(axis=1))
-        fits = [k for k in places if (reference[k : k + 400, :2] == window).all()]
-        assert len(fits) == 1
-        origin = int(fits[0]) - first
-        assert origin > last_start
-        scans = TwinStream(seed=4).read(origin + stopped[0])
-        h.check(stopped, DeviceFilter().update(scans[origin:]))
 
 
 def test_replugged_cable_restores_the_port_name(twin: TwinDevice) -> None:

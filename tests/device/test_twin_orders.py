@@ -9,7 +9,7 @@ from math import isfinite
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twin_host import Host, host
+from twin_host import host
 
 from firstcontact.core import Command, InputError
 from firstcontact.device import (
@@ -20,7 +20,6 @@ from firstcontact.device import (
     object_text,
     order_text,
 )
-from firstcontact.device import _protocol as protocol
 from firstcontact.device._twin_source import TwinDevice, TwinSource
 from firstcontact.device._twin_words import ACCEPTED, lost_text, peak_text, read_order
 from firstcontact.twin import TwinStream
@@ -36,108 +35,10 @@ def twin() -> Iterator[TwinDevice]:
         yield device
 
 
-def test_order_selects_the_object(twin: TwinDevice) -> None:
-    with host(twin.port) as h:
-        h.say(FrameType.ORDER, b"object: block 29")
-        order_sample = protocol.read_marker(h.until(FrameType.MARKER).payload)[0]
-        h.start(1)
-
-        def held_texts() -> list[str]:
-            texts = [text for sample, text in h.markers if sample > order_sample]
-            return [t for t in texts if held_object(t) is not None]
-
-        h.listen(lambda: len(held_texts()) >= 3)
-        # The piece of stream that was made already may hold one start more.
-        assert held_texts()[1:3] == ["twin: block 29"] * 2
-        h.say(FrameType.ORDER, b"object: pear")
-        h.listen(lambda: any("'pear' is not known" in text for _, text in h.markers))
-        h.say(FrameType.ORDER, b"object: any")
-        count = len(held_texts())
-        h.listen(lambda: len(held_texts()) >= count + 5)
-        assert set(held_texts()[count + 1 :]) != {"twin: block 29"}
-
-
-class ClosingLog:
-    """Record of each closing as the host sees it: object and largest force."""
-
-    def __init__(self, h: Host) -> None:
-        self.h = h
-
-    def starts(self) -> list[tuple[int, str]]:
-        """Sample and object of each announced closing."""
-        objects = [(sample, held_object(text)) for sample, text in self.h.markers]
-        return [(sample, name) for sample, name in objects if name is not None]
-
-    def peaks(self) -> dict[int, float]:
-        """Largest force of each finished closing, by the sample at which it began."""
-        peak_forces: dict[int, float] = {}
-        for end, text in self.h.markers:
-            starts = [start for start, _ in self.starts() if start < end]
-            if text.startswith("twin: peak ") and starts:
-                peak_forces[starts[-1]] = float(text.split()[2])
-        return peak_forces
-
-    def send_order(self, order: Command | None, within: int) -> tuple[int, int, int]:
-        """Send an order in each closing until one gets it within ``within`` samples of its start.
-
-        Return the number of that closing, its start, and the sample of the order.
-        """
-        text = order_text(order)
-        answer = f"{ACCEPTED}{text}"
-        while True:
-            n = len(self.starts())
-            self.h.listen(lambda n=n: len(self.starts()) > n)
-            start = self.starts()[-1][0]
-            self.h.say(FrameType.ORDER, text.encode())
-            self.h.listen(
-                lambda s=start: any(
-                    at > s and content.endswith(text) for at, content in self.h.markers
-                )
-            )
-            answers = ((at, t) for at, t in self.h.markers if at > start and t.endswith(text))
-            order_at, content = next(answers)
-            if content != answer:
-                continue  # it came when the hand had begun to open
-            if order_at - start < within:
-                return len(self.starts()) - 1, start, order_at
-
-
 def read_past(stream: TwinStream, sample: int) -> None:
     """Simulate the stream beyond a sample."""
     while stream.sample <= sample:
         stream.read(1000)
-
-
-def test_command_lowers_the_peak_of_its_closing_only() -> None:
-    stream = TwinStream(seed=4)
-    with TwinDevice(seed=4, speed=SPEED) as device, host(device.port) as h:
-        h.start(1)
-        log = ClosingLog(h)
-        number, start, _ = log.send_order(Command(0.03, 1.0), 900)
-        h.listen(lambda: len([s for s in log.peaks() if s >= start]) >= 3)
-        # Nothing before the first start that was seen was commanded.
-        read_past(stream, log.starts()[0][0])
-        number += [p.start for p in stream.pinches].index(log.starts()[0][0])
-        while len([p for p in stream.pinches if p.end]) < number + 3:
-            stream.read(1000)
-        expected = list(stream.pinches)[number : number + 3]
-        starts = [s for s in log.starts() if s[0] >= start][:3]
-        assert [p.label.object for p in expected] == [name for _, name in starts]
-        commanded_peak, *later_peaks = [log.peaks()[s] for s, _ in starts]
-        expected_peaks = [round(p.peak or 0.0, 1) for p in expected]
-        assert commanded_peak < 0.6 * expected_peaks[0]
-        assert later_peaks == expected_peaks[1:]
-
-
-def test_release_opens_the_hand_after_the_latency() -> None:
-    with TwinDevice(seed=4, speed=SPEED, latency=0.010) as device, host(device.port) as h:
-        h.start(1)
-        log = ClosingLog(h)
-        _, start, release_sample = log.send_order(None, 2500)
-        h.listen(lambda: start in log.peaks())
-        end = next(at for at, content in h.markers if at > start and "peak" in content)
-        # To the next piece, and no longer.
-        assert 0 <= end - release_sample - round(0.010 * 4936) <= 50
 
 
 INVALID = (
@@ -155,18 +56,6 @@ def test_each_invalid_order_is_answered_and_changes_nothing(twin: TwinDevice) ->
                 lambda n=count: sum("twin: hand order" in content for _, content in h.markers) == n
             )
         h.check(h.stop())
-
-
-def test_a_command_to_a_hand_at_rest_is_answered() -> None:
-    with TwinDevice(seed=4, speed=SPEED) as device, host(device.port) as h:
-        h.start(1)
-        while not any(
-            "twin: hand is not closing, command 1" in content for _, content in h.markers
-        ):
-            # Told as soon as it begins to open; it opens and rests for most of a second.
-            h.until(FrameType.MARKER)
-            if "peak" in h.markers[-1][1]:
-                h.say(FrameType.ORDER, b"hand: 0.0 0.0")
 
 
 def test_marks_are_not_orders() -> None:

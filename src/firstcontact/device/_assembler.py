@@ -35,7 +35,7 @@ FARTHEST = 60.0
 
 @dataclass(slots=True)
 class Counts:
-    """Counts of received and lost data; see :class:`firstcontact.device._source.Health`."""
+    """Counts of received and lost data, as in ``Health``, and of frames that make no sense."""
 
     samples: int = 0
     lost_samples: int = 0
@@ -63,29 +63,15 @@ class Assembler:
 
     Frames before the first descriptor belong to another host and are ignored. A descriptor with a
     new boot number proves a restart of the device. If the host requested the descriptor, a frame
-    counter that has gone back proves it too. After a restart the device numbers frames and samples
-    from 0, in a new epoch.
-
-    If the device did not restart, the samples after :meth:`interrupted` belong to a new epoch, and
-    the samples that the host missed are counted as lost. Late and repeated frames are ignored. A
-    late frame stays counted as lost.
-
-    Attributes
-    ----------
-    decoder
-        Decoder of the device's bytes.
-    counts
-        Counts since the assembler was created.
-    epoch
-        Epoch of the next samples; -1 before the first descriptor.
-    descriptor
-        Descriptor of the device; None before the first one.
+    counter that has gone back proves it too. After a restart the device counts from 0, in a new
+    epoch. Without a restart, the samples after :meth:`interrupted` belong to a new epoch, and the
+    missed ones are lost. Late and repeated frames are ignored. A late frame stays counted as lost.
     """
 
     def __init__(self) -> None:
         self.decoder = Decoder()
         self.counts = Counts()
-        self.epoch = -1
+        self.epoch = -1  #: Epoch of the next samples; -1 before the first descriptor.
         self.descriptor: Descriptor | None = None
         self._width = 0  # channels of a sample, cached for speed
         self._listening = False  # True after a descriptor on this connection
@@ -96,9 +82,8 @@ class Assembler:
         self._counter: int | None = None
         self._next: int | None = None
         self._overflow: int | None = None
-        self._late: tuple[int, int] | None = (
-            None  # predictions that the device skipped since its start, and samples that it missed
-        )
+        # Number of predictions that the device skipped since its start, and of missed samples.
+        self._late: tuple[int, int] | None = None
         self._run: list[bytes] = []  # consecutive samples ...
         self._run_first = 0  # ... and the number of the first one
 
@@ -117,13 +102,7 @@ class Assembler:
         self.decoder.restart()
 
     def feed(self, data: bytes) -> Assembled:
-        """Process the next bytes from the device. Return their content.
-
-        Raises
-        ------
-        InputError
-            As for :meth:`take`.
-        """
+        """Process the next bytes from the device. Return their content, like :meth:`take`."""
         if not self._fits or not self._listening:
             return self.take(self.decoder.feed(data))
         assert self._counter is not None

@@ -124,15 +124,10 @@ class RateCheck:
 
 
 class TransportDelay:
-    """Delay of samples on their way to the host, relative to the least delayed blocks.
+    """Delay of samples of a nominal rate, Hz, on their way to the host.
 
-    A block cannot arrive before its last sample was taken. So the least delayed block of the last
-    ten seconds counts as not delayed. The shortest transport time is unknown and not included.
-
-    Parameters
-    ----------
-    rate
-        Nominal rate of the samples, Hz.
+    The least delayed block of the last ten seconds counts as not delayed. The shortest transport
+    time is unknown and not included.
     """
 
     def __init__(self, rate: float) -> None:
@@ -159,16 +154,10 @@ class TransportDelay:
 
 
 class DeviceClock:
-    """Times of samples, from their numbers and the arrival times of blocks.
+    """Times of samples of a nominal rate, Hz, from their numbers and the arrival times of blocks.
 
-    The least delayed blocks of the last ten seconds define the time of sample 0, as in
-    :class:`TransportDelay`. All other blocks get times from their sample numbers. A clock error of
+    The least delayed blocks of the last ten seconds define the time of sample 0. A clock error of
     100 parts per million is tracked to within a millisecond.
-
-    Parameters
-    ----------
-    rate
-        Nominal rate of the samples, Hz.
     """
 
     def __init__(self, rate: float) -> None:
@@ -180,19 +169,9 @@ class DeviceClock:
         self._last = -np.inf
 
     def stamps(self, block: Block, host: float) -> NDArray[np.float64]:
-        """Return the host time of each sample of the next block.
+        """Return the host time of each sample of the next block, which arrived at ``host``, s.
 
-        Parameters
-        ----------
-        block
-            Block of at least one sample. It follows the earlier blocks of its epoch.
-        host
-            Arrival time, s.
-
-        Returns
-        -------
-        ndarray
-            Times, s, shape (samples,). They rise, also from one call to the next.
+        The times rise, also from one call to the next. Shape (samples,).
         """
         self._transport.add(block, host)
         target = self._transport.least
@@ -217,8 +196,5 @@ class DeviceClock:
         return times
 
     def host_time(self, sample: int, epoch: int) -> float:
-        """Return the host time of a sample, s.
-
-        If ``epoch`` is not the newest epoch, return the time of the newest sample.
-        """
+        """Return the host time of a sample, s; of an older epoch, that of the newest sample."""
         return sample / self._rate + self._applied if epoch == self._epoch else self._last

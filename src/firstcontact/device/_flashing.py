@@ -56,10 +56,10 @@ class _Link:
                         if frame.type == FrameType.REFUSED:
                             raise refusal(frame.payload)
                         # A model's state also names the type of frame that it answers.
-                        is_late = answer == FrameType.MODEL_STATE and frame.payload[1:2] != bytes(
-                            [kind]
-                        )
-                        if frame.type == answer and not is_late:
+                        is_late = frame.payload[1:2] != bytes([kind])
+                        if frame.type == answer and not (
+                            answer == FrameType.MODEL_STATE and is_late
+                        ):
                             return frame.payload
         except LinkError as error:
             raise self.error(
@@ -129,18 +129,7 @@ class _Link:
 
 
 def check_model_fits(port: str, data: bytes) -> None:
-    """Raise an error for a model that the device cannot take. Nothing changes on the device.
-
-    Parameters
-    ----------
-    port, data
-        See :func:`flash_model`.
-
-    Raises
-    ------
-    InputError
-        The device takes no models, cannot take this one, or does not answer.
-    """
+    """Raise InputError if the device cannot take a model. Nothing changes on the device."""
     with closing(_Link(port)) as link:
         hello = link.hello()
     try:
@@ -159,19 +148,7 @@ def check_model_fits(port: str, data: bytes) -> None:
 
 
 def flash_model(port: str, data: bytes) -> str:
-    """Send a model to a device and make it the active one.
-
-    Parameters
-    ----------
-    port
-        Port of the device.
-    data
-        Model image; see :mod:`firstcontact.chain`.
-
-    Returns
-    -------
-    str
-        Digest of the active model, as the device states it.
+    """Send a model image to a device. Return the digest of the active model, as the device states.
 
     Raises
     ------

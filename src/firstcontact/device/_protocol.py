@@ -242,15 +242,10 @@ class Decoder:
     one frame into two pieces, so the frame counters, not this count, give the number of lost
     frames. The first piece of the stream is not counted, because it may be the end of an earlier
     frame. A piece longer than any frame is discarded.
-
-    Attributes
-    ----------
-    bad
-        Number of damaged pieces so far.
     """
 
     def __init__(self) -> None:
-        self.bad = 0
+        self.bad = 0  #: Number of damaged pieces so far.
         self.restart()
 
     def restart(self) -> None:
@@ -262,15 +257,8 @@ class Decoder:
     def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
         """Add bytes. Decode the samples frames at the beginning that follow without a loss.
 
-        Call :meth:`feed` afterwards: it decodes the remaining bytes. :meth:`feed` alone gives the
-        same frames, but ten times slower.
-
-        Returns
-        -------
-        frames : int
-            Number of processed frames.
-        samples : bytes
-            Encoded samples of these frames.
+        Return the number of these frames, and their encoded samples. Call :meth:`feed` afterwards:
+        it decodes the remaining bytes. Alone it gives the same frames, but ten times slower.
         """
         self._rest += data
         if self._too_long:

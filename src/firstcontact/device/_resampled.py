@@ -19,23 +19,11 @@ from firstcontact.signal import CausalResampler, check_rates
 
 
 class ResampledSource(Source):
-    """Source that resamples another source.
+    """Source that resamples another open source to a new rate, Hz.
 
     Channels are filtered, except for strips, which use the nearest sample. Sample numbers, markers,
     pinch marks, device predictions and counts are converted to the new rate. A gap stays a gap and
     loses up to 0.5 ms of signal before it, because the filter cannot look ahead there.
-
-    Parameters
-    ----------
-    source
-        Open source.
-    rate
-        New rate, Hz.
-
-    Raises
-    ------
-    InputError
-        Samples cannot be resampled between these rates.
     """
 
     def __init__(self, source: Source, rate: float) -> None:
@@ -188,12 +176,10 @@ class ResampledSource(Source):
             motor_start=None if pinch.motor_start is None else number(pinch.motor_start),
         )
 
-    def _moved_prediction(self, prediction: DevicePrediction) -> DevicePrediction:
+    def _moved_prediction(self, moved: DevicePrediction) -> DevicePrediction:
         number = self._resampler.number
-        if isinstance(prediction, DeviceContact):
-            return replace(
-                prediction, sample=number(prediction.sample), decided=number(prediction.decided)
-            )
-        samples = round(prediction.samples * self._share)
-        contact, decided = number(prediction.contact), number(prediction.decided)
-        return replace(prediction, contact=contact, decided=decided, samples=samples)
+        decided = number(moved.decided)
+        if isinstance(moved, DeviceContact):
+            return replace(moved, sample=number(moved.sample), decided=decided)
+        samples = round(moved.samples * self._share)
+        return replace(moved, contact=number(moved.contact), decided=decided, samples=samples)

@@ -101,7 +101,8 @@ class TwinProcess:
             if self._terminal.plugged and self._responder.listens:
                 listening.append(self._terminal)
             full = [self._terminal] if self._wire else []
-            wait = 0.0 if behind else self._until_next()
+            next_batch = self._begin + (self._made + self._batch) / self._rate
+            wait = 0.0 if behind else max(next_batch - time.monotonic(), 0.0)
             readable, _, _ = select.select(listening, full, [], wait)
             if self._terminal in readable:
                 self._responder.hear(self._terminal.read())
@@ -113,7 +114,7 @@ class TwinProcess:
         due = int((time.monotonic() - self._begin) * self._rate) - self._made
         if due < self._batch:
             return False
-        if self._host_is_behind:
+        if self._waits and self._terminal.plugged and self._responder.room < self._batch:
             # Time spent waiting for the host is not caught up later.
             self._begin = time.monotonic() - self._made / self._rate
             return False
@@ -123,24 +124,14 @@ class TwinProcess:
         self._announce()
         return due >= 2 * self._batch
 
-    @property
-    def _host_is_behind(self) -> bool:
-        """Return True if the twin has to wait until a host has taken the last samples."""
-        return self._waits and self._terminal.plugged and self._responder.room < self._batch
-
-    def _until_next(self) -> float:
-        at = self._begin + (self._made + self._batch) / self._rate
-        return max(at - time.monotonic(), 0.0)
-
     def _announce(self) -> None:
         """Send markers: the object and the largest force of each closing, and a lost object."""
         words: list[tuple[int, str]] = []
         for pinch in reversed(self._stream.pinches):
             words.append((pinch.start, f"{TWIN}{pinch.label.object}"))
-            if pinch.end is not None and pinch.peak is not None:
-                words.append((pinch.end, peak_text(pinch.peak)))
-            if pinch.end is not None and pinch.lost is not None:
-                words.append((pinch.end, lost_text(pinch.lost)))
+            if pinch.end is not None:
+                words += [(pinch.end, peak_text(pinch.peak))] if pinch.peak is not None else []
+                words += [(pinch.end, lost_text(pinch.lost))] if pinch.lost is not None else []
             if pinch.start <= self._announced:
                 break
         for sample, text in sorted(words):

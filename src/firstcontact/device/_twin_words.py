@@ -7,9 +7,8 @@ markers.
 from __future__ import annotations
 
 import re
-from math import isfinite
 
-from firstcontact.core import Command, InputError
+from firstcontact.core import Command, InputError, parse_float
 
 #: Prefix of all markers of the twin.
 TWIN = "twin: "
@@ -20,8 +19,9 @@ OBJECT = "object:"
 CLOSE_ORDER = f"{HAND} close"
 #: Prefix of the answer to an accepted order.
 ACCEPTED = f"{TWIN}told "
+PEAK, LOST = f"{TWIN}peak ", f"{TWIN}lost "
 #: Prefixes of the markers about the hand; other markers name an object.
-ABOUT_HAND = (f"{TWIN}peak ", f"{TWIN}hand ", ACCEPTED, f"{TWIN}lost ")
+ABOUT_HAND = (PEAK, f"{TWIN}hand ", ACCEPTED, LOST)
 #: Answers to orders in recordings of earlier versions, which had no prefix.
 _ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
 
@@ -42,30 +42,28 @@ def read_order(text: str) -> Command | None:
     if words == ["release"]:
         return None
     try:
-        speed, force = (float(word) for word in words)
-    except ValueError:
-        speed = force = float("nan")
-    if not (isfinite(speed) and isfinite(force)):
+        speed, force = map(parse_float, words)
+    except ValueError as error:
         raise InputError(
             "the order to the twin's hand is not known: give a speed in m/s and a force in N, or "
             "the word release"
-        )
+        ) from error
     return Command(speed, force)
 
 
 def peak_text(peak: float) -> str:
     """Return the text of the marker for the largest grip force of a closing, N."""
-    return f"{ABOUT_HAND[0]}{peak:.1f} N"
+    return f"{PEAK}{peak:.1f} N"
 
 
 def lost_text(how: str) -> str:
     """Return the text of the marker for an object that was dropped or broken."""
-    return f"{ABOUT_HAND[3]}{how}"
+    return f"{LOST}{how}"
 
 
 def lost_object(text: str) -> str | None:
     """Return "dropped" or "broken" from a marker about a lost object, otherwise None."""
-    return text.removeprefix(ABOUT_HAND[3]) if text.startswith(ABOUT_HAND[3]) else None
+    return text.removeprefix(LOST) if text.startswith(LOST) else None
 
 
 def held_object(text: str) -> str | None:

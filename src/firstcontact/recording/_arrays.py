@@ -198,5 +198,12 @@ def _single(path: Path, arrays: Arrays, name: str) -> Any:
     return values.reshape(-1)[0]
 
 
-HDF5 = Importer("hdf5", "a .h5 or .hdf5 file", import_hdf5, suffixes=(".h5", ".hdf5"))
+HDF5 = Importer(
+    "hdf5",
+    "a .h5 or .hdf5 file",
+    import_hdf5,
+    suffixes=(".h5", ".hdf5"),
+    extra="files",
+    modules=("h5py",),
+)
 NPZ = Importer("npz", "a .npz file", import_npz, suffixes=(".npz",))

@@ -239,4 +239,4 @@ def _physical(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
 
 CSV = Exporter("csv", _write_csv)
 PARQUET = Exporter("parquet", _write_parquet, extra="parquet", modules=("pyarrow",))
-HDF5 = Exporter("hdf5", _write_hdf5)
+HDF5 = Exporter("hdf5", _write_hdf5, extra="files", modules=("h5py",))

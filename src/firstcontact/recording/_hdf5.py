@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import LONGEST_NAME, InputError, VibrationSensor, open_regular
+from firstcontact.core import (
+    LONGEST_NAME,
+    InputError,
+    VibrationSensor,
+    open_regular,
+    require_modules,
+)
 from firstcontact.recording._untrusted import as_text, check_unpacked, library_errors
 
 #: Largest attribute, bytes.
@@ -26,6 +32,7 @@ def read_hdf5(
     path: Path, names: Collection[str], settings: Collection[str] = ()
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
     """Read datasets and attributes by name. Return them and the names that were not read."""
+    require_modules("files", "h5py")
     with library_errors(path, "HDF5", "write it again"):
         open_regular(path).close()
         import h5py

@@ -31,16 +31,8 @@ BOOST = Tunable("Boost", "times", 1, (2.0, 3.0), (2.0,))
 class FinalForce(Policy):
     """Policy that closes slowly after the first contact and sets its force at the second.
 
-    Only this force depends on the stiffness. Slowing down never waits for an estimate.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    approach
-        Closing speed until the first contact, m/s.
-    scale
-        Factor on every force. A lower factor is more cautious.
+    Only this force depends on the stiffness. Slowing down never waits for an estimate. ``approach``
+    is the closing speed until the first contact, m/s, and ``scale`` a factor on every force.
     """
 
     task = Task.HOUSEHOLD
@@ -112,23 +104,10 @@ class Blind(FinalForce):
 class ByStiffness(FinalForce):
     """Policy whose force rises with the estimated stiffness, along a logistic curve.
 
-    It uses the last estimate before the second contact, lowered by part of the interval. Without an
-    estimate the force lies between the lowest and the highest force.
-
-    Parameters
-    ----------
-    grip
-        Declared properties of the hand.
-    soft, firm
-        Forces for the softest and the firmest objects, N.
-    middle, width
-        Centre and width of the curve, Shore A.
-    caution
-        Number of half widths of the interval to subtract from an estimate.
-    unknown
-        Force without an estimate, as a position between ``soft`` (0) and ``firm`` (1).
-    approach, scale
-        As in :class:`FinalForce`.
+    It uses the last estimate before the second contact, lowered by ``caution`` half widths of the
+    interval. The curve rises from the force ``soft`` to ``firm``, N; its centre and width are
+    ``middle`` and ``width``, Shore A. ``unknown`` is the force without an estimate, as a position
+    between ``soft`` (0) and ``firm`` (1).
     """
 
     name = "stiffness"

@@ -27,35 +27,20 @@ REST = 0.05
 
 @dataclass(slots=True)
 class LoopCounts:
-    """Counts of a grasp loop.
-
-    Parameters
-    ----------
-    closings, contacts
-        Number of closings, and of closings with a contact.
-    commands
-        Number of commands sent.
-    estimates
-        Number of estimates that the policy acted on. Their commands reached the hand within the
-        deadline and before the second contact.
-    misses
-        Number of contacts whose deadline passed without an estimate.
-    unused
-        Number of estimates after the deadline. The policy did not receive them.
-    overtaken
-        Number of estimates that met the deadline but reached the hand after the second contact.
-        This is known only when the closing is over.
-    withdrawn
-        Number of false contacts that were withdrawn. No other count includes them or their
-        estimates.
-    """
+    """Counts of a grasp loop. Withdrawn contacts and their estimates are in ``withdrawn`` only."""
 
     closings: int = 0
+    #: Closings with a contact.
     contacts: int = 0
     commands: int = 0
+    #: Estimates that the policy acted on, and whose commands reached the hand within the deadline
+    #: and before the second contact.
     estimates: int = 0
+    #: Contacts whose deadline passed without an estimate.
     misses: int = 0
+    #: Estimates after the deadline, which the policy did not receive.
     unused: int = 0
+    #: Estimates that met the deadline but reached the hand after the second contact.
     overtaken: int = 0
     withdrawn: int = 0
 
@@ -63,23 +48,10 @@ class LoopCounts:
 class GraspLoop:
     """Loop that passes events to a policy, and the policy's commands to a hand.
 
-    The loop counts every missed deadline. All times are seconds on the clock of the samples: the
-    sample's number divided by the rate, plus the time for transport and computing. An estimate that
-    reaches the hand exactly at the deadline meets it. After a missed deadline, the policy's
-    fallback command holds for the rest of the closing.
-
-    Parameters
-    ----------
-    policy
-        Grasp policy.
-    send
-        Function that sends a command to the hand. The loop sends no command twice in a row.
-    rate
-        Rate of the samples, Hz.
-    deadline
-        Deadline for an estimate, s after the first contact; None for the deadline of the policy.
-    wait
-        Function that returns the time until the hand takes a command given now, s.
+    All times are seconds on the clock of the samples: the sample's number divided by the rate, plus
+    the time for transport and computing. ``wait`` returns the time until the hand takes a command.
+    An estimate that reaches the hand exactly at the deadline, s after the first contact, meets it.
+    After a missed deadline, the policy's fallback command holds for the rest of the closing.
     """
 
     def __init__(
@@ -170,10 +142,7 @@ class GraspLoop:
             self._act(self.policy.slipped)
 
     def finish(self, second: Contact | None = None) -> None:
-        """End the closing, and count a missed deadline.
-
-        Estimates that reached the hand after the second contact count as ``overtaken``.
-        """
+        """End the closing. Count a missed deadline, and estimates after the second contact."""
         late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
         self.counts.estimates -= late
         self.counts.overtaken += late
@@ -227,10 +196,7 @@ class GraspLoop:
 
 
 class Taxels:
-    """Tracker of the largest rise of a taxel's voltage above its unloaded level.
-
-    Without force channels the rise is always 0.
-    """
+    """Tracker of the largest rise of a taxel's voltage above its unloaded level."""
 
     def __init__(self, layout: Layout) -> None:
         columns = layout.columns(ChannelKind.FORCE)
@@ -245,10 +211,7 @@ class Taxels:
         self._count = 0
 
     def update(self, data: NDArray[Any]) -> float:
-        """Process raw samples, shape (samples, channels), and return the rise at the last one, V.
-
-        It is 0 until the unloaded levels are known.
-        """
+        """Process raw samples. Return the rise at the last one, V; 0 until the level is known."""
         if not self._sum.size or not len(data):
             return 0.0
         if self._count < self._rest_samples:

@@ -57,10 +57,7 @@ def find_hand(hand: object) -> type[Hand] | Hand:
 
 
 def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
-    """Return a hand that is not open yet. It runs in a separate process if its class says so.
-
-    The parameters are those of :func:`open_hand`.
-    """
+    """Return a hand that is not open yet. It runs in a separate process if its class says so."""
     made: Callable[[Any], Hand] = kind
     with HANDS.calling(kind.name):
         if kind.of_source is None:

@@ -108,33 +108,16 @@ class Grasping:
 
     Some hands close by themselves: the start of the motor (:class:`ClosingStart`) begins their
     closings. Other hands close on request. Their motor's start alone begins no closing, because the
-    motor may also open the hand. A requested closing ends with a request to open, or when the
-    origin of the request disconnects. It also ends with a release because samples stopped coming or
-    this program paused.
+    motor may also open the hand. A requested closing ends with a request to open, when the origin
+    of the request disconnects, or with a release because samples stopped coming or this program
+    paused.
 
-    The policy gets the final estimate of a closing. A policy with ``early`` also gets the estimates
-    before the final one. Estimates out of range are ignored.
+    The policy gets the final estimate of a closing, and with ``early`` also the estimates before
+    it. Estimates out of range are ignored. An estimate meets the deadline if it reaches the hand
+    before it. The time to reach the hand includes computing, the hand's pacing, and the
+    ``transport`` of the samples, except for the shortest transport time, which is unknown.
 
-    Times are on the samples' clock. An estimate meets the deadline if it reaches the hand before
-    the deadline. The time to reach the hand includes computing and the hand's pacing. It also
-    includes the transport of the samples, except for the shortest transport time, which is unknown.
-
-    Parameters
-    ----------
-    policy
-        Grasp policy.
-    hand
-        Hand with an open connection. Each block restarts the timeout after which a
-        :class:`~firstcontact.grasp.SafeHand` releases the hand.
-    layout
-        Columns of the samples.
-    deadline
-        Deadline of an estimate, s after the first contact; by default that of the policy.
-    transport
-        Measurement of the samples' delay if they come in real time; None otherwise.
-    slip
-        Slip detector for requested closings, from their end until the hand opens. None means that
-        slips are not detected.
+    The slip detector works in requested closings, from their end until the hand opens.
     """
 
     def __init__(
@@ -196,14 +179,7 @@ class Grasping:
                 self.loop.finish(event.second)
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Pass force and time to the policy, and carry out requests.
-
-        Returns
-        -------
-        sequence of Event
-            One event for each request that was carried out. One more for a release because samples
-            stopped coming or this program paused.
-        """
+        """Pass force and time to the policy, carry out requests, and return their events."""
         events = self._obey(block)
         if self._safe is not None:
             self._safe.alive()
@@ -311,11 +287,7 @@ class Grasping:
             self._hold()
 
     def lines(self, *, real_time: bool = True) -> list[str]:
-        """Return lines of text about the commands to the hand, for the end of a run.
-
-        If ``real_time`` is false, the lines leave out deadlines. These have no meaning if samples
-        come faster than they were taken.
-        """
+        """Return lines of text for the end of a run; without deadlines if not in real time."""
         counts = self.loop.counts
         lines = [
             f"hand {self.hand.name} with policy {self.loop.policy.name}: {counts.commands} "

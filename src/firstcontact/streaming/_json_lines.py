@@ -190,13 +190,7 @@ class JsonLinesSink:
         self._write([json_line(DescriptorLine.describe(descriptor))])
 
     def take(self, update: Update) -> None:
-        """Write markers, events, failures, and the state of the link if it changed.
-
-        Raises
-        ------
-        OSError
-            The reader has closed the stream (BrokenPipeError), or the stream cannot be written.
-        """
+        """Write markers, events, failures, and the state of the link if it changed."""
         lines = []
         link = msgspec.convert(update.health, LinkLine, from_attributes=True)
         if link != self._link:

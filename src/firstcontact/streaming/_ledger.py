@@ -108,19 +108,12 @@ def ledger_lines(
     alone: bool = False,
     speed: float = 1.0,
 ) -> Iterator[str]:
-    """Yield the lines of text about the times of a run.
+    """Yield the lines of text about the times of a run, from the figures of a ledger.
 
-    Parameters
-    ----------
-    figures
-        Result of :meth:`Ledger.summary`.
-    samples, cpu
-        Length of the processed samples, s of the device's time, and processor time of the program.
-    alone
-        True for a single sensor, which has no second contact.
-    speed
-        Speed of the samples as a multiple of real time. At another speed than 1 the lines leave out
-        times and verdicts, since the computer does not become faster with the samples.
+    ``samples`` is the length of the processed samples, s of the device's time, and ``cpu`` the
+    program's processor time, s. ``alone`` is True for a single sensor, which has no second contact.
+    At another ``speed`` than 1 the lines leave out times and verdicts, since the computer does not
+    become faster with the samples.
     """
     with_estimate = figures["pinches"] - figures["none"]
     if speed != 1.0:

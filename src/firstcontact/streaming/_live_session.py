@@ -149,6 +149,10 @@ def live_session(
                     slip=_slip_detector(slip),
                 )
             pipeline.measure_speed = _speed_measurement(source, grasping)
+            name = "none" if predictor is None else predictor.name
+            _log.info(
+                "live at %g Hz: detector %s, predictor %s", layout.rate, pipeline.detector, name
+            )
             yield LiveSession(
                 source,
                 pipeline,

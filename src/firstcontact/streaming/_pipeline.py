@@ -65,7 +65,7 @@ REASONS = {
 #: and time on the host's clock, s (NaN if unknown).
 MeasureSpeed = Callable[[int, int, float], ClosingSpeed | None]
 
-_log = logging.getLogger(__name__)
+_log = logging.getLogger("firstcontact.streaming")
 
 
 class Pipeline:
@@ -76,10 +76,8 @@ class Pipeline:
 
     Parameters
     ----------
-    layout
-        Columns of the blocks.
-    detector
-        Fitted or loaded detector.
+    layout, detector
+        Columns of the blocks, and a fitted or loaded detector.
     predictor
         Model that predicts; None to detect contacts without estimates.
     calibration
@@ -93,11 +91,6 @@ class Pipeline:
         time or too late.
     resettles
         False to judge by the first steady state of each closing, without withdrawals.
-
-    Raises
-    ------
-    InputError
-        The detector or the model does not fit this layout.
     """
 
     def __init__(
@@ -287,6 +280,7 @@ class Pipeline:
             case EventKind.CONTACT_FOUND:
                 yield from self._add_contact(pinch, e)
             case EventKind.CONTACT_WITHDRAWN:
+                _log.info("the contact at sample %d is withdrawn", pinch.contacts[0].sample)
                 yield ContactWithdrawn(pinch.contacts[0], e.known, pinch.epoch)
                 pinch.withdraw()
                 if self._windows is not None:

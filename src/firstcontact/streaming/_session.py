@@ -46,27 +46,11 @@ _log = logging.getLogger("firstcontact.streaming")
 
 
 class LiveSession:
-    """Live session: runs a pipeline on a source, under the control of viewers.
+    """Live session: runs a pipeline on an open source, under the control of viewers.
 
-    Parameters
-    ----------
-    source
-        Open source.
-    pipeline
-        Pipeline for the source's layout.
-    grasping
-        Handler that gets each event before any output does; None without a hand.
-    recordings, calibration
-        Folder for recordings that a viewer starts, and calibration for their headers.
-    shape
-        Shape of all objects, "flat" or a radius in mm, until a viewer sets another shape.
-    model
-        Model that predicts; None if only the device predicts, or nothing.
-
-    Raises
-    ------
-    InputError
-        The shape is not valid, or the model does not use it.
+    ``grasping`` gets each event before any output does. ``recordings`` and ``calibration`` are the
+    folder and the calibration of recordings that a viewer starts. ``shape`` is that of all objects,
+    "flat" or a radius in mm, until a viewer sets another one. ``model`` is the model that predicts.
     """
 
     def __init__(
@@ -128,19 +112,9 @@ class LiveSession:
 
         Yield each event after the hand's policy has processed it. At the end, or when the iteration
         is left, the source is closed before the recording. So the recorder and the sinks get all
-        samples that the source has received.
-
-        Parameters
-        ----------
-        sinks
-            Outputs.
-        seconds, pinches
-            Longest duration, s, and largest number of pinches.
-        stopped
-            Function that returns True to end the session; called several times a second.
-        patient
-            True to wait for slow sinks, until ``stopped`` or ``seconds`` have passed. Use it only
-            with a source that can wait.
+        samples that the source has received. ``stopped`` is called several times a second.
+        ``patient`` waits for slow sinks, until ``stopped`` or ``seconds`` have passed: use it only
+        with a source that can wait.
         """
         until = math.inf if seconds is None else time.monotonic() + seconds
 

@@ -107,13 +107,7 @@ def cache_folder() -> Path:
 def twin_model(condition: str, seed: int) -> Path:
     """Return the folder of a model for the twin. If there is none, simulate pinches and train one.
 
-    Parameters
-    ----------
-    condition
-        Condition of the twin.
-    seed
-        Random seed of the twin. The training pinches differ from the pinches that the twin shows
-        live.
+    The training pinches differ from the pinches that the twin shows live.
     """
     if (condition, seed) == SHIPPED_HAND:
         return SHIPPED

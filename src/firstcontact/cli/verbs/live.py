@@ -6,6 +6,7 @@ import math
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -128,15 +129,14 @@ class Live:
             if self.record:
                 _say(f"recording {session.start_recording()}")
             stop.gently = True
-            # A replay without a pace can wait, so that no line of it is dropped.
-            patient = math.isinf(self.speed)
             with session_keys(session):
                 session.run(
                     sinks,
                     seconds=self.seconds,
                     pinches=self.pinches,
                     stopped=lambda: stop.requested,
-                    patient=patient,
+                    # A replay without a pace can wait, so that no line of it is dropped.
+                    patient=math.isinf(self.speed),
                 )
             self._report(session, began, time.process_time() - used)
         if session.grasping is not None:  # with the release at its end
@@ -155,21 +155,20 @@ class Live:
                 raise InputError(f"--{name} is {value:g}: give a number above 0")
         if self.pinches is not None and self.pinches < 1:
             raise InputError(f"--pinches is {self.pinches}: give 1 or more, or leave it out")
-        if not 0 <= self.port <= 65535:
-            raise InputError(f"--port is {self.port}: give one from 0 to 65535")
         parse_radius(self.shape)
 
     def _sinks(self, session: LiveSession) -> list[Sink]:
-        from firstcontact.streaming import JsonLinesSink, LslSink, PageSink, TextSink
+        from firstcontact.streaming import JsonLinesSink, TextSink
 
-        sinks: list[Sink] = [
-            JsonLinesSink(sys.stdout)
-            if self.json
-            else TextSink(sys.stdout, _shore_a(session.source, self.device))
-        ]
+        text = TextSink(sys.stdout, _shore_a(session.source, self.device))
+        sinks: list[Sink] = [JsonLinesSink(sys.stdout) if self.json else text]
         if self.lsl:
+            from firstcontact.streaming import LslSink
+
             sinks.append(LslSink())
         if self.page:
+            from firstcontact.streaming import PageSink
+
             landmarks = {} if session.model is None else _landmarks(session.model)
             page = PageSink(self.address, self.port, self.token, session, landmarks)
             _say(f"page: {page.url}")
@@ -187,34 +186,28 @@ class Live:
         seconds = (health.samples - began) / layout.rate
         figures = session.pipeline.ledger.summary()
         alone = len(layout.vibration_fingers) < 2
-        lines = [
-            *ledger_lines(figures, seconds, cpu, alone=alone, speed=self.speed),
+        for line in ledger_lines(figures, seconds, cpu, alone=alone, speed=self.speed):
+            _say(line)
+        _say(
             f"link: {health.samples} samples, {health.lost} lost, "
-            f"{health.bad_frames} damaged frames, {health.reconnects} reconnects",
-        ]
+            f"{health.bad_frames} damaged frames, {health.reconnects} reconnects"
+        )
         if health.lost_samples:
-            lines.append(
-                "link: lost samples leave gaps, also in a recording; a pinch with a gap ends at "
-                "the gap"
-            )
+            _say("link: lost samples leave gaps, also in a recording; a gap ends its pinch")
         if health.overflow_samples:
-            lines.append(f"link: the device dropped {health.overflow_samples} of the lost samples")
+            _say(f"link: the device dropped {health.overflow_samples} of the lost samples")
         if health.unusable_samples:
-            lines.append(f"link: of the lost samples {health.unusable}")
+            _say(f"link: of the lost samples {health.unusable}")
         if health.late_answers or health.unheard_samples:
-            lines.append(
+            _say(
                 f"hand: its model left out {health.late_answers} late predictions and missed "
                 f"{health.unheard_samples} samples"
             )
         if drift := clock_line(health, layout.rate):
-            lines.append(drift)
-        lines += [
-            f"{name}: {dropped} updates were dropped because this output was too slow"
-            for name, dropped in session.fanout.dropped.items()
-            if dropped and name not in session.fanout.failed
-        ]
-        for line in lines:
-            _say(line)
+            _say(drift)
+        for name, dropped in session.fanout.dropped.items():
+            if dropped and name not in session.fanout.failed:
+                _say(f"{name}: {dropped} updates were dropped because this output was too slow")
 
 
 def _measure(source: Source) -> Calibration:
@@ -238,22 +231,16 @@ def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
     """Return a function that maps the name of a simulated object to its Shore A, or to None."""
     origin = source.descriptor.source
     kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.builtin_names)]
-    object_shore_a = next(
-        (k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None
-    )
+    known = next((k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None)
 
     def shore_a(name: str) -> float | None:
-        if object_shore_a is None:
-            return None
-        try:
-            return object_shore_a(name)
-        except InputError:  # an object of another version, or the twin's extra is missing
-            return None
+        with suppress(InputError):  # an object of another version
+            return None if known is None else known(name)
+        return None
 
     shore_a("")  # load the table of objects now, not between samples
     return shore_a
 
 
 def _say(line: str) -> None:
-    """Print a line for a person to standard error."""
     print(line, file=sys.stderr, flush=True)

@@ -19,26 +19,11 @@ from firstcontact.streaming.page.serving import TOKEN_LENGTH, Guard, is_loopback
 class PageSink:
     """Sink that serves the live page from :meth:`open` to :meth:`close`.
 
-    The constructor opens the port, so a busy port is reported before anything starts.
-
-    Parameters
-    ----------
-    host
-        Address to serve on; by default this machine only.
-    port
-        Port of the page; 0 selects a free one.
-    token
-        Secret of viewers that may control the session. None means that none is needed if ``host``
-        is loopback; otherwise a token is generated.
-    controls
-        Controls for viewers; None if all viewers may only look.
-    landmarks
-        Shore A of the objects that are marked on the page's scale, by name.
-
-    Raises
-    ------
-    InputError
-        The port is in use, the address does not belong to this machine, or the token is too short.
+    The constructor opens the port; 0 selects a free one. So a busy port is reported before anything
+    starts. ``token`` is the secret of viewers that may control the session. With None, none is
+    needed if ``host`` is loopback; otherwise a token is generated. ``controls`` is the session, or
+    None if all viewers may only look. ``landmarks`` are the Shore A of objects on the page's scale,
+    by name.
     """
 
     name = "page"
@@ -91,13 +76,7 @@ class PageSink:
         self._started.wait()
 
     def take(self, update: Update) -> None:
-        """Show an update. Slow viewers do not delay this call.
-
-        Raises
-        ------
-        RuntimeError
-            The page's thread has failed.
-        """
+        """Show an update. Slow viewers do not delay this call."""
         if self._died:
             raise RuntimeError(f"the page is no longer served: {self._died}")
         if self._state is not None:

@@ -69,17 +69,8 @@ def is_loopback(host: str) -> bool:
 class Guard:
     """Access control: checks the headers of every request, also for the WebSocket.
 
-    Parameters
-    ----------
-    host
-        Address that the page is served on, as given by the user.
-    port
-        Port of the page.
-    token
-        Secret of viewers that may control the session. With None, only requests to loopback names
-        are served.
-    look_token
-        Secret of viewers that may only look; None for no such viewers.
+    ``token`` is the secret of viewers that may control the session, and ``look_token`` that of
+    viewers that may only look. Without a token, only requests to loopback names are served.
     """
 
     host: str
@@ -101,14 +92,7 @@ class Guard:
         return f"http://{host}:{self.port}/{query}"
 
     def check(self, path: str, headers: Headers, websocket: bool) -> str | None:
-        """Return the token of a request; None if none is needed.
-
-        Raises
-        ------
-        NotAllowedError
-            The request has a foreign host name (DNS rebinding), comes from another site's page, or
-            lacks a token.
-        """
+        """Return the token of a request; None if none is needed. Refuse all other requests."""
         served = headers.get_all("Host")
         if len(served) != 1 or not self._ours(served[0]):
             raise NotAllowedError(

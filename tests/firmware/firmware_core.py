@@ -56,53 +56,49 @@ class _Scan(c.Structure):
     _fields_ = [("taxel", c.c_uint8)]
 
 
+_SIZE, _U32, _U8 = c.c_size_t, c.c_uint32, c.c_uint8
+#: Result and arguments of each function. A name that begins with "put_" writes a payload into a buffer.
+_FUNCTIONS = {
+    "cobs_stuff": (_SIZE, _BYTES, _SIZE, _BYTES),
+    "cobs_unstuff": (c.c_ssize_t, _BYTES, _SIZE, _BYTES),
+    "crc32": (_U32, _BYTES, _SIZE),
+    "frame_encode": (_SIZE, _U8, _U32, _BYTES, _SIZE, _BYTES),
+    "frame_decode": (c.c_int, _BYTES, _SIZE, c.POINTER(_Frame)),
+    "put_descriptor": (_SIZE, _BYTES, _U32, _BYTES, _SIZE),
+    "put_samples_head": (_SIZE, _BYTES, _U32, _U32, _U8),
+    "put_marker": (_SIZE, _BYTES, _U32, _BYTES, _SIZE),
+    "put_stopped": (_SIZE, _BYTES, _U32, _U32),
+    "put_refused": (_SIZE, _BYTES, _BYTES),
+    "put_contact": (_SIZE, _BYTES, _U32, _U32, _U8, c.c_bool),
+    "put_estimate": (_SIZE, _BYTES, c.POINTER(_Estimate)),
+    "put_late": (_SIZE, _BYTES, _U32, _U32),
+    "pace_init": (None, c.POINTER(_Pace), _U32, _U32),
+    "pace_next": (_U32, c.POINTER(_Pace)),
+    "smooth_init": (None, c.POINTER(_Smooth)),
+    "smooth_step": (c.c_int16, c.POINTER(_Smooth), c.c_uint16),
+    "means_init": (None, c.POINTER(_Means)),
+    "means_step": (None, c.POINTER(_Means), _U8, c.c_uint16, c.POINTER(c.c_int16)),
+    "scan_init": (None, c.POINTER(_Scan)),
+    "scan_next": (None, c.POINTER(_Scan)),
+    "scan_row": (_U8, c.POINTER(_Scan)),
+    "scan_column": (_U8, c.POINTER(_Scan)),
+}
+
+
 class Core:
     """Shared library of the core. Each method calls it."""
 
     def __init__(self, path: Path) -> None:
-        lib = c.CDLL(str(path))
-        lib.fc_cobs_stuff.restype = c.c_size_t
-        lib.fc_cobs_stuff.argtypes = [_BYTES, c.c_size_t, c.c_char_p]
-        lib.fc_cobs_unstuff.restype = c.c_ssize_t
-        lib.fc_cobs_unstuff.argtypes = [_BYTES, c.c_size_t, c.c_char_p]
-        lib.fc_crc32.restype = c.c_uint32
-        lib.fc_crc32.argtypes = [_BYTES, c.c_size_t]
-        lib.fc_frame_encode.restype = c.c_size_t
-        lib.fc_frame_encode.argtypes = [c.c_uint8, c.c_uint32, c.c_char_p, c.c_size_t, c.c_char_p]
-        lib.fc_frame_decode.argtypes = [c.c_char_p, c.c_size_t, c.POINTER(_Frame)]
-        lib.fc_put_descriptor.restype = c.c_size_t
-        lib.fc_put_descriptor.argtypes = [c.c_char_p, c.c_uint32, _BYTES, c.c_size_t]
-        lib.fc_put_samples_head.restype = c.c_size_t
-        lib.fc_put_samples_head.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32, c.c_uint8]
-        lib.fc_put_marker.restype = c.c_size_t
-        lib.fc_put_marker.argtypes = [c.c_char_p, c.c_uint32, _BYTES, c.c_size_t]
-        lib.fc_put_stopped.restype = c.c_size_t
-        lib.fc_put_stopped.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32]
-        lib.fc_put_refused.restype = c.c_size_t
-        lib.fc_put_refused.argtypes = [c.c_char_p, _BYTES]
-        lib.fc_put_contact.restype = c.c_size_t
-        lib.fc_put_contact.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32, c.c_uint8, c.c_bool]
-        lib.fc_put_estimate.restype = c.c_size_t
-        lib.fc_put_estimate.argtypes = [c.c_char_p, c.POINTER(_Estimate)]
-        lib.fc_put_late.restype = c.c_size_t
-        lib.fc_put_late.argtypes = [c.c_char_p, c.c_uint32, c.c_uint32]
-        lib.fc_pace_init.argtypes = [c.POINTER(_Pace), c.c_uint32, c.c_uint32]
-        lib.fc_pace_next.restype = c.c_uint32
-        lib.fc_pace_next.argtypes = [c.POINTER(_Pace)]
-        lib.fc_smooth_init.argtypes = [c.POINTER(_Smooth)]
-        lib.fc_smooth_step.restype = c.c_int16
-        lib.fc_smooth_step.argtypes = [c.POINTER(_Smooth), c.c_uint16]
-        lib.fc_means_init.argtypes = [c.POINTER(_Means)]
-        lib.fc_means_step.argtypes = [
-            c.POINTER(_Means),
-            c.c_uint8,
-            c.c_uint16,
-            c.POINTER(c.c_int16),
-        ]
-        for name in ("init", "next", "row", "column"):
-            getattr(lib, f"fc_scan_{name}").argtypes = [c.POINTER(_Scan)]
-        lib.fc_scan_row.restype = lib.fc_scan_column.restype = c.c_uint8
-        self._lib = lib
+        self._lib = c.CDLL(str(path))
+        for name, (result, *arguments) in _FUNCTIONS.items():
+            function = getattr(self._lib, f"fc_{name}")
+            function.restype, function.argtypes = result, arguments
+
+    def _put(self, name: str, *arguments: object) -> bytes:
+        """Return the payload that a function of the core writes."""
+        out = c.create_string_buffer(1024)
+        n = getattr(self._lib, f"fc_put_{name}")(out, *arguments)
+        return out.raw[:n]
 
     def stuff(self, data: bytes) -> bytes:
         out = c.create_string_buffer(len(data) + len(data) // 254 + 1)
@@ -133,45 +129,29 @@ class Core:
         return frame.type, frame.counter, c.string_at(frame.payload, frame.n)
 
     def descriptor_payload(self, boot: int, text: bytes) -> bytes:
-        out = c.create_string_buffer(5 + len(text))
-        n = self._lib.fc_put_descriptor(out, boot, text, len(text))
-        return out.raw[:n]
+        return self._put("descriptor", boot, text, len(text))
 
     def samples_head(self, first: int, overflow: int, n: int) -> bytes:
-        out = c.create_string_buffer(9)
-        n = self._lib.fc_put_samples_head(out, first, overflow, n)
-        return out.raw[:n]
+        return self._put("samples_head", first, overflow, n)
 
     def marker_payload(self, sample: int, text: bytes) -> bytes:
-        out = c.create_string_buffer(4 + len(text))
-        n = self._lib.fc_put_marker(out, sample, text, len(text))
-        return out.raw[:n]
+        return self._put("marker", sample, text, len(text))
 
     def stopped_payload(self, next_sample: int, overflow: int) -> bytes:
-        out = c.create_string_buffer(8)
-        n = self._lib.fc_put_stopped(out, next_sample, overflow)
-        return out.raw[:n]
+        return self._put("stopped", next_sample, overflow)
 
     def refused_payload(self, reason: bytes) -> bytes:
-        out = c.create_string_buffer(1 + len(reason))
-        n = self._lib.fc_put_refused(out, reason)
-        return out.raw[:n]
+        return self._put("refused", reason)
 
     def contact_payload(self, sample: int, decided: int, finger: int, first: bool) -> bytes:
-        out = c.create_string_buffer(10)
-        n = self._lib.fc_put_contact(out, sample, decided, finger, first)
-        return out.raw[:n]
+        return self._put("contact", sample, decided, finger, first)
 
     def estimate_payload(self, *fields: float) -> bytes:
         """Return the payload of an estimate frame. The fields are in the frame's order."""
-        out = c.create_string_buffer(28)
-        n = self._lib.fc_put_estimate(out, c.byref(_Estimate(*fields)))
-        return out.raw[:n]
+        return self._put("estimate", c.byref(_Estimate(*fields)))
 
     def late_payload(self, skipped: int, unheard: int) -> bytes:
-        out = c.create_string_buffer(8)
-        n = self._lib.fc_put_late(out, skipped, unheard)
-        return out.raw[:n]
+        return self._put("late", skipped, unheard)
 
     def periods(self, clock: int, rate: int, n: int) -> list[int]:
         """Return the first n periods of a timer, ticks."""

@@ -13,9 +13,7 @@ from device_process import random_scans, running
 from numpy.typing import NDArray
 from serial_host import Host, assert_gaps_are_overflow
 
-from firstcontact.core import fingertip_layout
-from firstcontact.device import Descriptor, FrameType
-from firstcontact.device import _protocol as protocol
+from firstcontact.device import FrameType
 from firstcontact.twin import DeviceFilter
 
 
@@ -47,15 +45,6 @@ def pattern(n: int) -> NDArray[np.uint16]:
     i = np.arange(n)
     columns = [i & 1023, i >> 10 & 1023, 7 * i & 1023, 1023 - (i & 1023), i & 1, i >> 1 & 1]
     return np.stack(columns, axis=1).astype(np.uint16)
-
-
-def test_descriptor_has_the_layout_of_the_fingertips(image: Path) -> None:
-    with emulated(image, "free") as path, Host(path) as host:
-        version, _, text = protocol.read_descriptor(host.hello().payload)
-    descriptor = Descriptor.from_text(text)
-    assert version == protocol.VERSION
-    assert descriptor.layout == fingertip_layout()
-    assert descriptor.firmware.endswith("(mps2-an500)")
 
 
 def test_all_frames_arrive(image: Path) -> None:

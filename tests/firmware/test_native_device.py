@@ -52,14 +52,6 @@ def test_boot_numbers_differ(strict_program: Path) -> None:
     assert len(boots) == 3
 
 
-def test_device_is_silent_before_a_request(strict_program: Path) -> None:
-    with running(strict_program) as device, Host(device.path) as host:
-        device.feed(random_scans(100, 1))
-        host.hello()
-        assert host.frames[0].type == FrameType.DESCRIPTOR
-        host.assert_all_frames()
-
-
 def test_stop_sends_the_remaining_samples_first(strict_program: Path) -> None:
     scans = random_scans(13, 2)
     with running(strict_program) as device, Host(device.path) as host:
@@ -105,13 +97,6 @@ def test_marks_return_with_their_text_and_the_next_samples_number(
         assert host.mark(longest) == (10, longest)
         host.send(FrameType.MARK, b"x" * (protocol.MARKER_BYTES + 1))
         assert host.mark("after one that is too long") == (10, "after one that is too long")
-        host.assert_all_frames()
-
-
-def test_fingertip_ignores_orders_to_a_hand(strict_program: Path) -> None:
-    with running(strict_program) as device, Host(device.path) as host:
-        host.send(FrameType.ORDER, b"hand: release")
-        assert host.mark("after it") == (0, "after it")
         host.assert_all_frames()
 
 

@@ -131,14 +131,6 @@ def test_sketch_without_a_model_streams(sketch: Path, flash: tuple[str, str]) ->
         np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans))
 
 
-def test_boot_numbers_differ(sketch: Path, flash: tuple[str, str]) -> None:
-    boots = set()
-    for _ in range(3):
-        with running(sketch, *flash) as device, Host(device.path) as host:
-            boots.add(protocol.read_descriptor(host.hello().payload)[1])
-    assert len(boots) == 3
-
-
 def test_model_survives_a_power_cut_and_predicts_as_live_does(
     sketch: Path,
     flash: tuple[str, str],

@@ -33,15 +33,6 @@ def slip_signal(speed: float, force: float = 2.0, **changed: float) -> np.ndarra
     return sound(p).hear(forces, speeds, np.zeros(N))
 
 
-def test_resting_object_is_silent() -> None:
-    assert not slip_signal(0.0).any()
-
-
-def test_sliding_is_louder_at_higher_force() -> None:
-    soft, hard = (slip_signal(0.02, force).std() for force in (1.0, 4.0))
-    assert 0 < soft < hard
-
-
 def test_signal_is_proportional_to_the_coupling() -> None:
     signal, doubled = slip_signal(0.02, coupling=0.1), slip_signal(0.02, coupling=0.2)
     np.testing.assert_allclose(doubled, 2 * signal, rtol=1e-9, atol=1e-15)

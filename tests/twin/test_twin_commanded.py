@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pinches import drawn
 
@@ -55,20 +52,6 @@ def test_run_without_commands_equals_the_pinch(kind: TwinObject) -> None:
     second_contact = int((expected[..., CONTACT_FORCE] > 0).all(axis=1).argmax())
     until = second_contact + round(0.02 * FINGERTIP_RATE)
     assert damped[:until].tobytes() == expected[:until].tobytes()
-
-
-@settings(max_examples=15)
-@given(st.lists(st.integers(1, 2400), max_size=6), st.sampled_from([0.0, 0.02]))
-def test_any_pieces_give_the_same_bytes(cuts: list[int], latency: float) -> None:
-    drive = Drive(latency=latency)
-
-    def run(edges: list[int]) -> NDArray[np.float64]:
-        pinch_run = PinchRun(drawn(BLOCKS[2]), 0.6, BURN_IN, drive, damped=True)
-        pinch_run.order(Command(0.06, 5.0), 500)
-        pinch_run.order(Command(0.02, 3.0), 700)
-        return np.concatenate([pinch_run.advance(b - a) for a, b in pairwise(edges) if b > a])
-
-    assert run(sorted([0, 2400, *cuts])).tobytes() == run([0, 2400]).tobytes()
 
 
 @pytest.mark.parametrize("latency", [0.0, 0.013, 0.02, 0.08])
@@ -132,21 +115,6 @@ def test_command_at_the_drawn_speed_keeps_the_contact_times(number: int) -> None
     assert contact_times == pytest.approx(timing[:2], abs=1.1 * DT)
 
 
-def test_slowed_drive_touches_after_its_remaining_distance() -> None:
-    drive = Drive(latency=0.0, acceleration=5.0)
-    draw = quiet_draw(1)
-    run = start_run(draw, drive, 300)
-    distance = run.nominal_speed * (draw.timing.first - run.times[run.done - 1] + BURN_IN * DT)
-    order(run, Command(run.nominal_speed / 2, 12.0), drive)
-    motion = run.advance(1500)
-    contact_sample = int((motion[..., INDENTATION] > 0).any(axis=1).argmax())
-    gone = motion[:contact_sample, :, DRIVE_SPEED].mean(axis=1).sum() * DT
-    # The two fingers differ in speed by a per cent or two.
-    assert gone == pytest.approx(distance, rel=0.04)
-    at_once = distance / (run.nominal_speed / 2)
-    assert contact_sample * DT < at_once, "a drive that takes time to slow down gets further"
-
-
 @pytest.mark.parametrize("number", range(6))
 def test_finger_stopped_before_its_contact_never_touches(number: int) -> None:
     drive = Drive(latency=0.0)
@@ -173,14 +141,6 @@ def test_hold_has_the_commanded_force_without_oscillation(force: float) -> None:
     # What the hold takes besides is the clamp's.
     assert hold_forces.mean() == pytest.approx(force, abs=0.15)
     assert np.ptp(hold_forces, axis=0).max() < 0.15
-
-
-def test_undamped_hold_oscillates() -> None:
-    drive = Drive(back_damping=0.0)
-    run = start_run(drawn(BLOCKS[2]), drive, 20, 1.2)
-    order(run, Command(run.nominal_speed, 12.0), drive)
-    hold_forces = run.advance(round(0.9 * FINGERTIP_RATE))[-1000:, :, CONTACT_FORCE]
-    assert np.ptp(hold_forces, axis=0).min() > 0.5
 
 
 @pytest.mark.parametrize("field", ["latency", "acceleration", "force", "speed", "back_damping"])

@@ -1,15 +1,26 @@
-"""Tests of the drives' reference speed between two commands."""
+"""Tests of the drives' reference speed between two commands, and of their position sensor."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pinches import EVERYDAY
 
-from firstcontact.core import FINGERTIP_RATE, Command
-from firstcontact.twin import Drive
-from firstcontact.twin._drive import DriveReference
+from firstcontact.core import FINGERTIP_RATE, Command, Label
+from firstcontact.recording import load_dataset
+from firstcontact.twin import (
+    BLOCKS,
+    Drive,
+    draw_pinch,
+    draw_specimen,
+    simulate,
+    simulate_pinch,
+)
+from firstcontact.twin._drive import DriveReference, Positions
 
 SPEEDS = st.floats(-0.25, 0.25)
 
@@ -50,3 +61,30 @@ def test_new_command_starts_at_the_current_speed() -> None:
     reference.obey(Command(0.13, 12.0), 130)
     assert reference.speed(130) == on_the_way
     assert reference.speed(131) == pytest.approx(on_the_way + 10 / FINGERTIP_RATE)
+
+
+def test_the_measured_speed_is_that_of_the_drives() -> None:
+    deviations = []
+    for number in range(12):
+        specimen = draw_specimen(5, EVERYDAY, BLOCKS[number % 5], 0)
+        draw = draw_pinch(5, EVERYDAY, "one", specimen, number)
+        sensor = Positions(np.random.default_rng(number))
+        pinch = simulate_pinch(draw, Label(), 1000, positions=sensor)
+        measured = pinch.closing_speed
+        assert measured is not None
+        true = np.mean([finger.speed for finger in draw.fingers])
+        deviations.append((measured.speed - true) / measured.error)
+        assert 0.003 < measured.error / measured.speed < 0.06
+    assert np.abs(deviations).max() < 5
+    assert 0.3 < np.std(deviations) < 2.0
+
+
+def test_positions_leave_the_samples_alone(tmp_path: Path) -> None:
+    simulate(tmp_path / "with", "everyday", 1, 1, 3, 1, positions=True)
+    simulate(tmp_path / "without", "everyday", 1, 1, 3, 1)
+    measured, plain = load_dataset(tmp_path / "with"), load_dataset(tmp_path / "without")
+    for one, other in zip(measured, plain, strict=True):
+        np.testing.assert_array_equal(one.data, other.data)
+        assert one.truth == other.truth
+        assert one.closing_speed is not None
+        assert other.closing_speed is None

@@ -68,17 +68,6 @@ def test_output_of_any_scans_is_in_range(scans: NDArray[np.uint16]) -> None:
     assert out.tolist() == reference(possible)
 
 
-def test_smoothing_equals_the_float_version_within_one_subcount() -> None:
-    scans = random_scans(2, 4000)
-    y = np.empty(len(scans))
-    y[0] = scans[0, 0] * SUBCOUNTS
-    for i in range(1, y.size):
-        y[i] = y[i - 1] + 0.5 * (int(scans[i, 0]) * SUBCOUNTS - y[i - 1])
-    error = DeviceFilter().update(scans)[:, 0] - y
-    assert np.abs(error).max() <= 1
-    assert (error <= 0).all(), "rounding is down"
-
-
 def test_restart_clears_the_filter() -> None:
     scans = random_scans(3, 100)
     device = DeviceFilter()
@@ -98,16 +87,6 @@ def test_simulated_pinch_equals_its_filtered_scans() -> None:
     open_hand[:, 2:4] = [open_reading(v) for v in drawn(BLOCKS[1]).velostat]
     out = DeviceFilter().update(np.concatenate([open_hand, scans]))[ROUND:]
     assert (simulated(BLOCKS[1]).data == out).all()
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_piezo_smoothing_is_invertible(seed: int) -> None:
-    """Every reading can be recovered from the smoothed samples of the device."""
-    counts = random_scans(seed, 300)[:, 0]
-    samples = smoothed(counts).astype(np.int64)
-    # y[i] = (y[i-1] + 32 x[i]) >> 1: doubled and without y[i-1] it is 32 x[i], or one less.
-    back = -(-(2 * samples[1:] - samples[:-1]) // SUBCOUNTS)
-    assert back.tolist() == counts[1:].tolist()
 
 
 def test_single_piezo_is_smoothed_as_on_the_device() -> None:

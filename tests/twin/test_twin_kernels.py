@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -227,29 +226,6 @@ def test_pieces_that_are_not_arguments_are_refused(fault: object) -> None:
         built_kernels().integrate_all(fault)
 
 
-def test_a_wrong_piece_leaves_the_others_alone() -> None:
-    good, bad = (copied(a) for a in pieces()[:2])
-    contents = arrays(good)
-    with pytest.raises(ValueError, match=r"."):
-        built_kernels().integrate_all([good, (*bad[:-1], np.zeros(3))])
-    assert arrays(good) == contents
-
-
-def test_a_list_of_pieces_that_shrinks_is_read_whole() -> None:
-    listed = [copied(a) for a in pieces()[:2]]
-    taken = [integrate(*copied(a)) for a in listed]
-
-    class Emptying:
-        def __float__(self) -> float:
-            listed.clear()
-            return float(dt)
-
-    dt = listed[0][7]
-    listed[0] = (*listed[0][:7], Emptying(), *listed[0][8:])
-    assert built_kernels().integrate_all(listed) == taken
-    assert listed == []
-
-
 def test_patches_with_broken_positions_stay_in_bounds() -> None:
     for position in (math.nan, math.inf, -5.0, 1e300):
         function, arguments = calls()["slip"]
@@ -257,20 +233,3 @@ def test_patches_with_broken_positions_stay_in_bounds() -> None:
         wrong[8][:, 3] = position
         kernel(function)(*wrong)
         assert wrong[8].shape == arguments[8].shape
-
-
-def test_a_place_that_changes_during_the_call_is_not_used() -> None:
-    function, arguments = all_calls()["filter"]
-    run, (scans, place, *states, _) = kernel(function), copied(arguments)
-    scans = np.tile(scans, (500_000 // len(scans), 1))
-    results = []
-    for is_disturbed in (False, True):
-        mine, out = copied((place, *states)), np.full((len(scans), 16), -1, np.int16)
-        filters = threading.Thread(target=run, args=(scans, *mine, out))
-        filters.start()
-        while is_disturbed and out[0, 0] == -1 and filters.is_alive():
-            pass
-        mine[0][0] = 10**12 if is_disturbed else mine[0][0]
-        filters.join()
-        results.append((out.tobytes(), *arrays(mine[1:])))
-    assert results[0] == results[1]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import signal, stats
+from scipy import signal
 
 from firstcontact.twin._noise import (
     RUBBING,
@@ -50,11 +50,6 @@ def test_rubbing_has_its_power_and_band() -> None:
     assert x.std() == pytest.approx(0.04, rel=0.1)
     f, p = signal.welch(x, RATE, nperseg=4096)
     assert p[(f > 100) & (f < 1000)].mean() > 20 * p[f > 5000].mean()
-
-
-def test_the_noise_is_not_gaussian() -> None:
-    x = series(replace(QUIET, friction=0.04, click_rate=3.0))
-    assert stats.kurtosis(x) > 0.3
 
 
 def test_clicks_have_their_rate() -> None:

@@ -1,25 +1,30 @@
-"""Tests of the published statistics of pinches."""
+"""Tests of the published statistics of pinches, and of excerpts around their contacts."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from pinches import EVERYDAY, PAPER_RIG, drawn, simulated
-from scipy import stats
 
-from firstcontact.core import ChannelKind, Label, Pinch, fingertip_layout
+from firstcontact.core import FINGERTIP_RATE, Label, Pinch, fingertip_layout
 from firstcontact.twin import (
     BLOCKS,
     BRITTLE,
+    BUFFER,
+    CONDITIONS,
+    EVERYDAY_OBJECTS,
     Condition,
+    PinchDraw,
     PinchJob,
+    excerpt,
+    integrate_pinch,
     simulate_pinch,
     simulate_pinches,
 )
-from firstcontact.twin._draw import OFFSET_MEAN, OFFSET_SD
 
 LAYOUT = fingertip_layout()
 WINDOW = round(0.015 * LAYOUT.rate)
@@ -58,28 +63,6 @@ def test_strips_close_at_the_drawn_contacts() -> None:
             late = contact.sample / LAYOUT.rate - instant
             assert -0.05e-3 < late < 1.05 / LAYOUT.rate, "the first sample after it touched"
             assert contact.decided == contact.sample
-
-
-def test_fingers_touch_once_after_at_least_100_ms() -> None:
-    for pinch in pinches():
-        assert {c.finger for c in pinch.truth} == {0, 1}
-        assert pinch.first is not None
-        assert pinch.first.sample > 0.1 * LAYOUT.rate
-        strips = pinch.data[:, list(LAYOUT.columns(ChannelKind.STRIP))]
-        assert not strips[: pinch.first.sample].any()
-
-
-def test_strip_offsets_have_the_published_statistics() -> None:
-    offsets = np.array([p.offset for p in pinches()])
-    error = OFFSET_SD / np.sqrt(offsets.size)
-    assert offsets.mean() == pytest.approx(OFFSET_MEAN, abs=3 * error)
-    assert offsets.std() == pytest.approx(OFFSET_SD, rel=0.2)
-    assert offsets.min() >= 0
-    shape = (OFFSET_MEAN / OFFSET_SD) ** 2
-    # Offsets come in whole samples; half a sample of dither undoes that.
-    dither = np.random.default_rng(0).uniform(-0.5, 0.5, offsets.size) / LAYOUT.rate
-    gamma = stats.gamma(shape, scale=OFFSET_MEAN / shape)
-    assert stats.kstest(offsets + dither, gamma.cdf).pvalue > 0.01
 
 
 @pytest.mark.parametrize("condition", [PAPER_RIG, EVERYDAY], ids=lambda c: c.name)
@@ -146,3 +129,40 @@ def test_pinches_simulated_together_are_those_simulated_alone() -> None:
         alone = simulate_pinch(drawn(kinds[i], i), jobs[i].label, 7 * i, duration=0.2)
         assert together.data.tobytes() == alone.data.tobytes()
         assert (together.truth, together.label) == (alone.truth, alone.label)
+
+
+BEFORE, DURATION = 0.04, 0.06
+
+
+def silent(draw: PinchDraw) -> PinchDraw:
+    """Return the draw without noise and jitter, with its contact at a sampling instant."""
+    quiet = tuple(
+        replace(n, rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0, mains=0.0) for n in draw.noise
+    )
+    first_contact = round(draw.timing.first * FINGERTIP_RATE) / FINGERTIP_RATE
+    second_contact = first_contact + draw.timing.second - draw.timing.first
+    timing = draw.timing._replace(first=first_contact, second=second_contact)
+    return replace(draw, noise=quiet, jitter=0.0, timing=timing)
+
+
+@pytest.mark.parametrize("condition", CONDITIONS.values(), ids=lambda c: c.name)
+def test_excerpt_has_the_waveform_of_the_full_pinch(condition: Condition) -> None:
+    for number, kind in enumerate((BLOCKS[0], BLOCKS[-1], *EVERYDAY_OBJECTS[::3])):
+        draw = silent(drawn(kind, number, condition))
+        _, waveform = integrate_pinch(draw)
+        lead = round(BEFORE * FINGERTIP_RATE) / FINGERTIP_RATE
+        _, part = integrate_pinch(excerpt(draw, lead), duration=DURATION)
+        start = round((draw.timing.first - lead) * FINGERTIP_RATE)
+        expected = waveform[start : start + len(part), :, BUFFER]
+        error = np.abs(part[:, :, BUFFER] - expected).max() / np.abs(expected).max()
+        # What is left is how far the vibration had settled.
+        assert error < 1e-3
+
+
+def test_excerpt_is_a_pinch_with_its_contacts() -> None:
+    draw = drawn(BLOCKS[2])
+    pinch = simulate_pinch(excerpt(draw, BEFORE), Label(), duration=DURATION)
+    assert len(pinch.data) == round(DURATION * FINGERTIP_RATE)
+    contact = pinch.first
+    assert contact is not None
+    assert contact.sample / FINGERTIP_RATE == pytest.approx(BEFORE, abs=2 / FINGERTIP_RATE)

@@ -45,38 +45,6 @@ def test_plant_without_commands_equals_simulate(number: int) -> None:
     assert [outcome.first_contact, outcome.second_contact] == contacts
 
 
-@settings(max_examples=10)
-@given(st.integers(1, 400), st.sampled_from([0.0, 0.02, 0.08]))
-def test_any_steps_give_the_same_samples(piece: int, latency: float) -> None:
-    def run_plant(step: int) -> tuple[bytes, object]:
-        hand = plant(BERRY, 3, Drive(latency=latency))
-        parts = []
-        while hand.sample < 2400:
-            if hand.sample == 600:
-                hand.command(Command(0.04, 2.0))
-            stop = 600 if hand.sample < 600 else 2400
-            parts.append(hand.advance(min(step, stop - hand.sample)))
-        return np.concatenate(parts).tobytes(), hand.outcome
-
-    assert run_plant(piece) == run_plant(2400)
-
-
-@pytest.mark.parametrize("latency", [0.0, 0.02])
-def test_command_affects_all_samples_after_its_latency(latency: float) -> None:
-    drive = Drive(latency=latency)
-    uncommanded, commanded = plant(BLOCKS[2], 0, drive), plant(BLOCKS[2], 0, drive)
-    commanded.command(Command(commanded.nominal.speed, drive.force))
-    uncommanded.command(Command(uncommanded.nominal.speed, drive.force))
-    for hand in (uncommanded, commanded):
-        for _ in range(60):
-            hand.advance(5)
-    uncommanded.command(Command(-0.2, 12.0))
-    a, b = (np.concatenate([h.advance(5) for _ in range(100)]) for h in (uncommanded, commanded))
-    first_change = int((a != b).any(axis=1).argmax())
-    assert first_change >= drive.delay
-    assert first_change < drive.delay + 60
-
-
 def test_plant_ends_after_the_lift() -> None:
     hand = plant(BLOCKS[1])
     assert hand.now == 0

@@ -20,7 +20,6 @@ from firstcontact.twin import (
     TwinObject,
     integrate_pinch,
 )
-from firstcontact.twin._mechanics import CONTACT_FORCE
 from firstcontact.twin._pinch import BURN_IN, DURATION
 from firstcontact.twin._run import PinchRun
 
@@ -51,11 +50,6 @@ def test_any_pieces_give_the_same_bytes(
     assert same(run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE, times)
 
 
-def test_sample_by_sample_too() -> None:
-    out = pieces(PinchRun(drawn(BLOCKS[3]), DURATION, BURN_IN), list(range(ALL + 1)))
-    assert same(out[BURN_IN:], integrate_pinch(drawn(BLOCKS[3]))[1])
-
-
 @settings(max_examples=20)
 @given(st.lists(st.integers(1, ALL - 1), max_size=6), st.sampled_from([0.05, -0.1, 0.0]))
 def test_command_takes_effect_at_its_sample_for_any_pieces(cuts: list[int], speed: float) -> None:
@@ -73,14 +67,6 @@ def test_command_takes_effect_at_its_sample_for_any_pieces(cuts: list[int], spee
         return np.concatenate([before_command, after_command])
 
     assert same(commanded(cuts), commanded([]))
-
-
-def test_redundant_command_changes_nothing() -> None:
-    run = PinchRun(drawn(BLOCKS[2]), DURATION, BURN_IN)
-    begin = run.advance(500)
-    run.speed = run.nominal_speed
-    out = np.concatenate([begin, run.advance(ALL - 500)])
-    assert same(out[BURN_IN:], integrate_pinch(drawn(BLOCKS[2]))[1])
 
 
 def test_a_still_run_stays_still() -> None:
@@ -111,18 +97,6 @@ def test_pause_delays_the_contact_by_its_length() -> None:
     closed = run.advance(1500)[..., INDENTATION] > 0
     contact_time = (1300 + closed.any(axis=1).argmax()) / FINGERTIP_RATE
     assert contact_time == pytest.approx(timing.first + 1000 / FINGERTIP_RATE, abs=1e-3)
-
-
-def test_opening_hand_releases_the_object() -> None:
-    run = PinchRun(drawn(BLOCKS[2]), 1.0, BURN_IN)
-    hold = run.advance(ALL)
-    assert run.touched == (True, True)
-    assert (hold[-1, :, CONTACT_FORCE] > 1).all()
-    run.speed = -run.nominal_speed
-    out = run.advance(2000)
-    assert (out[-1, :, INDENTATION] < 0).all()
-    assert (out[-1, :, CONTACT_FORCE] == 0).all()
-    assert run.drive_speed == pytest.approx(-run.nominal_speed, rel=0.05)
 
 
 def test_motor_noise_follows_the_loudness() -> None:

@@ -93,8 +93,3 @@ def test_neighbour_in_a_row_has_crosstalk() -> None:
     out = read(np.full(3000, 8.0), VelostatParameters(), only_first)[-1]
     assert out[0] > out[1] > out[2]
     assert out[2] == out[3] == out[4] == out[5]
-
-
-@pytest.mark.parametrize(("noise", "count"), [(9.0, TOP), (-9.0, 0)])
-def test_force_converter_clips_at_its_rails(noise: float, count: int) -> None:
-    assert (read(np.zeros(100), VelostatParameters(), noise=noise) == count).all()

@@ -42,10 +42,6 @@ def test_same_seed_gives_the_same_scans_for_any_reads(cuts: list[int]) -> None:
     assert (np.concatenate(parts) == streamed("paper-rig")[0][:9000]).all()
 
 
-def test_another_seed_is_another_stream() -> None:
-    assert (TwinStream(seed=7).read(5000) != streamed("paper-rig")[0][:5000]).any()
-
-
 @pytest.mark.parametrize("condition", CONDITIONS)
 def test_scans_are_counts_and_strips(condition: str) -> None:
     scans, pinches = streamed(condition)
@@ -228,38 +224,6 @@ def test_command_changes_scans_only_after_the_latency() -> None:
     # A drive that stops is felt some milliseconds later, through gears and link.
     spread = [first_changes[k] - round(k * FINGERTIP_RATE) for k in first_changes]
     assert max(spread) < 0.03 * FINGERTIP_RATE
-
-
-def test_slowed_closing_touches_later_and_more_gently() -> None:
-    pinches, _ = uncommanded()
-    gaps = [p.truth[1].sample - p.truth[0].sample for p in pinches]
-    # The one whose second finger comes last: the drive has time to act.
-    at = int(np.argmax(gaps))
-    assert gaps[at] > 0.015 * FINGERTIP_RATE
-    tell: Tell = lambda s: s.command(Command(0.04, 12.0))  # noqa: E731
-    slowed, scans, _ = closings(tell, at, latency=0.0)
-    gap = slowed[at].truth[1].sample - slowed[at].truth[0].sample
-    assert gap > 1.5 * gaps[at]
-    finger = slowed[at].truth[1].finger
-
-    def knock(pinch: StreamPinch, scans: NDArray[np.uint16]) -> float:
-        contact_sample = pinch.truth[1].sample
-        return float(np.ptp(scans[contact_sample : contact_sample + 40, finger].astype(float)))
-
-    assert knock(slowed[at], scans) < 0.7 * knock(pinches[at], uncommanded()[1])
-
-
-def test_command_at_the_drawn_speed_keeps_the_contacts() -> None:
-    pinches, _ = uncommanded()
-
-    def tell(stream: TwinStream) -> None:
-        # The drawn speeds of this hand are within a few per cent of it.
-        stream.command(Command(0.13, 12.0))
-
-    commanded, _, _ = closings(tell, 1, latency=0.0)
-    for a, b in zip(commanded[1].truth, pinches[1].truth, strict=True):
-        assert a.finger == b.finger
-        assert abs((a.sample - commanded[1].start) - (b.sample - pinches[1].start)) < 15
 
 
 def test_release_opens_at_once_and_leaves_later_closings() -> None:

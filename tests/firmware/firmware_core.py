@@ -57,7 +57,7 @@ class _Scan(c.Structure):
 
 
 _SIZE, _U32, _U8 = c.c_size_t, c.c_uint32, c.c_uint8
-#: Result and arguments of each function. A name that begins with "put_" writes a payload into a buffer.
+#: Result and arguments of each function. Those named "put_" write a payload into a buffer.
 _FUNCTIONS = {
     "cobs_stuff": (_SIZE, _BYTES, _SIZE, _BYTES),
     "cobs_unstuff": (c.c_ssize_t, _BYTES, _SIZE, _BYTES),

@@ -61,14 +61,6 @@ def test_importing_it_imports_no_arrays() -> None:
     }
 
 
-def test_progress_counts_every_pinch(tmp_path: Path) -> None:
-    steps: list[int] = []
-    made = fc.simulate(
-        tmp_path / "few", pinches_per_block=1, pinches_per_object=0, progress=steps.append
-    )
-    assert sum(steps) == len(made) == 5
-
-
 def test_progress_counts_every_step(data: fc.Dataset, training: tuple[fc.Model, list[int]]) -> None:
     model, progress = training
     assert sum(progress) == 3 + len(model.windows)
@@ -101,32 +93,6 @@ def test_a_model_predicts_the_same_after_saving(
         )
         assert np.array_equal(predictions.value, selected.value, equal_nan=True)
         assert np.array_equal(predictions.low, selected.low, equal_nan=True)
-
-
-def test_predictions_hold_one_row_a_pinch(data: fc.Dataset, model: fc.Model) -> None:
-    predictions = model.predict(data, at=0.005, estimator="combined")
-    is_predicted = np.isfinite(predictions.value)
-    assert len(predictions) == len(data)
-    assert is_predicted.mean() > 0.8
-    assert (predictions.low <= predictions.value)[is_predicted].all()
-    assert (predictions.value <= predictions.high)[is_predicted].all()
-    assert (predictions.elapsed[is_predicted] <= 0.005 + 1 / 4936).all()
-
-
-def test_nothing_after_the_second_contact_is_used(data: fc.Dataset, model: fc.Model) -> None:
-    predictions = model.predict(data, contacts=[p.first for p in data.pinches])
-    for pinch, elapsed in zip(data.pinches, predictions.elapsed, strict=True):
-        if pinch.offset is not None and np.isfinite(elapsed):
-            assert elapsed <= pinch.offset + 1e-9
-
-
-def test_too_early_is_refused_by_the_name_of_the_parameter(
-    data: fc.Dataset, model: fc.Model
-) -> None:
-    for at in (0.0005, 5.0, float("nan")):
-        with pytest.raises(fc.InputError) as caught:
-            model.predict(data, at=at)
-        assert caught.value.parameter == "at"
 
 
 def test_the_predictor_is_chosen_by_its_name(data: fc.Dataset, model: fc.Model) -> None:
@@ -188,6 +154,8 @@ def test_each_wrong_value_is_refused_where_it_enters(
             ("out", lambda: fc.simulate(nul)),
             ("out", lambda: fc.record(source, nul, object="block 29")),
             ("out", lambda: fc.export_model(model, nul, to="c")),
+            ("at", lambda: model.predict(data, at=0.0005)),
+            ("detector", lambda: fc.evaluate(model, data, detector="svm")),  # type: ignore[arg-type]
             ("device", lambda: fc.open(nul)),
             ("model", lambda: fc.load_model(nul)),
             ("folder", lambda: model.save(nul)),
@@ -254,30 +222,6 @@ def test_evaluation_scores_each_predictor_apart(data: fc.Dataset, model: fc.Mode
     assert window.scored + window.left_out == len(data)
 
 
-def test_a_model_is_evaluated_from_its_folder(
-    data: fc.Dataset, model: fc.Model, tmp_path: Path
-) -> None:
-    assert fc.evaluate(str(model.save(tmp_path / "rig")), data) == fc.evaluate(model, data)
-
-
-def test_a_detector_that_is_not_fitted_is_refused_by_name(
-    data: fc.Dataset, model: fc.Model, tmp_path: Path
-) -> None:
-    folder = model.save(tmp_path / "rig")
-    for call in (
-        lambda: fc.evaluate(model, data, detector="svm"),  # type: ignore[arg-type]
-        lambda: fc.load_model(folder, detector="svm"),  # type: ignore[arg-type]
-    ):
-        with pytest.raises(fc.InputError) as caught:
-            call()
-        assert caught.value.parameter == "detector"
-
-
-def test_a_model_of_the_package_knows_no_rig(data: fc.Dataset) -> None:
-    wide = fc.adapt().predict(data, at=0.005)
-    assert np.isfinite(wide.value).mean() > 0.5
-
-
 def test_a_model_is_written_as_c(data: fc.Dataset, model: fc.Model, tmp_path: Path) -> None:
     assert fc.export_model(model, tmp_path / "c", to="c", data=data)
     assert list((tmp_path / "c").rglob("*.c"))
@@ -296,12 +240,6 @@ def test_contacts_are_detected(data: fc.Dataset) -> None:
         if d is not None and k is not None
     ]
     assert np.median(np.abs(late)) < 0.003
-
-
-def test_contacts_are_detected_by_the_detector_of_a_model(
-    data: fc.Dataset, model: fc.Model
-) -> None:
-    assert fc.detect(data, model) == fc.detect(data, model.own_detector)
 
 
 def test_live_gives_a_final_estimate_for_each_pinch() -> None:
@@ -383,12 +321,6 @@ def test_the_ros_node_publishes_each_estimate(monkeypatch: pytest.MonkeyPatch) -
         assert low <= value <= high
 
 
-@pytest.mark.parametrize(("example", "most"), [("live_callback.py", 15), ("ros_node.py", 40)])
-def test_examples_stay_short(example: str, most: int) -> None:
-    lines = (EXAMPLES / example).read_text(encoding="utf-8").splitlines()
-    assert len(lines) <= most
-
-
 @pytest.mark.parametrize(
     ("options", "parameter"),
     [
@@ -408,29 +340,10 @@ def test_live_refuses_before_it_touches_the_source(
     assert caught.value.parameter == parameter
 
 
-@pytest.mark.parametrize("shape", [30, np.float32(30), "30", "30 mm"])
+@pytest.mark.parametrize("shape", [np.float32(30), "30 mm"])
 def test_live_takes_a_shape_as_a_number_in_mm(shape: str | float, tmp_path: Path) -> None:
     with fc.open("twin", speed=8.0, seed=2) as source:
         path = tmp_path / "calibration.json"
         write_calibration(fc.calibrate(source, seconds=0.5), path)
         events = list(fc.live(source, calibration=path, shape=shape, pinches=1))
     assert {e.shape for e in events if isinstance(e, fc.Estimate)} == {"radius 30 mm"}
-
-
-def test_live_names_a_calibration_that_cannot_be_read(tmp_path: Path) -> None:
-    with pytest.raises(fc.InputError, match=r"none\.json"):
-        next(fc.live(fc.open("twin"), calibration=str(tmp_path / "none.json")))
-
-
-def test_a_recording_is_read_only_when_it_is_open(data: fc.Dataset, tmp_path: Path) -> None:
-    recording = next(iter(sorted(_recordings(tmp_path))))
-    with pytest.raises(fc.InputError, match="not open"):
-        list(fc.live(fc.open(recording, speed=float("inf"))))
-    with pytest.raises(fc.InputError) as caught:
-        next(fc.live(fc.open(str(recording)), hand="twin"))
-    assert caught.value.parameter == "hand"
-
-
-def _recordings(folder: Path) -> list[Path]:
-    fc.simulate(folder / "few", pinches_per_block=1, pinches_per_object=0)
-    return list((folder / "few").glob("*.mcap"))

@@ -23,7 +23,7 @@ from firstcontact.twin import (
     find_object,
     simulate_pinch,
 )
-from firstcontact_lab.report.state import named_subjects
+from firstcontact_lab.report.findings import named_subjects
 from firstcontact_lab.report.style import canvas, shades, uri
 from firstcontact_lab.study.page import read_study
 from firstcontact_lab.study.parts.anytime import ANYTIME, anytime_figure

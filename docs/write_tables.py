@@ -16,11 +16,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from firstcontact.core import to_tree
-from firstcontact_lab.grasping import chapters as grasp_chapters
+from firstcontact_lab.grasping import page as grasp_page
 from firstcontact_lab.grasping import sentences as grasp_sentences
-from firstcontact_lab.grasping.results import GraspResults
-from firstcontact_lab.report.results import SubjectResults, read_results
-from firstcontact_lab.report.state import SECONDS, named_subjects
+from firstcontact_lab.grasping.page import HOUSEHOLD
+from firstcontact_lab.grasping.results import Household
+from firstcontact_lab.report.findings import SECONDS, named_subjects
+from firstcontact_lab.report.results import SubjectResults
 from firstcontact_lab.report.tables import (
     ABSENT,
     Cell,
@@ -32,13 +33,12 @@ from firstcontact_lab.report.tables import (
     optional,
     row_table,
 )
-from firstcontact_lab.study.noises import noise_tables
 from firstcontact_lab.study.page import read_study, rows
 from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.parts.answer_time import ANSWER
 from firstcontact_lab.study.parts.in_force import IN_FORCE
 from firstcontact_lab.study.parts.objects import OBJECTS, PUBLISHED
-from firstcontact_lab.study.sets import overview
+from firstcontact_lab.study.sets import noise_tables, overview
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results"
@@ -47,12 +47,12 @@ TABLE = re.compile(
 )
 
 #: Tables of the grasp study, as its report has them.
-GRASP: Mapping[str, Callable[[GraspResults], Table]] = {
-    "grasp": lambda results: grasp_chapters.policies_table(results.household),
-    "grasp_reflex": lambda results: grasp_chapters.reflex_table(results.household),
-    "grasp_controls": lambda results: grasp_chapters.controls_table(results.household),
-    "grasp_estimates": lambda results: grasp_chapters.estimates_table(results.household),
-    "grasp_sensitivity": lambda results: grasp_chapters.sensitivity_table(results.household),
+GRASP: Mapping[str, Callable[[Household], Table]] = {
+    "grasp": grasp_page.policies_table,
+    "grasp_reflex": grasp_page.reflex_table,
+    "grasp_controls": grasp_page.controls_table,
+    "grasp_estimates": grasp_page.estimates_table,
+    "grasp_sensitivity": grasp_page.sensitivity_table,
 }
 #: Rows of the study that the results page shows first.
 MAIN = (
@@ -175,26 +175,29 @@ def tables(results: Path) -> dict[str, str]:
         subjects = {"here": read_study(results / "strikes.json").about}
         made["strikes"] = part_tables("short_windows", subjects) or made["strikes"]
     if (results / "grasp.json").is_file():
-        grasp = read_results(results / "grasp.json", GraspResults)
-        made["grasp_short"] = grasp_sentences.shortly(grasp.household) + "\n"
+        household = read_study(results / "grasp.json").about[HOUSEHOLD]
+        assert household is not None
+        made["grasp_short"] = grasp_sentences.shortly(household) + "\n"
         made["grasp_headline"] = "".join(
-            f"- {sentence}\n" for sentence in grasp_sentences.sentences(grasp)
+            f"- {sentence}\n" for sentence in grasp_sentences.sentences(household)
         )
         for name, make in GRASP.items():
-            made[name] = captioned(make(grasp))
+            made[name] = captioned(make(household))
     if (results / "benchmarks.json").is_file():
         made["benchmarks"] = ratio_table(results / "benchmarks.json")
     if (results / "sets.json").is_file():
         subjects = named_subjects(read_study(results / "sets.json"))
         made["sets"] = markdown(overview(subjects))
-        made["noises"] = "\n".join(map(markdown, noise_tables(subjects))) or made["noises"]
+        made["noises"] = (
+            "\n".join(markdown(table) for table in noise_tables(subjects) if table)
+            or made["noises"]
+        )
     return made
 
 
 def copy(source: Path, name: str) -> None:
     """Copy results into the docs, without the paths of the machine that ran the study."""
-    grasp = name == "grasp"
-    tree = to_tree(read_results(source, GraspResults) if grasp else read_study(source))
+    tree = to_tree(read_study(source))
     run = tree["study"]
     run.pop("asked", None)
     run["command"] = re.sub(r"(?<![^\s=])[^\s=]*/", "", run["command"])

@@ -37,6 +37,6 @@ pipeline = make_pipeline(
 
 
 if __name__ == "__main__":
-    results = benchmark("own_regressor:Loudness", ["paper-rig"], QUICK, 0, Serial())
-    for name, scores in results["paper-rig"].anytime.items():
+    results = benchmark("own_regressor:Loudness", "paper-rig", QUICK, 0, Serial())
+    for name, scores in results.anytime.items():
         print(name, {f"{ms} ms": round(rmse, 1) for ms, rmse in scores.rmse.items()})

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import types
+from dataclasses import asdict
 from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
 
 from firstcontact.core import ByName, Record
 from firstcontact.core._records import decode_by_name
+from firstcontact_lab.report.findings import State
 from firstcontact_lab.report.results import SubjectResults, subject_kind
+from firstcontact_lab.study.page import study_page
+from firstcontact_lab.study.part import StudySettings
 from firstcontact_lab.study.parts import PARTS
 
 
@@ -17,6 +21,18 @@ def results(**fields: Any) -> SubjectResults:
     """Return a subject's results. Missing fields of a record are zero or empty."""
     kind = study_subject()
     return msgspec.convert(filled(kind, fields), kind, dec_hook=decode_by_name)
+
+
+def study_state(settings: StudySettings | None = None, **changes: Any) -> State:
+    """Return the state of a study that has not begun."""
+    fields = {
+        "command": "firstcontact study",
+        "settings": asdict(settings or StudySettings()),
+        "options": {},
+        "parts": PARTS,
+        "page": study_page,
+    }
+    return State(**{**fields, **changes})
 
 
 def study_subject() -> type[SubjectResults]:

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core import holding_force
 from firstcontact.twin import HOUSEHOLD
-from firstcontact_lab.grasping._front import SCALES, find_scale, front, resampled
-from firstcontact_lab.grasping._household_numbers import less
+from firstcontact_lab.grasping._judgement import less
 from firstcontact_lab.grasping._table import Outcomes
+from firstcontact_lab.grasping._tuning import SCALES, find_scale, front, resampled
 
 Values = NDArray[np.float64]
 Draws = tuple[Outcomes, Outcomes]

@@ -10,12 +10,14 @@ import write_tables as numbers
 from pages import ROOT
 
 from firstcontact.grasp import POLICIES
-from firstcontact_lab.grasping._estimates import FIRMEST, USED
-from firstcontact_lab.grasping._front import Front
-from firstcontact_lab.grasping._household_numbers import baseline, candidate
-from firstcontact_lab.grasping.results import GraspResults, Household
+from firstcontact_lab.grasping._judgement import baseline, candidate
+from firstcontact_lab.grasping._tuning import Front
+from firstcontact_lab.grasping.page import HOUSEHOLD
+from firstcontact_lab.grasping.results import FIRMEST, USED, Household
 from firstcontact_lab.grasping.sentences import percent
-from firstcontact_lab.report.results import read_results
+from firstcontact_lab.report.findings import STUDY
+from firstcontact_lab.report.results import SubjectResults
+from firstcontact_lab.study.page import read_study
 
 WORDS = (
     "none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"
@@ -24,13 +26,15 @@ BLIND, OURS = baseline().name, candidate().name
 
 
 @cache
-def results() -> GraspResults:
-    return read_results(numbers.RESULTS / "grasp.json", GraspResults)
+def results() -> SubjectResults:
+    return read_study(numbers.RESULTS / "grasp.json").about
 
 
 @cache
 def household() -> Household:
-    return results().household
+    computed = results()[HOUSEHOLD]
+    assert computed is not None
+    return computed
 
 
 @cache
@@ -58,7 +62,7 @@ def test_sizes_and_seeds() -> None:
         f"{WORDS[len(judged.specimens)]} other specimens",
         f"are divided into {WORDS[on.folds]} folds",
         f"tries {on.budget} random settings of each policy",
-        f"are of `--seed {results().study.seed}`",
+        f"are of `--seed {results()[STUDY].seed}`",
     )
     assert household().objects == 34, "which the page writes in words, too"
     assert not set(on.hands) & set(judged.hands)

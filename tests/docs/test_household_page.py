@@ -6,7 +6,7 @@ import write_household as script
 from pages import ROOT
 
 from firstcontact.twin._household import HOLD, LIGHT, LOOSE_HOLD, SCATTER
-from firstcontact_lab.grasping._sensitivity import FRICTIONS, LIMITS, MASSES
+from firstcontact_lab.grasping._judgement import FRICTIONS, LIMITS, MASSES
 
 
 def test_its_tables_are_those_of_the_data() -> None:

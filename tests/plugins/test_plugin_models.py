@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from firstcontact.models import _cnn, _log_spectrum, _svm
 from firstcontact_lab.study.run import run_study
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.part import StudySettings
 small = replace(
     StudySettings(), block_pinches=20, object_pinches=4, durations=(0.015,), folds=3, brief=True,
     calls=20, detector="energy", workers=1, parts=("contacts", "objects", "inference"),

@@ -12,7 +12,7 @@ import pytest
 
 from firstcontact.core import InputError
 from firstcontact.recording import find_recordings, import_path, load_dataset
-from firstcontact_lab.study._sources import recorded
+from firstcontact_lab.study.run import recorded
 
 # Dies when all recordings are written and none has its place yet.
 KILLED = """

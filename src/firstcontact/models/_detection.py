@@ -24,9 +24,8 @@ GUARD = 0.001
 WINDOW_STEP = 0.003
 #: Largest distance of a first trigger from the strip's contact, s.
 TOLERANCE = 0.003
-#: Time after a known contact up to which all windows are judged, s. Two users need it: the contact
-#: window of a score (:data:`GUARD` plus a detector's step), and the study's figure of one pinch,
-#: which shows 30 ms (``firstcontact_lab/study/_contact_figures.py``).
+#: Time after a known contact up to which all windows are judged, s. The contact window of a score
+#: needs :data:`GUARD` plus a detector's step.
 JUDGED = 0.035
 
 

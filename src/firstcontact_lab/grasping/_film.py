@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from firstcontact.core import FINGERTIP_RATE, GREY, INK, RED, holding_force
 from firstcontact.grasp import POLICIES
 from firstcontact.twin import Lift
-from firstcontact_lab.grasping._approach import Pick, pick_specimen
+from firstcontact_lab.grasping._hands import OwnHands
 from firstcontact_lab.grasping._judgement import SettingsOf
-from firstcontact_lab.grasping._own_hand import OwnHand
-from firstcontact_lab.grasping._real import RealJob, played
+from firstcontact_lab.grasping._picks import FullJob, Pick, pick_specimen, play
 from firstcontact_lab.grasping.results import Filmed
 from firstcontact_lab.report.style import STYLE
 
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
 KINDS, BEFORE, AFTER = ("raspberry", "hammer, at its handle"), 0.05, 0.65
 #: Number of pictures, and pictures per second.
 PICTURES, PACE = 72, 12
-#: Time from the first contact to the lift, s.
-LIFT = Lift().delay
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,20 +42,18 @@ class Take:
     became: str
 
 
-def take(
-    pick: Pick, policy: str, settings: SettingsOf, hands: Mapping[tuple[int, float], OwnHand]
-) -> Take:
+def take(pick: Pick, policy: str, settings: SettingsOf, hands: OwnHands) -> Take:
     """Simulate a full closing, with settings that were not tuned on the object's family."""
-    played_closing = played(RealJob(pick, policy, settings(pick.kind)), hands)
-    outcome, row = played_closing.plant.outcome, played_closing.row
+    course = play(FullJob(pick, policy, settings(pick.kind)), hands)
+    outcome, row = course.plant.outcome, course.row
     specimen = pick_specimen(pick)
     first = outcome.first_contact or 0.0
     second = outcome.second_contact
     return Take(
         policy,
         pick.kind,
-        np.arange(len(played_closing.forces)) / FINGERTIP_RATE - first,
-        played_closing.forces.min(axis=1),
+        np.arange(len(course.forces)) / FINGERTIP_RATE - first,
+        course.forces.min(axis=1),
         None if second is None else second - first,
         holding_force(specimen.mass, specimen.friction),
         np.inf if specimen.fragility is None else specimen.fragility.scale,
@@ -72,7 +67,7 @@ def film(
     hand: int,
     specimen: int,
     settings: Mapping[str, SettingsOf],
-    hands: Mapping[tuple[int, float], OwnHand],
+    hands: OwnHands,
     pictures: int = PICTURES,
 ) -> Filmed:
     """Write an animated GIF with one row per object and one column per policy."""
@@ -128,10 +123,10 @@ def _panel(axis: Axes, shot: Take, now: float, most: float) -> None:
         axis.text(640, most * 0.97, "crushed above", ha="right", va="top", fontsize=7.5, color=RED)
     if shot.second is not None and now >= shot.second:
         axis.axvline(1e3 * shot.second, color=GREY, linewidth=0.9, linestyle=":")
-    if now >= LIFT:
-        axis.axvline(1e3 * LIFT, color=GREY, linewidth=0.9, linestyle="--")
+    if now >= Lift().delay:
+        axis.axvline(1e3 * Lift().delay, color=GREY, linewidth=0.9, linestyle="--")
         axis.text(
-            1e3 * LIFT - 8, 0.97 * most, "lifted", ha="right", va="top", fontsize=7.5,
+            1e3 * Lift().delay - 8, 0.97 * most, "lifted", ha="right", va="top", fontsize=7.5,
             color="#52606D",
         )  # fmt: skip
     axis.set_xlim(-1e3 * BEFORE, 1e3 * AFTER)

@@ -1,69 +1,328 @@
-"""Run of the household part of the study: models of the hands, tables, tuning and judging."""
+"""Household part of the grasp study: tables of closings, judged policies, and all results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.core import Runner
-from firstcontact_lab.grasping._approach import Pick
-from firstcontact_lab.grasping._branches import Branches, Branching, branches
-from firstcontact_lab.grasping._findings import findings
-from firstcontact_lab.grasping._full_closings import full_closings
-from firstcontact_lab.grasping._household_numbers import Tables, resample_weights
-from firstcontact_lab.grasping._judgement import SettingsOf, judgement
-from firstcontact_lab.grasping._own_hand import HandSeed, OwnHand, own_hand
-from firstcontact_lab.grasping._table import Table
-from firstcontact_lab.grasping.results import Household
+from firstcontact.grasp import POLICIES
+from firstcontact.twin import household_named
+from firstcontact_lab.grasping._hands import HandSeed, OwnHands, own_hand
+from firstcontact_lab.grasping._judgement import (
+    FULL,
+    Judged,
+    Judgement,
+    SettingsOf,
+    Tables,
+    baseline,
+    between,
+    candidate,
+    ceiling,
+    drops,
+    fewer,
+    fewer_as_bold,
+    judgement,
+    permuted,
+    resample_weights,
+    sensitivity,
+)
+from firstcontact_lab.grasping._picks import FullJob, FullRow, Pick, full_closing
+from firstcontact_lab.grasping._table import Branches, Branching, ClosingTable, Values, branches
+from firstcontact_lab.grasping._tuning import DAMAGE, FAMILIES, TUNED, Front, family, folds
+from firstcontact_lab.grasping.results import (
+    CEILING,
+    FIRMEST,
+    USED,
+    Between,
+    ChosenSettings,
+    Estimates,
+    FrontPoints,
+    Household,
+    ObjectErrors,
+    RealClosings,
+    Reflexes,
+    ReflexSuccess,
+    TunedOn,
+)
 from firstcontact_lab.grasping.settings import HouseholdSettings
 
-OwnHands = dict[tuple[int, float], OwnHand]
+#: Target of the study: relative reduction in drops.
+TARGET = 0.35
+#: Lengths of the windows, s.
+WINDOWS = (0.003, 0.005, 0.008, 0.015)
+#: Tolerance for the length of a window, s, because windows have whole numbers of samples.
+HALF = 1e-4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HouseholdWork:
-    """Results of the household part, and what the film needs: models of hands, tuned settings."""
+class HouseholdStudy:
+    """Steps of the household part, in order, and their intermediate results."""
 
-    results: Household
     hands: OwnHands
-    chosen: Mapping[str, SettingsOf]
+    tuning: list[Branches]
+    rows: list[Branches]
+    tables: Tables
+    weights: Values
+    judgement: Judgement
+    full: list[FullRow]
 
+    def __init__(self, settings: HouseholdSettings, seed: int, runner: Runner) -> None:
+        self.settings, self._seed, self._runner = settings, seed, runner
+        self._how = Branching(settings.speeds, settings.forces, settings.boosts)
+        self.tuning_hands, self.judged_hands = settings.hand_seeds(seed)
 
-def household(
-    settings: HouseholdSettings, seed: int, runner: Runner, stage: Callable[[str], object]
-) -> HouseholdWork:
-    """Run the household part of the study."""
-    how = Branching(settings.speeds, settings.forces, settings.boosts)
-    tuning_hands, judged_hands = settings.hand_seeds(seed)
-    stage("own hands")
-    hands = [HandSeed(h, v) for h in (*tuning_hands, *judged_hands) for v in how.speeds]
-    made = runner.map(own_hand, hands, settings.blocks)
-    hands_by_speed: OwnHands = {(h.seed, h.speed): o for h, o in zip(hands, made, strict=True)}
+    def adapt_hands(self) -> None:
+        """Adapt every hand to its own blocks, at each approach speed."""
+        seeds = (*self.tuning_hands, *self.judged_hands)
+        hands = [HandSeed(h, v) for h in seeds for v in self._how.speeds]
+        made = self._runner.map(own_hand, hands, self.settings.blocks)
+        self.hands = {(h.seed, h.speed): o for h, o in zip(hands, made, strict=True)}
 
-    def table(title: str, seeds: Sequence[int], specimens: Sequence[int]) -> list[Branches]:
-        stage(title)
-        picks = [Pick(k, h, s) for k in settings.kinds for h in seeds for s in specimens]
-        return runner.map(
-            branches, [(p, v) for p in picks for v in how.speeds], hands_by_speed, how
+    def simulate_tuning(self) -> None:
+        """Simulate the closings for the tuning of policies."""
+        self.tuning = self._closings(self.tuning_hands, self.settings.tuning_specimens)
+
+    def simulate_judged(self) -> None:
+        """Simulate the closings on which policies are judged."""
+        self.rows = self._closings(self.judged_hands, self.settings.judged_specimens)
+
+    def _closings(self, seeds: Sequence[int], specimens: Sequence[int]) -> list[Branches]:
+        picks = [Pick(k, h, s) for k in self.settings.kinds for h in seeds for s in specimens]
+        jobs = [(p, v) for p in picks for v in self._how.speeds]
+        return self._runner.map(branches, jobs, self.hands, self._how)
+
+    def tune(self) -> None:
+        """Tune and judge all policies in the tables of closings."""
+        settings = self.settings
+        self.tables = Tables(
+            ClosingTable.from_branches(self.tuning, self._how),
+            ClosingTable.from_branches(self.rows, self._how),
+            settings.folds,
+            settings.budget,
+            settings.few,
+            self._seed,
+        )
+        self.weights = resample_weights(self.tables.judged, self._seed)
+        self.judgement = judgement(self.tables)
+
+    def close(self) -> None:
+        """Simulate full closings of every pick for judging, without the table of closings."""
+        chosen = self.judgement.chosen()
+        jobs = [
+            FullJob(
+                pick, kind.name, chosen[kind.name](pick.kind),
+                *(FULL if kind.has_reflex() else ("abrupt", None)),
+            )
+            for kind in (baseline(), candidate(), baseline(True), candidate(True))
+            for pick in self.tables.judged.picks
+        ]  # fmt: skip
+        self.full = self._runner.map(full_closing, jobs, self.hands)
+
+    def filmed(self) -> dict[str, SettingsOf]:
+        """Return the settings of the two policies of the film: without and with stiffness."""
+        chosen = self.judgement.chosen()
+        return {kind.name: chosen[kind.name] for kind in (baseline(), candidate())}
+
+    def results(self) -> Household:
+        """Return all results of the household part, with those of control experiments."""
+        tables, table, weights = self.tables, self.tables.judged, self.weights
+        judged, seed = self.judgement, self.tables.seed
+        blind, ours, everyone = judged.blind, judged.ours, judged.everyone
+        best = ceiling(table)
+        between_of = {name: drops(policy, weights) for name, policy in everyone.items()}
+        closings = {name: self._shares(name, policy) for name, policy in self._full_of(everyone)}
+        successes = {name: _success(policy) for name, policy in everyone.items()}
+        count = self.settings.permutations
+        return Household(
+            objects=len(set(table.kinds)),
+            hands=len(set(table.hands.tolist())),
+            picks=len(table.picks),
+            damage=DAMAGE,
+            success={
+                **successes,
+                **{name: policy.success for name, policy in closings.items()},
+                CEILING: 1 - float((best.dropped + best.damaged).min()),
+            },
+            drops_at_10_damage={
+                **{name: policy.value for name, policy in between_of.items()},
+                CEILING: float(best.drop_share()),
+            },
+            drops_between=between_of,
+            fewer_drops_than_blind=fewer(ours, blind, weights),
+            fewer_drops_as_bold=fewer_as_bold(ours, blind, weights),
+            success_gain=self._success_gain(),
+            fewer={n: fewer(f, blind, weights) for n, f in judged.plain.items() if f is not blind},
+            target=TARGET,
+            controls={
+                "mass_permuted": permuted(tables, count, True, False, seed),
+                "damage_permuted": permuted(tables, count, False, True, seed),
+                "both_permuted": permuted(tables, count, True, True, seed),
+            },
+            slip_reflex={n: _reflexes(b, s, weights) for n, (b, s) in judged.reflexes.items()},
+            sensitivity=sensitivity(tables),
+            fronts={
+                **{name: _points(policy.front) for name, policy in everyone.items()},
+                CEILING: _points(best),
+            },
+            closings=closings,
+            estimates=self._estimates(),
+            by_object=self._by_object(),
+            tuned={name: _chosen(policy, judged.fold_of) for name, policy in everyone.items()},
+            tuned_on=self._picks_of(tables.tuning),
+            judged_on=self._picks_of(table),
         )
 
-    tuning = table("closings to tune on", tuning_hands, settings.tuning_specimens)
-    rows = table("closings to judge", judged_hands, settings.judged_specimens)
-    stage("tuning")
-    tables = Tables(
-        Table.from_branches(tuning, how),
-        Table.from_branches(rows, how),
-        settings.folds,
-        settings.budget,
-        settings.few,
-        seed,
+    def _picks_of(self, table: ClosingTable) -> TunedOn:
+        return TunedOn(
+            hands=sorted(set(table.hands.tolist())),
+            specimens=sorted({pick.specimen for pick in table.picks}),
+            picks=len(table.picks),
+            budget=self.tables.budget,
+            folds=self.tables.folds,
+            families=[list(words) for words in FAMILIES],
+        )
+
+    def _full_of(self, everyone: Mapping[str, Judged]) -> Iterable[tuple[str, Judged]]:
+        return ((name, everyone[name]) for name in dict.fromkeys(r.job.policy for r in self.full))
+
+    def _success_gain(self) -> Between:
+        """Return the share of successes with stiffness minus the share without, on equal picks."""
+        ours, blind = (
+            np.array([not (r.dropped or r.damaged) for r in self.full if r.job.policy == k.name])
+            for k in (candidate(), baseline())
+        )
+        return self._share(ours.astype(float) - blind.astype(float))
+
+    def _share(self, flags: Values | NDArray[np.bool_]) -> Between:
+        """Return the mean over picks with its bootstrap interval."""
+        drawn = flags.astype(np.float64) @ self.weights / self.weights.sum(axis=0)
+        return between(float(flags.mean()), drawn)
+
+    def _shares(self, name: str, judged: Judged) -> RealClosings:
+        """Return the share of each outcome in the full closings of a tuned policy."""
+        rows = [row for row in self.full if row.job.policy == name]
+        damaged = np.array([r.damaged for r in rows])
+        # A damaged object that also falls counts as damaged only.
+        dropped = np.array([r.dropped for r in rows]) & ~damaged
+        fine = ~(dropped | damaged)
+        outcomes = judged.outcomes
+        alike = fine == (np.maximum(outcomes.dropped[TUNED], outcomes.damaged[TUNED]) < 1)
+        deadline = POLICIES[name].deadline
+        times = [1e3 * r.steady for r in rows if r.steady is not None]
+        shares = {
+            "success": self._share(fine),
+            "dropped": self._share(dropped),
+            "damaged": self._share(damaged),
+        }
+        return RealClosings(
+            n=len(rows),
+            **{outcome: share.value for outcome, share in shares.items()},
+            steady=len(times) / len(rows),
+            steady_ms=float(np.mean(times)) if times else None,
+            as_table=float(alike.mean()),
+            in_time=None if deadline is None else float(np.mean([r.estimates > 0 for r in rows])),
+            intervals={outcome: (share.low, share.high) for outcome, share in shares.items()},
+        )
+
+    def _approaches(self) -> list[Branches]:
+        """Return one closing of each pick, at the approach speed that was tuned for its object."""
+        judged = self.judgement
+        speeds = [chosen.settings["approach"] for chosen in judged.ours.chosen]
+        fold_of = folds(sorted(set(self.tables.judged.kinds)), self.tables.folds)
+        return [row for row in self.rows if row.speed == speeds[fold_of[row.pick.kind]]]
+
+    def _estimates(self) -> Estimates:
+        """Return errors and times of the live estimates over all picks for judging."""
+        rows = self._approaches()
+        within = [r for r in rows if _label(r) <= FIRMEST]
+        longest = [max((a.elapsed for a in r.answers), default=0.0) for r in rows]
+        hands = sorted({(r.pick.hand, r.speed) for r in rows})
+        return Estimates(
+            rmse=_rmse(_errors(rows)),
+            bearing=_rmse(_errors(within)),
+            decided={f"{1e3 * w:g}": float(np.mean([d >= w - 5e-4 for d in longest]))
+                     for w in WINDOWS},
+            block_rmse=float(np.sqrt(np.mean([self.hands[h].rmse ** 2 for h in hands]))),
+            unanswered=float(np.mean([r.estimate is None for r in rows])),
+            heard=float(np.mean([r.heard is not None for r in rows])),
+        )  # fmt: skip
+
+    def _by_object(self) -> dict[str, ObjectErrors]:
+        """Return for each object the errors of its estimates, and its drops and damage."""
+        policies = {baseline().name: self.judgement.blind, candidate().name: self.judgement.ours}
+        by_kind: dict[str, list[Branches]] = {}
+        for row in self._approaches():
+            by_kind.setdefault(row.pick.kind, []).append(row)
+        out = {}
+        for kind, rows in by_kind.items():
+            errors = _errors(rows)
+            of_kind = self.tables.judged.kinds == kind
+            numbers = household_named(kind).numbers
+            outcomes = {name: policy.outcomes for name, policy in policies.items()}
+            out[kind] = ObjectErrors(
+                shore_a=numbers.shore_a.value,
+                family=family(kind),
+                fragile=numbers.limit is not None,
+                n=len(rows),
+                answered=len(errors[USED]),
+                rmse=_rmse(errors),
+                bias=float(np.mean(errors[USED])) if errors[USED] else None,
+                drops={n: float(o.dropped[TUNED, of_kind].mean()) for n, o in outcomes.items()},
+                damage={n: float(o.damaged[TUNED, of_kind].mean()) for n, o in outcomes.items()},
+            )
+        return out
+
+
+def _label(row: Branches) -> float:
+    return household_named(row.pick.kind).numbers.shore_a.value
+
+
+def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
+    """Return the errors of estimates, in Shore A, by window length in ms and under "used"."""
+    errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
+    errors[USED] = []
+    for row in rows:
+        label = _label(row)
+        for window in WINDOWS:
+            complete = [a for a in row.answers if abs(a.elapsed - window) < 5e-4 + HALF]
+            if complete:
+                nearest = min(complete, key=lambda a: abs(a.elapsed - window))
+                errors[f"{1e3 * window:g}"].append(nearest.value - label)
+        if row.estimate is not None:
+            errors[USED].append(row.estimate.value - label)
+    return errors
+
+
+def _rmse(errors: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    return {w: float(np.sqrt(np.mean(np.square(e)))) for w, e in errors.items() if len(e)}
+
+
+def _success(judged: Judged) -> float:
+    """Return the share of picks that a tuned policy neither drops nor damages."""
+    outcomes = judged.outcomes
+    return float(1 - np.maximum(outcomes.dropped[TUNED], outcomes.damaged[TUNED]).mean())
+
+
+def _points(front: Front) -> FrontPoints:
+    return FrontPoints(dropped=front.dropped.tolist(), damaged=front.damaged.tolist())
+
+
+def _reflexes(blind: Judged, ours: Judged, weights: Values) -> Reflexes:
+    return Reflexes(
+        blind=drops(blind, weights),
+        stiffness=drops(ours, weights),
+        fewer=fewer(ours, blind, weights),
+        success=ReflexSuccess(blind=_success(blind), stiffness=_success(ours)),
     )
-    weights = resample_weights(tables.judged, seed)
-    judged_policies = judgement(tables)
-    stage("full closings")
-    full = full_closings(judged_policies, tables.judged, weights, hands_by_speed, runner)
-    stage("controls")
-    results = findings(
-        tables, rows, hands_by_speed, judged_policies, full, weights, settings.permutations
-    )
-    return HouseholdWork(results, hands_by_speed, judged_policies.chosen())
+
+
+def _chosen(judged: Judged, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
+    return [
+        ChosenSettings(
+            left_out=[kind for kind, policy in fold_of.items() if policy == fold],
+            settings=one.settings, tried=one.tried, drops=one.drops, damage=one.damage,
+        )
+        for fold, one in enumerate(judged.chosen)
+    ]  # fmt: skip

@@ -1,49 +1,172 @@
-"""Judgement of the policies for household objects: tuned on some picks, scored on others.
+"""Judgement of the household policies: tuned on some picks, scored on others; controls.
 
 Policies get live estimates, or labels with added noise. They have a slip reflex or none.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import product
 
-from firstcontact_lab.grasping._branches import DETECTION, LIFTS
-from firstcontact_lab.grasping._families import folds
-from firstcontact_lab.grasping._household_numbers import (
-    Judged,
-    Tables,
-    baseline,
-    candidate,
-    conditions,
-    household_policies,
-    judged,
-    labelled,
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.grasp import POLICIES, Part, Policy, Task
+from firstcontact.testing import make_estimate
+from firstcontact.twin import Quantity, household_named
+from firstcontact_lab.grasping._picks import LIFTS
+from firstcontact_lab.grasping._table import DETECTION, ClosingTable, Outcomes, Reflexed, Values
+from firstcontact_lab.grasping._tuning import (
+    SCALES,
+    SCATTER,
+    Candidate,
+    Chosen,
+    Front,
+    PickEstimates,
+    choose,
+    find_scale,
+    folds,
+    front,
+    policy_forces,
+    policy_settings,
+    resampled,
+    speed_place,
+    swept,
 )
+from firstcontact_lab.grasping.results import Between
 
+#: Number of resamples for an interval.
+RESAMPLES = 1000
+#: Half width of a normal's 90 % interval, in standard deviations.
+NORMAL = 1.645
 #: RMSE of the noise that is added to labels, Shore A; 0 for exact labels.
 NOISES = (0.0, 3.0, 5.0, 10.0)
 #: Kind of lift and latency of the slip detection in full closings with a slip reflex.
 FULL = ("gradual", DETECTION[0])
+#: Factors by which the estimated limits, masses and friction coefficients are multiplied.
+LIMITS, MASSES, FRICTIONS = (0.7, 1.4), (0.8, 1.25), (0.8, 1.25)
+#: Number of draws with random factors on the limits, and standard deviation of these factors.
+DRAWS, SPREAD = 8, 0.3
 
 #: Function from the name of an object to the settings of a policy that is judged on it.
 SettingsOf = Callable[[str], Mapping[str, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """Tables for tuning and for judging: same objects, but different hands and specimens."""
+
+    tuning: ClosingTable
+    judged: ClosingTable
+    folds: int
+    budget: int
+    few: bool
+    seed: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """Outcomes of a policy on objects and hands on which its settings were not tuned.
+
+    ``outcomes`` are by scale (the factor on the tuned forces, smallest first) and by pick.
+    ``chosen`` holds the settings of each fold of objects.
+    """
+
+    outcomes: Outcomes
+    chosen: tuple[Chosen, ...]
+
+    @property
+    def front(self) -> Front:
+        """Shares of dropped and of damaged picks at each scale, over all picks."""
+        return front(self.outcomes)
+
+
+def household_policies() -> dict[str, type[Policy]]:
+    """Return the policies for household objects by name, in the order of the registry."""
+    return {n: p for n, p in POLICIES.items() if p.task is Task.HOUSEHOLD}
+
+
+def _policy(part: Part, reflex: bool) -> type[Policy]:
+    policies = household_policies().values()
+    return next(p for p in policies if p.part is part and p.has_reflex() is reflex)
+
+
+def baseline(reflex: bool = False) -> type[Policy]:
+    """Return the policy that uses no stiffness, with or without a slip reflex."""
+    return _policy(Part.BASELINE, reflex)
+
+
+def candidate(reflex: bool = False) -> type[Policy]:
+    """Return the policy that acts on the estimate, with or without a slip reflex."""
+    return _policy(Part.CANDIDATE, reflex)
+
+
+def labelled(table: ClosingTable, rmse: float, seed: int) -> list[PickEstimates]:
+    """Return noisy labels of all picks in place of estimates. Each speed gets the same list."""
+    rng = np.random.default_rng([seed, round(1e3 * rmse)])
+    noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
+    half = NORMAL * rmse
+    estimates = [make_estimate(float(s), float(s) - half, float(s) + half) for s in noisy]
+    return [estimates for _ in table.how.speeds]
+
+
+def tried_on(
+    tables: Tables,
+    kind: type[Policy],
+    estimates: Sequence[PickEstimates],
+    reflex: tuple[int, int] | None = None,
+) -> list[Candidate]:
+    """Return the settings to try for a policy, with their outcomes in the table for tuning."""
+    settings = policy_settings(kind, tables.budget, tables.few, tables.seed)
+    return [
+        Candidate(one, swept(kind, one, tables.tuning, estimates, reflex, SCATTER))
+        for one in settings
+    ]
+
+
+def judged(
+    tables: Tables,
+    kind: type[Policy],
+    estimates: tuple[Sequence[PickEstimates], Sequence[PickEstimates]] | None = None,
+    reflex: tuple[int, int] | None = None,
+) -> Judged:
+    """Judge a policy on each fold of objects, with settings tuned on all other folds."""
+    tuning, judging = estimates or (tables.tuning.estimates, tables.judged.estimates)
+    tried = tried_on(tables, kind, tuning, reflex)
+
+    @cache
+    def outcomes(settings: tuple[tuple[str, float], ...]) -> Outcomes:
+        return swept(kind, dict(settings), tables.judged, judging, reflex)
+
+    return _by_fold(tables, tried, lambda chosen: outcomes(tuple(chosen.settings.items())))
+
+
+def _by_fold(
+    tables: Tables, tried: Sequence[Candidate], outcomes: Callable[[Chosen], Outcomes]
+) -> Judged:
+    fold_of = folds(sorted(set(tables.tuning.kinds) | set(tables.judged.kinds)), tables.folds)
+    learn = np.array([fold_of[k] for k in tables.tuning.kinds])
+    ask = np.array([fold_of[k] for k in tables.judged.kinds])
+    dropped, damaged = np.zeros((2, len(SCALES), len(ask)))
+    chosen = []
+    for fold in range(tables.folds):
+        chosen.append(choose(tried, learn != fold))
+        outcome, selected = outcomes(chosen[-1]), ask == fold
+        dropped[:, selected] = outcome.dropped[:, selected]
+        damaged[:, selected] = outcome.damaged[:, selected]
+    return Judged(Outcomes(dropped, damaged), tuple(chosen))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
     """Outcomes of the policies on picks that were not used for tuning.
 
-    Parameters
-    ----------
-    plain
-        Outcomes of policies without a slip reflex, by name. Some policies get labels with noise as
-        estimates.
-    reflexes
-        Outcomes of the two policies with a slip reflex: one ignores stiffness, the other uses it.
-        The key names the lift and the latency of the slip detection.
-    fold_of
-        Fold of each object. The settings for a fold were tuned without the objects of the fold.
+    ``plain`` holds policies without a slip reflex; some get labels with noise as estimates.
+    ``reflexes`` holds the two policies with a slip reflex, without and with stiffness, by the lift
+    and the latency of the slip detection. ``fold_of`` is the fold of each object: the settings for
+    a fold were tuned without its objects.
     """
 
     plain: Mapping[str, Judged]
@@ -63,18 +186,18 @@ class Judgement:
     @property
     def everyone(self) -> dict[str, Judged]:
         """Outcomes by policy. Lift and latency of policies with a slip reflex are ``FULL``."""
+        place = (list(LIFTS).index(FULL[0]), DETECTION.index(FULL[1]))
+        full = next(name for name, at in conditions().items() if at == place)
         names = (baseline(True).name, candidate(True).name)
-        return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
+        return {**self.plain, **dict(zip(names, self.reflexes[full], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Return by policy a function that takes an object, and returns its settings.
+        """Return by policy a function from an object to the settings that were tuned without it."""
 
-        These settings were tuned without the object.
-        """
-        return {name: self._fold_settings(policy) for name, policy in self.everyone.items()}
+        def of_policy(policy: Judged) -> SettingsOf:
+            return lambda kind: policy.chosen[self.fold_of[kind]].settings
 
-    def _fold_settings(self, policy: Judged) -> SettingsOf:
-        return lambda kind: policy.chosen[self.fold_of[kind]].settings
+        return {name: of_policy(policy) for name, policy in self.everyone.items()}
 
 
 def judgement(tables: Tables) -> Judgement:
@@ -85,7 +208,8 @@ def judgement(tables: Tables) -> Judgement:
             labelled(tables.tuning, noise, tables.seed),
             labelled(tables.judged, noise, tables.seed + 1),
         )
-        plain[_noise(noise)] = judged(tables, candidate(), estimates)
+        name = "label" if noise == 0 else f"label_rmse_{noise:g}"
+        plain[name] = judged(tables, candidate(), estimates)
     reflexes = {
         name: (judged(tables, baseline(True), None, at), judged(tables, candidate(True), None, at))
         for name, at in conditions().items()
@@ -93,10 +217,167 @@ def judgement(tables: Tables) -> Judgement:
     return Judgement(plain, reflexes, folds(sorted(set(tables.judged.kinds)), tables.folds))
 
 
-def _full() -> str:
-    place = (list(LIFTS).index(FULL[0]), DETECTION.index(FULL[1]))
-    return next(name for name, at in conditions().items() if at == place)
+def conditions() -> dict[str, tuple[int, int]]:
+    """Return the indices of lift and of detection latency, by names such as "abrupt, 100 ms"."""
+    return {
+        f"{lift}, {1e3 * wait:g} ms": (a, b)
+        for a, lift in enumerate(LIFTS)
+        for b, wait in enumerate(DETECTION)
+    }
 
 
-def _noise(rmse: float) -> str:
-    return "label" if rmse == 0 else f"label_rmse_{rmse:g}"
+def ceiling(table: ClosingTable) -> Front:
+    """Return the front of the best choice for each pick: approach speed, force and slip reflex."""
+    forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
+    grid = np.repeat(forces[:, None], len(table.picks), axis=1)
+    reflexes = product(range(len(LIFTS)), range(len(DETECTION)), range(len(table.how.boosts)))
+    acting = [None, *(Reflexed(*places) for places in reflexes)]
+    outcomes = [table.outcomes(v, grid, r) for v in range(len(table.how.speeds)) for r in acting]
+    dropped = np.concatenate([f.dropped for f in outcomes])
+    damaged = np.concatenate([f.damaged for f in outcomes])
+    picks = np.arange(len(table.picks))
+    points = []
+    for price in (100.0, 0.01):
+        best = np.argmin(dropped + price * damaged, axis=0)
+        points.append((dropped[best, picks].mean(), damaged[best, picks].mean()))
+    return Front(*np.array(points).T)
+
+
+def resample_weights(table: ClosingTable, seed: int) -> Values:
+    """Return bootstrap weights of the picks: each resample draws kinds and hands."""
+    groups = np.array([household_named(pick.kind).group for pick in table.picks])
+    return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
+
+
+def between(value: float, drawn: Values) -> Between:
+    """Return a number with its interval: the middle 95 % of the values in ``drawn``."""
+    low, high = np.nanpercentile(drawn, [2.5, 97.5])
+    return Between(value=value, low=float(low), high=float(high))
+
+
+def drops(policy: Judged, weights: Values) -> Between:
+    """Return the share of dropped picks at 10 % damage, with its bootstrap interval."""
+    return between(float(policy.front.drop_share()), front(policy.outcomes, weights).drop_share())
+
+
+def less(dropped: Values, theirs: Values) -> Values:
+    """Return 1 - ``dropped`` / ``theirs``, the relative reduction in drops, limited to -1 to 1."""
+    ratio = np.where(
+        theirs > 0, dropped / np.maximum(theirs, 1e-9), np.where(dropped > 0, 2.0, 1.0)
+    )
+    return np.asarray(np.clip(1 - ratio, -1.0, 1.0))
+
+
+def fewer(ours: Judged, theirs: Judged, weights: Values | None = None) -> Between:
+    """Return the relative reduction in drops from policy ``theirs`` to ``ours``, at 10 % damage."""
+    value = float(less(ours.front.drop_share(), theirs.front.drop_share()))
+    if weights is None:
+        return Between(value=value, low=value, high=value)
+    mine, others = (front(j.outcomes, weights).drop_share() for j in (ours, theirs))
+    return between(value, less(mine, others))
+
+
+def fewer_as_bold(ours: Judged, theirs: Judged, weights: Values) -> Between:
+    """Return the reduction in drops like :func:`fewer`, but do not scale forces in resamples."""
+    a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
+    mine, others = front(ours.outcomes, weights), front(theirs.outcomes, weights)
+    # Over all picks both policies damage a tenth, apart from the steps between scales.
+    apart = ours.front.damaged[a] - theirs.front.damaged[b]
+    dropped = mine.dropped[a] + mine.damaged[a] - others.damaged[b] - apart
+    return between(fewer(ours, theirs).value, less(dropped, others.dropped[b]))
+
+
+def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
+    """Return the gain from stiffness if objects get the weight or the limit of other objects."""
+    names = sorted(set(tables.judged.kinds))
+    rng = np.random.default_rng([seed, mass, damage])
+    kinds = (baseline(), candidate())
+    tried = {k.name: tried_on(tables, k, tables.tuning.estimates) for k in kinds}
+    pressed = {k.name: _pressed(tables.tuning, k, tried[k.name]) for k in kinds}
+    gains = []
+    for _ in range(count):
+        by_mass = dict(zip(names, rng.permutation(names), strict=True)) if mass else {}
+        by_limit = dict(zip(names, rng.permutation(names), strict=True)) if damage else {}
+        tuning, judging = (_given(t, by_mass, by_limit) for t in (tables.tuning, tables.judged))
+        other = replace(tables, tuning=tuning, judged=judging)
+
+        def retuned(
+            kind: type[Policy], tuning: ClosingTable = tuning, other: Tables = other
+        ) -> Judged:
+            again = [
+                Candidate(c.settings, tuning.judge(peak, hold, SCATTER))
+                for c, (peak, hold) in zip(tried[kind.name], pressed[kind.name], strict=True)
+            ]
+            table = other.judged
+            return _by_fold(
+                other, again, lambda one: swept(kind, one.settings, table, table.estimates)
+            )
+
+        theirs, ours = map(retuned, kinds)
+        gains.append(fewer(ours, theirs).value)
+    return between(float(np.mean(gains)), np.array(gains))
+
+
+def _pressed(
+    table: ClosingTable, kind: type[Policy], tried: Sequence[Candidate]
+) -> list[tuple[Values, Values]]:
+    pressed = []
+    for one in tried:
+        speed = speed_place(table, one.settings)
+        forces = policy_forces(kind, one.settings, table, table.estimates[speed])
+        pressed.append(table.pressed(speed, SCALES[:, None] * forces))
+    return pressed
+
+
+def _given(
+    table: ClosingTable, by_mass: Mapping[str, str], by_limit: Mapping[str, str]
+) -> ClosingTable:
+    """Return the table with the needed forces and the limits of other kinds of object."""
+    place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
+
+    def indices(by: Mapping[str, str]) -> NDArray[np.intp]:
+        return np.array([place[by.get(p.kind, p.kind), p.hand, p.specimen] for p in table.picks])
+
+    return table.otherwise(table.needed[indices(by_mass)], table.limit[indices(by_limit)])
+
+
+def sensitivity(tables: Tables) -> dict[str, Between]:
+    """Return the gain from stiffness if the estimated, not measured, properties are changed."""
+    gains = {}
+    names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
+    for title, of, factors in (
+        ("limits", "limit", LIMITS),
+        ("masses", "mass", MASSES),
+        ("frictions", "friction", FRICTIONS),
+    ):
+        for factor in factors:
+            same = dict.fromkeys(names, factor)
+            gains[f"estimated {title} × {factor:g}"] = _gain(tables, of, same, intervals=True)
+    rng = np.random.default_rng([tables.seed, 7])
+    drawn = []
+    for _ in range(DRAWS):
+        by_kind = dict(zip(names, np.exp(SPREAD * rng.standard_normal(len(names))), strict=True))
+        drawn.append(_gain(tables, "limit", by_kind, intervals=False).value)
+    gains[f"each estimated limit off by {100 * SPREAD:.0f} % by chance, {DRAWS} draws"] = Between(
+        value=float(np.mean(drawn)), low=min(drawn), high=max(drawn)
+    )
+    return gains
+
+
+def _gain(tables: Tables, of: str, factors: Mapping[str, float], *, intervals: bool) -> Between:
+    """Return the gain if the property ``of`` each kind is multiplied where it is estimated."""
+    tuning, judging = (_changed(t, of, factors) for t in (tables.tuning, tables.judged))
+    other = replace(tables, tuning=tuning, judged=judging)
+    weights = resample_weights(other.judged, other.seed) if intervals else None
+    return fewer(judged(other, candidate()), judged(other, baseline()), weights)
+
+
+def _changed(table: ClosingTable, of: str, by_kind: Mapping[str, float]) -> ClosingTable:
+    factors: Values = np.ones(len(table.picks))
+    for place, pick in enumerate(table.picks):
+        quantity: Quantity | None = getattr(household_named(pick.kind).numbers, of)
+        if quantity is not None and quantity.estimated:
+            factors[place] = by_kind[pick.kind]
+    if of == "limit":
+        return table.otherwise(limit=table.limit * factors)
+    return table.otherwise(needed=table.needed * (factors if of == "mass" else 1 / factors))

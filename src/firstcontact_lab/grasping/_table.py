@@ -1,19 +1,106 @@
-"""Table of the outcomes of every grip force for every pick."""
+"""Table of the outcomes of every grip force for every pick. All forces share one approach."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Estimate, holding_force
-from firstcontact.twin import household_named
-from firstcontact_lab.grasping._approach import Pick
-from firstcontact_lab.grasping._branches import Branches, Branching
+from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command, Estimate, holding_force
+from firstcontact.grasp import Grip
+from firstcontact.twin import GraspPlant, Lift, household_named
+from firstcontact_lab.grasping._hands import OwnHands, SlipWatch
+from firstcontact_lab.grasping._picks import LIFTS, LOOK, Pick, approached, pick_specimen
 
 Values = NDArray[np.float64]
+#: Assumed latencies of the slip detection, s.
+DETECTION = (0.100, 0.300)
+#: Number of samples to simulate at a time when no policy reads them.
+LOT = 100
+
+
+@dataclass(frozen=True, slots=True)
+class Branching:
+    """Speeds and forces that are simulated, in all combinations, for the table of closings."""
+
+    speeds: tuple[float, ...]
+    forces: tuple[float, ...]
+    boosts: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Branches:
+    """Outcomes of one pick at one approach speed, for each grip force."""
+
+    pick: Pick
+    speed: float
+    mass: float
+    friction: float
+    limit: float
+    estimate: Estimate | None
+    answers: tuple[Estimate, ...]
+    heard: float | None
+    peak: Values
+    hold: Values
+    slip_peak: Values
+    slip_drop: Values
+
+
+def branches(job: tuple[Pick, float], hands: OwnHands, how: Branching) -> Branches:
+    """Simulate one approach, then a grip with each force and the lift of the object."""
+    pick, speed = job
+    specimen = pick_specimen(pick)
+    begun = approached(pick, speed, hands[pick.hand, speed])
+    shape = (len(LIFTS), len(DETECTION), len(how.boosts), len(how.forces))
+    peak, hold = np.empty((2, len(how.forces)))
+    slip_peak, slip_drop = np.full((2, *shape), np.nan)
+    for place, force in enumerate(how.forces):
+        plant = begun.plant.copy()
+        plant.command(Grip().pressing(force))
+        _until(plant, Lift().delay)
+        lifted = plant.copy()
+        _until(lifted, np.inf)
+        forces = lifted.forces
+        peak[place], hold[place] = forces.max(), forces[-1].sum()
+        if specimen.friction * hold[place] >= specimen.mass * GRAVITY:
+            continue
+        for (a, lift), (b, wait), (c, boost) in product(
+            enumerate(LIFTS.values()), enumerate(DETECTION), enumerate(how.boosts)
+        ):
+            again = plant.copy(lift)
+            slip_peak[a, b, c, place], slip_drop[a, b, c, place] = _reflex(
+                again, force, wait, boost, speed
+            )
+    limit = np.inf if specimen.fragility is None else specimen.fragility.scale
+    return Branches(
+        pick, speed, specimen.mass, specimen.friction, limit, begun.estimate, begun.answers,
+        begun.heard, peak, hold, slip_peak, slip_drop,
+    )  # fmt: skip
+
+
+def _until(plant: GraspPlant, since: float) -> None:
+    """Advance the plant to ``since`` s after the first contact, or to the end of the closing."""
+    contacts = plant.contacts
+    end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
+    while not plant.ended and plant.sample < end:
+        plant.move(int(min(LOT, max(end - plant.sample, 1))))
+
+
+def _reflex(
+    plant: GraspPlant, force: float, wait: float, boost: float, speed: float
+) -> tuple[float, bool]:
+    """Lift with a slip reflex. Return the largest contact force, N, and True for a drop."""
+    watch = SlipWatch(wait)
+    while not plant.ended and not plant.lost:
+        plant.move(LOOK)
+        if watch.slips(plant):
+            force = min(force * boost, Grip().force)
+            pressing = Grip().pressing(force)
+            plant.command(Command(max(pressing.speed, speed), pressing.force))
+    return float(plant.forces.max()), plant.lost or plant.outcome.dropped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,7 +121,7 @@ class Outcomes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Table:
+class ClosingTable:
     """Simulated forces and estimates of every pick at every approach speed and grip force."""
 
     how: Branching
@@ -48,25 +135,22 @@ class Table:
     slip_drop: Values
 
     @classmethod
-    def from_branches(cls, rows: Sequence[Branches], how: Branching) -> Table:
+    def from_branches(cls, rows: Sequence[Branches], how: Branching) -> ClosingTable:
         """Return the table from the outcomes of every pick at every speed. Rows have any order."""
         by = {(row.speed, row.pick): row for row in rows}
         picks = tuple(sorted({row.pick for row in rows}))
         first = [by[how.speeds[0], pick] for pick in picks]
-
-        def stacked(name: str) -> Values:
-            return np.array([[getattr(by[v, p], name) for p in picks] for v in how.speeds])
-
+        stacked = {
+            name: np.array([[getattr(by[v, p], name) for p in picks] for v in how.speeds])
+            for name in ("peak", "hold", "slip_peak", "slip_drop")
+        }
         return cls(
             how,
             picks,
-            np.array([2 * holding_force(row.mass, row.friction) for row in first]),
-            np.array([row.limit for row in first]),
-            tuple(tuple(by[v, p].estimate for p in picks) for v in how.speeds),
-            stacked("peak"),
-            stacked("hold"),
-            stacked("slip_peak"),
-            stacked("slip_drop"),
+            needed=np.array([2 * holding_force(row.mass, row.friction) for row in first]),
+            limit=np.array([row.limit for row in first]),
+            estimates=tuple(tuple(by[v, p].estimate for p in picks) for v in how.speeds),
+            **stacked,
         )
 
     @property
@@ -84,7 +168,7 @@ class Table:
         """Label of each pick's object, shape (picks,)."""
         return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
 
-    def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> Table:
+    def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> ClosingTable:
         """Return a copy of the table with the given needed forces or limits."""
         return replace(
             self,
@@ -121,7 +205,6 @@ class Table:
         plain = self.judge(peak, hold, scatter)
         if reflex is None:
             return plain
-        dropped, damaged = plain.dropped, plain.damaged
         # Use the nearest force of the table at which the object slips.
         place, part = self._places(forces)
         rows = np.arange(len(self.picks))
@@ -133,8 +216,8 @@ class Table:
         saved = slips & (drops[rows, near] < 0.5)
         harder = exceeds(np.where(slips, peaks[rows, near], 0.0), self.limit, scatter)
         # The reflex presses only objects that slip harder.
-        damaged = np.maximum(damaged, harder * dropped)
-        return Outcomes(np.where(saved, 0.0, dropped), damaged)
+        damaged = np.maximum(plain.damaged, harder * plain.dropped)
+        return Outcomes(np.where(saved, 0.0, plain.dropped), damaged)
 
 
 def exceeds(one: Values, other: Values, scatter: float) -> Values:

@@ -1,8 +1,8 @@
-"""Choice of each policy's settings by outcomes in the table. All policies have one budget."""
+"""Choice of each policy's settings by drops and damage in the table of closings."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -10,18 +10,119 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Estimate
-from firstcontact.grasp import FinalForce, Grip, Policy, Truth, make_policy
-from firstcontact.twin import household_named
-from firstcontact_lab.grasping._front import AROUND, SCALES, Front, find_scale, front
-from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, Values
+from firstcontact.grasp import Policy
+from firstcontact_lab.grasping._picks import household_policy
+from firstcontact_lab.grasping._table import ClosingTable, Outcomes, Reflexed, Values
 
+#: Words for each family of similar objects: an object whose name has one of them belongs to it. An
+#: object without such a word is a family by itself.
+FAMILIES = (
+    ("raspberry", "blueberry", "strawberry"),
+    ("silken tofu", "bread roll"),
+    ("peach", "tomato", "banana"),
+    ("avocado",),
+    ("paper cup", "mug", "wine glass"),
+    ("sponge", "foam brick"),
+    ("cloth", "stuffed toy"),
+    ("orange", "apple"),
+    ("quail egg", "hen egg"),
+    ("potato crisp", "cracker"),
+    ("soup can", "mustard bottle", "sugar box"),
+    ("hammer", "wrench", "screwdriver"),
+    ("wood block", "Rubik's cube"),
+)
+#: Scales: factors by which all forces of a policy are multiplied, smallest first.
+SCALES = np.exp(np.linspace(np.log(0.25), np.log(4.0), 41))
+#: Index of scale 1, which leaves the tuned forces as they are.
+TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
+#: Share of damaged picks at which drops are compared.
+DAMAGE = 0.10
+#: Shares of damaged picks. Settings are chosen by their mean drops at these shares. The drops at a
+#: single share would be too random.
+AROUND = (0.07, 0.10, 0.13)
 #: Relative scatter of needed and damaging force between the specimens that a pick for tuning
 #: represents. Household specimens scatter as much. With this scatter settings do not depend on
 #: single specimens.
 SCATTER = 0.2
+
 Settings = Mapping[str, float]
 #: Estimate that a policy gets for each pick; None without an estimate.
-Told = Sequence[Estimate | None]
+PickEstimates = Sequence[Estimate | None]
+
+
+def family(kind: str) -> str:
+    """Return the family of an object. A family can consist of a single object."""
+    for words in FAMILIES:
+        if any(word in kind for word in words):
+            return " and ".join(words)
+    return kind
+
+
+def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
+    """Return the index of the fold of each object. All objects of a family are in one fold."""
+    families = list(dict.fromkeys(family(kind) for kind in kinds))
+    return {str(kind): families.index(family(kind)) % count for kind in kinds}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Front:
+    """Shares of dropped and of damaged picks, shape (scales,) or (scales, resamples)."""
+
+    dropped: Values
+    damaged: Values
+
+    def drop_share(self, damage: float | Values = DAMAGE) -> Values:
+        """Return the share of dropped picks at the scale that damages the share ``damage``."""
+        dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
+        wanted = np.broadcast_to(damage, len(dropped))
+        rows = zip(dropped, damaged, wanted.tolist(), strict=True)
+        out = np.array([_drop_share(d, b, w) for d, b, w in rows])
+        return out if self.dropped.ndim > 1 else out[0]
+
+
+def _drop_share(dropped: Values, damaged: Values, damage: float) -> float:
+    rising = np.maximum.accumulate(damaged)
+    if rising[0] > damage:
+        floor = int(np.searchsorted(rising, rising[0], side="right")) - 1
+        return float(dropped[floor] + rising[0] - damage)
+    last = int(np.searchsorted(rising, damage, side="right")) - 1
+    if last >= len(rising) - 1:
+        return float(dropped.min())
+    part = (damage - rising[last]) / (rising[last + 1] - rising[last])
+    return float(dropped[last] + part * (dropped[last + 1] - dropped[last]))
+
+
+def find_scale(front: Front, damage: float = DAMAGE) -> float:
+    """Return the largest scale at which at most the share ``damage`` of the picks is damaged."""
+    within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= damage)
+    return float(SCALES[within[-1]] if within.size else SCALES[0])
+
+
+def front(outcomes: Outcomes, weights: Values | None = None) -> Front:
+    """Return the shares of dropped and of damaged picks at each scale."""
+    count = np.ones(outcomes.dropped.shape[1]) if weights is None else weights
+    total = count.sum(axis=0)
+    return Front(outcomes.dropped @ count / total, outcomes.damaged @ count / total)
+
+
+def resampled(
+    kinds: NDArray[np.str_],
+    hands: NDArray[np.intp],
+    groups: NDArray[np.str_],
+    count: int,
+    seed: int,
+) -> Values:
+    """Return bootstrap weights of picks: objects and hands are drawn with replacement."""
+    rng = np.random.default_rng(seed)
+    weights = np.ones((len(kinds), count))
+    for of, within in ((kinds, groups), (hands, np.full(len(kinds), ""))):
+        for group in np.unique(within):
+            members = within == group
+            values, place = np.unique(of[members], return_inverse=True)
+            drawn = rng.integers(len(values), size=(count, len(values)))
+            times = np.stack([np.bincount(d, minlength=len(values)) for d in drawn], axis=1)
+            weights[members] *= times[place]
+    return weights
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,39 +147,32 @@ def policy_settings(
     kind: type[Policy], budget: int, few: bool, seed: int
 ) -> list[dict[str, float]]:
     """Return all settings of a policy; if there are more than ``budget``, a random sample."""
-    names = list(kind.tunables)
     values = [t.few if few else t.tried for t in kind.tunables.values()]
-    total = int(np.prod([len(v) for v in values]))
-    if total <= budget:
-        return [dict(zip(names, chosen, strict=True)) for chosen in product(*values)]
-    places = np.random.default_rng(seed).choice(total, budget, replace=False)
     sizes = [len(v) for v in values]
-    return [
-        {n: v[i] for n, v, i in zip(names, values, np.unravel_index(p, sizes), strict=True)}
-        for p in places
-    ]
+    total = int(np.prod(sizes))
+    chosen: Iterable[tuple[float, ...]] = product(*values)
+    if total > budget:
+        places = np.random.default_rng(seed).choice(total, budget, replace=False)
+        indices = (np.unravel_index(place, sizes) for place in places)
+        chosen = (tuple(v[i] for v, i in zip(values, at, strict=True)) for at in indices)
+    return [dict(zip(kind.tunables, one, strict=True)) for one in chosen]
 
 
-def policy_forces(kind: type[Policy], settings: Settings, table: Table, estimates: Told) -> Values:
+def policy_forces(
+    kind: type[Policy], settings: Settings, table: ClosingTable, estimates: PickEstimates
+) -> Values:
     """Return the force of a policy for every pick, N, shape (picks,)."""
     forces = np.empty(len(table.picks))
-    for place, pick in enumerate(table.picks):
-        numbers = household_named(pick.kind).numbers
-        truth = Truth(numbers.shore_a.value, numbers.mass.value)
-        policy = make_policy(kind, Grip(), truth, settings)
-        if not isinstance(policy, FinalForce):
-            raise TypeError(
-                f"{kind.name} is not a policy for household objects: derive it from FinalForce"
-            )
+    for place, (pick, estimate) in enumerate(zip(table.picks, estimates, strict=True)):
+        policy = household_policy(kind, pick.kind, settings)
         policy.begin()
-        estimate = estimates[place]
         if estimate is not None:
             policy.estimated(estimate)
         forces[place] = policy.target_force()
     return forces
 
 
-def speed_place(table: Table, settings: Settings) -> int:
+def speed_place(table: ClosingTable, settings: Settings) -> int:
     """Return the table's index of the approach speed in the settings."""
     return table.how.speeds.index(settings["approach"])
 
@@ -86,32 +180,18 @@ def speed_place(table: Table, settings: Settings) -> int:
 def swept(
     kind: type[Policy],
     settings: Settings,
-    table: Table,
-    estimates: Told,
-    reflex: tuple[int, int] | None,
+    table: ClosingTable,
+    estimates: Sequence[PickEstimates],
+    reflex: tuple[int, int] | None = None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Return the outcomes of a policy, by scale and pick, with these settings."""
-    forces = policy_forces(kind, settings, table, estimates) * settings.get("scale", 1.0)
+    """Return the outcomes of a policy, by scale and pick. Estimates are by approach speed."""
+    speed = speed_place(table, settings)
+    forces = policy_forces(kind, settings, table, estimates[speed]) * settings.get("scale", 1.0)
     acting = None
     if reflex is not None and kind.has_reflex():
         acting = Reflexed(*reflex, table.how.boosts.index(settings["boost"]))
-    speed = speed_place(table, settings)
     return table.outcomes(speed, SCALES[:, None] * forces, acting, scatter)
-
-
-def candidates(
-    kind: type[Policy],
-    tried: Sequence[Settings],
-    table: Table,
-    estimates: Sequence[Told],
-    reflex: tuple[int, int] | None = None,
-) -> list[Candidate]:
-    """Return a candidate for each of the ``tried`` settings, with its outcomes in the table."""
-    return [
-        Candidate(s, swept(kind, s, table, estimates[speed_place(table, s)], reflex, SCATTER))
-        for s in tried
-    ]
 
 
 def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
@@ -122,9 +202,6 @@ def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
     best = int(np.argmin(worth))
     chosen = fronts[best]
     scale = find_scale(chosen)
+    damage = float(chosen.damaged[int(np.argmin(np.abs(SCALES - scale)))])
     settings = {**tried[best].settings, "scale": scale}
-    return Chosen(settings, len(tried), float(chosen.drop_share()), _damage(chosen, scale))
-
-
-def _damage(points: Front, scale: float) -> float:
-    return float(points.damaged[int(np.argmin(np.abs(SCALES - scale)))])
+    return Chosen(settings, len(tried), float(chosen.drop_share()), damage)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import msgspec
-
 from firstcontact.core import Record
 from firstcontact.models import Bounded, Ends
 
 #: Name of the ceiling: the best choice for each specimen, which no policy can reach.
 CEILING = "ceiling"
+#: Key of the errors of the estimates that a policy acted on, beside the lengths of windows, ms.
+USED = "used"
+#: Largest Shore A in the scores without the firmest objects: the network was not trained on objects
+#: that are much firmer.
+FIRMEST = 70.0
 
 
 class Summary(Record, frozen=True, kw_only=True):
@@ -35,19 +36,6 @@ class Tuning(Record, frozen=True, kw_only=True):
     peak: float
     time: float
     unsteady: float
-
-
-class GraspRun(Record, frozen=True, kw_only=True):
-    """Command and settings of the study."""
-
-    command: str
-    started: str
-    seconds: float
-    quick: bool
-    seed: int
-    workers: int
-    options: dict[str, Any] | None = msgspec.field(default=None, name="asked")
-    versions: dict[str, str]
 
 
 class GraspData(Record, frozen=True, kw_only=True):
@@ -218,16 +206,7 @@ class Payload(Record, frozen=True, kw_only=True):
     feedback: dict[str, Tuning]
     policies: Policies
 
-
-class GraspResults(Record, frozen=True, kw_only=True):
-    """Results of the grasp study."""
-
-    study: GraspRun
-    household: Household
-    payload: Payload
-    film: Filmed
-
     @property
     def latency(self) -> str:
-        """Latency of the hand in the payload task, ms, as text: a key of ``payload.policies``."""
-        return f"{self.payload.data.latencies_ms[0]:g}"
+        """Latency of the hand, ms, as text: a key of ``policies``."""
+        return f"{self.data.latencies_ms[0]:g}"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from firstcontact.core import percent as any_percent
 from firstcontact.grasp import POLICIES
-from firstcontact_lab.grasping._household_numbers import baseline, candidate
-from firstcontact_lab.grasping.results import CEILING, Between, GraspResults, Household
+from firstcontact_lab.grasping._judgement import baseline, candidate
+from firstcontact_lab.grasping.results import CEILING, Between, Household
 
 #: Titles of the references in tables and figures that are not policies.
 REFERENCES = {
@@ -92,9 +92,8 @@ def shortly(household: Household) -> str:
     return " ".join(parts)
 
 
-def sentences(results: GraspResults) -> list[str]:
+def sentences(household: Household) -> list[str]:
     """Return sentences on the gain from stiffness, with and without a slip reflex."""
-    household = results.household
     return [
         headline(household),
         reflex_sentence(household),

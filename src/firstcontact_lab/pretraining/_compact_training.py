@@ -12,18 +12,22 @@ from torch import nn
 from firstcontact.models import FARTHEST, GENERAL, THIN, Network
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
-from firstcontact_lab.pretraining._torch_network import (
+from firstcontact_lab.pretraining._training import (
+    BATCH,
     BODY,
     CENTRE,
     CONTEXT,
     HEADS,
     MEAN_SCALE,
+    PREPARED,
     SPREAD,
     TOKENS,
     UNIT,
+    Full,
     TorchNetwork,
+    expected_loss,
+    rate_share,
 )
-from firstcontact_lab.pretraining._training import BATCH, PREPARED, Full, expected_loss, rate_share
 
 #: Number of directions of each thin layer: the rank of the two matrices.
 DIRECTIONS: Mapping[str, int] = {"query1": 32, "body1": 36, "body2": 32, "body3": 24}

@@ -1,15 +1,17 @@
-"""Examples of one random rig: contacts to predict, and contexts from its block pinches."""
+"""Examples of random rigs: contacts to predict, and contexts from block pinches; their files."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from safetensors.numpy import load_file, save
 
 from firstcontact.chain import HINTS
-from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, Runner, replacing
 from firstcontact.models import (
     BEFORE,
     GENERAL,
@@ -27,6 +29,7 @@ from firstcontact.models import (
 from firstcontact.signal import samples_in
 from firstcontact.twin import BLOCKS, draw_offset
 from firstcontact_lab.rigs import (
+    FAMILIES,
     HARDEST,
     SOFTEST,
     Day,
@@ -244,3 +247,56 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
         ],
         axis=1,
     )
+
+
+#: Version of the files, raised when rigs, objects or stored values change. Older files are
+#: replaced.
+DRAWN = 1
+#: Number of rigs in one file.
+RIGS_PER_FILE = 50
+
+
+def example_set(
+    folder: Path,
+    first: int,
+    rigs: int,
+    seed: int,
+    runner: Runner,
+    family: str = "",
+    again: int = 0,
+    progress: Callable[[int], object] = lambda count: None,
+) -> Examples:
+    """Return the examples of ``rigs`` rigs from number ``first`` on."""
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = [
+        (at, min(RIGS_PER_FILE, first + rigs - at))
+        for at in range(first, first + rigs, RIGS_PER_FILE)
+    ]
+    kind = (family or "rigs") + (f"-again{again}" if again else "")
+    files = [folder / f"{kind}-v{DRAWN}-{seed}-{at}-{n}.safetensors" for at, n in parts]
+    missing = [part for part, file in zip(parts, files, strict=True) if not file.exists()]
+    made = iter(runner.stream(_make_part, missing, seed, family, again))
+    out: list[Examples] = []
+    for part, file in zip(parts, files, strict=True):
+        if not file.exists():
+            _write_part(file, next(made))
+        out.append(_read_part(file))
+        progress(part[1])
+    return joined(out)
+
+
+def _make_part(part: tuple[int, int], seed: int, family: str, again: int) -> Examples:
+    first, rigs = part
+    of = FAMILIES[family] if family else None
+    numbers = range(first, first + rigs)
+    return joined([rig_examples(number, seed, of, again) for number in numbers])
+
+
+def _write_part(file: Path, examples: Examples) -> None:
+    arrays = {f.name: np.ascontiguousarray(getattr(examples, f.name)) for f in fields(Examples)}
+    with replacing(file) as temporary:
+        temporary.write_bytes(save(arrays))
+
+
+def _read_part(file: Path) -> Examples:
+    return Examples(**load_file(file))

@@ -13,11 +13,9 @@ import torch
 from firstcontact.core import FINGERTIP_RATE, Runner
 from firstcontact.models import TIMES, InContextModel, Model, NetworkPredictor, TrainingRecord
 from firstcontact.signal import samples_in
+from firstcontact_lab.pretraining._calibration import LEVEL, PINCHES, answers, finished, same_object
 from firstcontact_lab.pretraining._compact_training import STEPS, compacted
-from firstcontact_lab.pretraining._examples import Examples
-from firstcontact_lab.pretraining._finishing import LEVEL, answers, finished
-from firstcontact_lab.pretraining._same_object import PINCHES, same_object
-from firstcontact_lab.pretraining._sets import example_set
+from firstcontact_lab.pretraining._examples import Examples, example_set
 from firstcontact_lab.pretraining._training import Training
 from firstcontact_lab.rigs import FAMILIES
 
@@ -55,12 +53,7 @@ class Size:
 
 
 def pretrain(
-    out: Path,
-    work: Path,
-    size: Size,
-    seed: int,
-    runner: Runner,
-    say: Callable[[str], object],
+    out: Path, work: Path, size: Size, seed: int, runner: Runner, say: Callable[[str], object]
 ) -> InContextModel:
     """Pre-train the network, or resume a stopped pre-training."""
 

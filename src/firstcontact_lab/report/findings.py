@@ -1,11 +1,20 @@
-"""Findings of a study: results, figures, and reasons why results are missing."""
+"""Findings of a study by subject, its progress, and the content of ``results.json``."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
-from firstcontact_lab.report.results import NOTHING, Entry, SubjectResults
+import msgspec
+
+from firstcontact.core import ByName, Record, installed_versions
+from firstcontact_lab.report.results import NOTHING, Entry, Field, SubjectResults
+
+if TYPE_CHECKING:
+    from firstcontact_lab.report.page import Page
+    from firstcontact_lab.study.part import Part
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +29,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class PartResult:
-    """Result of one part of a study."""
+    """Result of one part of a study: results, figures, and reasons why results are missing."""
 
     entries: Sequence[Entry] = ()
     figures: Sequence[Figure] = ()
@@ -30,6 +39,11 @@ class PartResult:
     def results(self) -> SubjectResults:
         """Results that contain the entries of this part and nothing else."""
         return NOTHING.replace(self.entries) if self.entries else NOTHING
+
+
+def missing(reason: str) -> PartResult:
+    """Return a result without entries, and the reason why they are missing."""
+    return PartResult(left_out=[reason])
 
 
 @dataclass(slots=True)
@@ -54,3 +68,105 @@ class Findings:
             figures.pop(figure.key, None)
             figures[figure.key] = figure
         self.left_out += [why for why in result.left_out if why not in self.left_out]
+
+    def complete(self) -> SubjectResults:
+        """Return the results, with the list of those that are missing."""
+        return self.results.replace([LEFT_OUT(self.left_out or None)])
+
+
+class StudyRun(Record, frozen=True, kw_only=True):
+    """Command, settings and progress of a study."""
+
+    command: str
+    condition: str
+    quick: bool
+    started: str
+    complete: bool
+    stopped: str | None = None
+    options: dict[str, Any] | None = msgspec.field(default=None, name="asked")
+    settings: dict[str, Any]
+    seed: int
+
+
+LEFT_OUT = Field.optional("left_out", list[str])
+#: Fields of the first subject, about the whole study.
+SECONDS = Field.optional("seconds", float)
+PART_SECONDS = Field.optional("part_seconds", dict[str, float])
+STUDY = Field.optional("study", StudyRun)
+VERSIONS = Field.optional("versions", dict[str, str])
+PENDING = Field.optional("pending", list[str])
+
+#: Content of ``results.json``: the first subject at the top, the others under their names.
+StudyResults = ByName[SubjectResults, SubjectResults]
+
+
+@dataclass(slots=True, kw_only=True)
+class State:
+    """Progress and findings of a study, its parts, and the function that makes its page.
+
+    ``options`` are the settings on which the results depend.
+    """
+
+    command: str
+    settings: Mapping[str, Any]
+    options: Mapping[str, Any]
+    parts: Mapping[str, Part]
+    page: Callable[[State], Page]
+    quick: bool = False
+    findings: list[Findings] = field(default_factory=list)
+    steps: Sequence[str] = ()
+    completed: int = 0
+    interrupted: bool = False
+    stopped: str = ""
+    began: float = field(default_factory=time.monotonic)
+    started: str = field(default_factory=lambda: time.strftime("%Y-%m-%d %H:%M %Z"))
+    part_seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def pending(self) -> Sequence[str]:
+        """Titles of the remaining steps."""
+        return self.steps[self.completed :]
+
+    @property
+    def seconds(self) -> float:
+        """Time since the study began, s."""
+        return time.monotonic() - self.began
+
+    @property
+    def elapsed(self) -> str:
+        """Time since the study began, for readers."""
+        complete = round(self.seconds)
+        minutes = f"{complete // 60} min {complete % 60:02d} s"
+        text = f"{complete} s" if complete < 90 else minutes
+        return text + (" so far" if self.pending else "")
+
+    def results(self) -> StudyResults:
+        """Return the content of ``results.json``."""
+        first, *further = self.findings
+        run = StudyRun(
+            command=self.command,
+            condition=first.name,
+            quick=self.quick,
+            started=self.started,
+            complete=not self.pending,
+            stopped=self.stopped or None,
+            options=dict(self.options),
+            settings=dict(self.settings),
+            seed=self.settings["seed"],
+        )
+        about = first.complete().replace(
+            [
+                SECONDS(round(self.seconds, 1)),
+                PART_SECONDS({title: round(s, 1) for title, s in self.part_seconds.items()}),
+                STUDY(run),
+                VERSIONS(installed_versions()),
+                PENDING(list(self.pending) or None),
+            ]
+        )
+        return ByName({other.name: other.complete() for other in further}, about)
+
+
+def named_subjects(results: StudyResults) -> dict[str, SubjectResults]:
+    """Return the results of each subject, by the name of the subject."""
+    run = results.about[STUDY]
+    return {run.condition if run else "": results.about, **results}

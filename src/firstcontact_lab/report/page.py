@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from firstcontact.core import sanitize
-from firstcontact_lab.report.findings import Figure
-from firstcontact_lab.report.tables import Table
+from firstcontact.core import installed_versions, sanitize
+from firstcontact_lab.report.findings import Figure, Findings, State
+from firstcontact_lab.report.results import NOTHING
+from firstcontact_lab.report.tables import Table, beside
 
 if TYPE_CHECKING:
     from jinja2 import Template
+
+    from firstcontact_lab.study.part import Part, Subjects
 
 #: Largest number of columns of a table that is shown next to another table.
 _HALF = 8
@@ -30,13 +33,11 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Section of a report."""
+    """Section of a report. Details are hidden until opened."""
 
     anchor: str
     title: str
     text: str
-    columns: Sequence[Column] = ()
-    sentences: Sequence[str] = ()
     figures: Sequence[Figure] = ()
     table: Table | None = None
     details: Sequence[Column] = ()
@@ -44,29 +45,29 @@ class Section:
     @property
     def wide(self) -> bool:
         """True if a table has more columns than fit on half of the page's width."""
-        tables = (table for column in (*self.columns, *self.details) for table in column.tables)
+        tables = (table for column in self.details for table in column.tables)
         return any(len(table.head) > _HALF for table in tables)
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """Content of a report."""
+    """Content of a report. Its study gives the first fields, and :func:`render` the others."""
 
     title: str
     heading: str
     intro: str
     badges: Sequence[str]
-    command: str
-    versions: Mapping[str, str]
-    sections: Sequence[Section]
     how: Sequence[tuple[str, Sequence[str]]]
     warning: str = ""
-    notice: tuple[str, str] | None = None
     outcome: Sequence[str] = ()
     claims: Table | None = None
     claims_text: str = ""
-    left_out: Sequence[tuple[str, Sequence[str]]] = ()
     several: bool = False
+    sections: Sequence[Section] = ()
+    notice: tuple[str, str] | None = None
+    left_out: Sequence[tuple[str, Sequence[str]]] = ()
+    command: str = ""
+    versions: Mapping[str, str] | None = None
 
     def html(self) -> str:
         r"""Return the page in HTML. Control characters are shown as text such as ``\u001b``."""
@@ -84,3 +85,66 @@ def _template() -> Template:
     )
     text = files("firstcontact_lab.report").joinpath("report.html").read_text(encoding="utf-8")
     return environment.from_string(text)
+
+
+def render(state: State) -> str:
+    """Return the report of a study so far, HTML."""
+    page = state.page(state)
+    return replace(
+        page,
+        warning=page.warning if state.quick else "",
+        sections=[*page.sections, *sections(state.findings, state.parts)],
+        notice=_notice(state),
+        left_out=[(f.title, f.left_out) for f in state.findings if f.left_out],
+        command=state.command,
+        versions=installed_versions(),
+    ).html()
+
+
+def sections(all_findings: Sequence[Findings], parts: Mapping[str, Part]) -> list[Section]:
+    """Return the sections of these parts that have content."""
+    measured = [findings for findings in all_findings if findings.results is not NOTHING]
+    subjects = {findings.title: findings.results for findings in measured}
+    made = (_section(name, part, subjects, measured) for name, part in parts.items())
+    return [section for section in made if section is not None]
+
+
+def _section(
+    name: str, part: Part, subjects: Subjects, all_findings: Sequence[Findings]
+) -> Section | None:
+    """Return a section of the report; None if it has no content."""
+    tables = {title: part.made_tables(results) for title, results in subjects.items()}
+    figures = {f.title: list(f.figures.get(name, {}).values()) for f in all_findings}
+    if not any(tables.values()) and not any(figures.values()):
+        return None
+    drawn = list(part.figures(subjects))
+    open_count = 0 if drawn else 1
+    lead = [
+        replace(figure, title=f"{figure.title}, {title}") if len(figures) > 1 else figure
+        for title, each in figures.items()
+        for figure in each[:open_count]
+    ]
+    first = {title: each[0] for title, each in tables.items() if each[:open_count]}
+    details = [
+        Column(title, tables[title][open_count:], figures[title][open_count:]) for title in tables
+    ]
+    return Section(
+        part.name,
+        part.title,
+        part.text(subjects),
+        figures=drawn or lead,
+        table=beside(first, part.columns) if first else None,
+        details=[column for column in details if column.tables or column.figures],
+    )
+
+
+def _notice(state: State) -> tuple[str, str] | None:
+    """Return state and details of an unfinished study as text; None if it is finished."""
+    if not state.pending:
+        return None
+    pending = "; ".join(state.pending)
+    progress = f"{state.completed} of {len(state.steps)} parts are done."
+    if state.stopped or state.interrupted:
+        why = f"Stopped: {state.stopped}." if state.stopped else "Interrupted."
+        return why, f"{progress} Not done: {pending}."
+    return "Still running.", f"{progress} Not done yet: {pending}. Load the page again for more."

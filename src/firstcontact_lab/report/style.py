@@ -1,11 +1,11 @@
-"""Common style of all figures: sizes, colour-blind safe colours, units."""
+"""Style of all figures, and charts of values with intervals and of predictions."""
 
 from __future__ import annotations
 
 import base64
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import INK, Layout
 from firstcontact.recording import PLAIN, figure_label
+from firstcontact_lab.report.findings import Figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -52,10 +53,7 @@ SIZE = (6.2, 3.7)
 
 @contextmanager
 def canvas(
-    rows: int = 1,
-    columns: int = 1,
-    size: tuple[float, float] = SIZE,
-    **options: Any,
+    rows: int = 1, columns: int = 1, size: tuple[float, float] = SIZE, **options: Any
 ) -> Iterator[tuple[Canvas, NDArray[Any]]]:
     """Yield a figure in the common style, and an array (rows, columns) of its axes."""
     import matplotlib as mpl
@@ -110,15 +108,37 @@ def vibration_unit(layout: Layout) -> str:
     return figure_label(layout.vibration[0].unit, 12)
 
 
-def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
-    """Return the label of a vibration axis, and the factor for its values."""
-    unit = vibration_unit(layout)
-    name = str(layout.vibration[0].sensor).capitalize()
-    return (f"{name} (mV)", 1e3) if milli and unit == "V" else (f"{name} ({unit})", 1.0)
-
-
 def shades(n: int) -> list[Any]:
     """Return colour-blind safe colours of n ordered levels, from light (soft) to dark (stiff)."""
     import matplotlib as mpl
 
     return list(mpl.colormaps["viridis_r"](np.linspace(0.12, 0.95, n)))
+
+
+#: Truth, and predictions by the title of the model, of each group of pinches by its name.
+Groups = Mapping[str, tuple[float, Mapping[str, NDArray[np.float64]]]]
+
+
+def box_figure(
+    key: str, title: str, caption: str, axis: str, groups: Groups, colours: Mapping[str, str]
+) -> Figure:
+    """Return a figure with a bar at the true value of each group, and a box plot of each model."""
+    with canvas(size=(max(SIZE[0], 0.5 * len(groups)), 4.2)) as (figure, axes):
+        ax = axes[0, 0]
+        for number, (model, colour) in enumerate(colours.items()):
+            shift = (number - (len(colours) - 1) / 2) * 0.8 / len(colours)
+            drawn = {
+                place + shift: predictions[model]
+                for place, (_, predictions) in enumerate(groups.values())
+                if model in predictions
+            }
+            boxes(ax, list(drawn.values()), list(drawn), 0.64 / len(colours), colour)
+            ax.plot([], [], color=colour, lw=6, alpha=0.45, label=model)
+        truths = [truth for truth, _ in groups.values()]
+        places = np.arange(len(groups))
+        ax.hlines(truths, places - 0.46, places + 0.46, color=INK, lw=2.5, label="true value")
+        ax.set_xticks(places, list(groups), rotation=30, ha="right")
+        ax.set(xlabel=axis, ylabel="Estimated Shore A")
+        ax.grid(axis="x", visible=False)
+        ax.legend(loc="upper left")
+        return Figure(key, title, caption, uri(figure))

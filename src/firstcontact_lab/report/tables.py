@@ -152,11 +152,7 @@ def optional(find: Callable[[R], S | None], value: Callable[[S], Value]) -> Call
 
 
 def row_table(
-    rows: Iterable[Row[R]],
-    subjects: Mapping[str, R],
-    caption: str = "",
-    *,
-    published: bool = False,
+    rows: Iterable[Row[R]], subjects: Mapping[str, R], caption: str = "", *, published: bool = False
 ) -> Table:
     """Return a table with a line for each row and a column for each subject."""
     lines = []

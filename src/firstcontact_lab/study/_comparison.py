@@ -3,16 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Record, Runner
-from firstcontact.models import ESTIMATORS, RIG_ESTIMATOR
+from firstcontact.core import Record, Runner, gent_shore_a
+from firstcontact.models import (
+    ESTIMATORS,
+    RIG_ESTIMATOR,
+    SHORE_A,
+    ContactPredictor,
+    Fit,
+    Task,
+    Touches,
+    fit_model,
+    rig_estimators,
+)
 from firstcontact.twin import Condition
-from firstcontact_lab.study._entrants import Entrant, Query, answer
 from firstcontact_lab.study._off_blocks import Answered, OffBlocks, off_blocks
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
+from firstcontact_lab.study.window_ladder import fit_window_ladder, registered
+
+Index = NDArray[np.intp]
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Competitor:
+    """Competitor of a comparison. The method states how it learns and predicts."""
+
+    name: str
+    method: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
 
 #: Shore A levels that are left out in turn.
 LEVELS = (20.0, 29.0, 43.0)
@@ -22,18 +47,15 @@ HOME, OTHER, FLOOR = "home", "other hand", "floor"
 
 #: Ceilings (competitors with additional knowledge), and floor (trained on the same kinds of object
 #: on the same rig).
-TOLD = (
-    Entrant("modulus", "told the modulus"),
-    Entrant("contact_stiffness", "told the stiffness"),
-)
+CEILINGS = (Competitor("modulus", "modulus"), Competitor("contact_stiffness", "stiffness"))
 #: Default estimator with the network's inputs: no samples after the second contact.
-MASKED = Entrant("masked", "anybody", {"estimator": ESTIMATORS.default})
-AT_HOME = Entrant("floor", "trained", {"estimator": ESTIMATORS.default})
+MASKED = Competitor("masked", "any time", {"estimator": ESTIMATORS.default})
+AT_HOME = Competitor("floor", "window", {"estimator": ESTIMATORS.default})
 #: The default any-time estimator, and the in-context network without and with the radius given.
 NETWORK = (
-    Entrant(RIG_ESTIMATOR.name, "in context", {"estimator": RIG_ESTIMATOR.name}),
-    Entrant("in_context", "in context", {"estimator": "network"}),
-    Entrant("in_context_radius", "in context", {"estimator": "network", "radii": True}),
+    Competitor(RIG_ESTIMATOR.name, "in context", {"estimator": RIG_ESTIMATOR.name}),
+    Competitor("in_context", "in context", {"estimator": "network"}),
+    Competitor("in_context_radius", "in context", {"estimator": "network", "radii": True}),
 )
 
 
@@ -53,52 +75,95 @@ def rig_sets(
     seeds: Sequence[int], condition: Condition, sizes: Sizes, late: Sequence[int], runner: Runner
 ) -> list[RigSet]:
     """Return one set of pinches per seed; see :func:`firstcontact_lab.study._rig_sets.rig_set`."""
-    return runner.map(_made, list(seeds), condition, sizes, late)
+    return runner.map(rig_set, list(seeds), condition, sizes, late)
+
+
+def fit_on_set(competitor: Competitor, rigs: RigSet, learn: Index, seed: int) -> ContactPredictor:
+    """Return a competitor that learned from some pinches of a set; see :func:`fit_predictor`."""
+    windows = rigs.windows
+    return fit_predictor(
+        competitor, rigs.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
+    )
+
+
+def fit_predictor(
+    competitor: Competitor, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
+) -> ContactPredictor:
+    """Return a competitor that learned from contacts, and predicts at any time after a contact."""
+    options = dict(competitor.options)
+    regressor, name = options.pop("regressor", None), options.pop("estimator", None)
+    if competitor.method == "in context":
+        kind = rig_estimators()[name]
+        return kind(Task.REGRESSION, touches.rate).fit_touches(touches, shore_a, groups, seed).model
+    learner = registered(name if regressor is None else regressor, options)
+    return fit_window_ladder(learner, touches, shore_a, groups, seed=seed)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Query:
+    """Job of one competitor on one set: pinches to learn from, and pinches to predict."""
+
+    competitor: Competitor
+    place: int
+    question: str
+    learn: Index
+    ask: Index
+
+
+def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
+    """Return the predicted Shore A of each pinch in ``query.ask``, shape (n,)."""
+    competitor, rigs, learn, ask = query.competitor, sets[query.place], query.learn, query.ask
+    if competitor.method == "window":
+        options = dict(competitor.options)
+        name, X = options.pop("estimator"), rigs.windows.X[ask]
+        fit = Fit(name, Task.REGRESSION, rigs.windows.take(learn), X, seed, options)
+        return fit_model(fit).predict(X).astype(np.float64)
+    if competitor.method == "modulus":  # Gent's formula
+        return np.array([gent_shore_a(modulus) for modulus in rigs.moduli[ask]])
+    if competitor.method == "stiffness":  # a parabola in the logarithm of the contact stiffness
+        logarithms, shore_a = np.log(rigs.stiffnesses), rigs.windows.y[learn]
+        degree = min(2, len(np.unique(shore_a)) - 1)
+        line = np.polynomial.Polynomial.fit(logarithms[learn], shore_a, degree)
+        return np.asarray(np.clip(line(logarithms[ask]), *SHORE_A))
+    touches = rigs.touches.take(ask)
+    if competitor.options.get("radii"):
+        touches = replace(touches, radii=rigs.radii[ask])
+    return fit_on_set(competitor, rigs, learn, seed).predict(touches).value
 
 
 def compared(
-    entrants: Callable[[int], Sequence[Entrant]],
+    competitors: Callable[[int], Sequence[Competitor]],
     sets: Sequence[RigSet],
     seeds: Sequence[int],
     seed: int,
     runner: Runner,
 ) -> Generalised:
     """Return the scores of all competitors over all sets."""
-    places = [
-        (entrant, place, question)
-        for place, rig_data in enumerate(sets)
-        for entrant in (*entrants(place), *TOLD, AT_HOME)
-        for question in _questions(entrant)
-    ]
     queries = [
-        Query(entrant, place, *sides(sets[place], question)) for entrant, place, question in places
+        Query(competitor, place, question, *sides(rigs, question))
+        for place, rigs in enumerate(sets)
+        for competitor in (*competitors(place), *CEILINGS, AT_HOME)
+        for question in _questions(competitor)
     ]
     # Start the longest queries first, so that none of them runs alone at the end.
-    order = sorted(range(len(queries)), key=lambda i: not _slow(queries[i].entrant))
-    predictions = runner.map(answer, [queries[i] for i in order], sets, seed)
-    answers = dict(zip(order, predictions, strict=True))
+    order = sorted(queries, key=lambda query: not _slow(query.competitor))
+    answers = dict(zip(map(id, order), runner.map(answer, order, sets, seed), strict=True))
     rows: dict[str, list[Answered]] = {}
     options: dict[str, Mapping[str, object]] = {}
-    for number, (entrant, place, question) in enumerate(places):
-        rig_data, reference = sets[place], queries[number].ask
-        rows.setdefault(entrant.name, []).append(
-            Answered(
-                question,
-                place,
-                rig_data.windows.take(reference),
-                rig_data.uses[reference],
-                answers[number],
-            )
-        )
-        options[entrant.name] = {k: v for k, v in entrant.options.items() if k not in _OWN}
+    for query in queries:
+        rigs, name = sets[query.place], query.competitor.name
+        windows, uses = rigs.windows.take(query.ask), rigs.uses[query.ask]
+        answered = Answered(query.question, query.place, windows, uses, answers[id(query)])
+        rows.setdefault(name, []).append(answered)
+        options[name] = {k: v for k, v in query.competitor.options.items() if k not in _OWN}
     scores = {name: off_blocks(rows[name], options[name], seed) for name in rows}
     return Generalised(
         sets=len(sets),
         seeds=list(seeds),
         pinches={use.value: int(np.mean([len(s.indices(use)) for s in sets])) for use in Use},
-        too_short=float(np.mean([rig_data.too_short for rig_data in sets])),
+        too_short=float(np.mean([rigs.too_short for rigs in sets])),
         floor=scores.pop(AT_HOME.name),
-        ceiling={reference.name: scores.pop(reference.name) for reference in TOLD},
+        ceiling={reference.name: scores.pop(reference.name) for reference in CEILINGS},
         estimators=scores,
     )
 
@@ -120,16 +185,12 @@ def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np
     return home[~left], home[left]
 
 
-def _made(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) -> RigSet:
-    return rig_set(seed, condition, sizes, late)
-
-
-def _slow(entrant: Entrant) -> bool:
-    name = entrant.options.get("estimator")
+def _slow(competitor: Competitor) -> bool:
+    name = competitor.options.get("estimator")
     return name is not None and ESTIMATORS[name].slow
 
 
-def _questions(entrant: Entrant) -> list[str]:
-    if entrant is AT_HOME:
+def _questions(competitor: Competitor) -> list[str]:
+    if competitor is AT_HOME:
         return [FLOOR]
     return [HOME, OTHER, *(f"{level:g}" for level in LEVELS)]

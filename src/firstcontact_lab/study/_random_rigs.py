@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
-from firstcontact.models import BEFORE, LONGEST, Touches, cut_touch, lengths
+from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, Record
+from firstcontact.models import (
+    BEFORE,
+    LONGEST,
+    Bounded,
+    Ends,
+    Touches,
+    bootstrap_interval,
+    cut_touch,
+    lengths,
+    resampled_sums,
+)
 from firstcontact.signal import samples_in
 from firstcontact.twin import (
     BLOCKS,
@@ -19,6 +29,7 @@ from firstcontact.twin import (
     draw_offset,
     draw_specimen,
 )
+from firstcontact_lab.report.tables import Cell, format_cell
 from firstcontact_lab.rigs import (
     FAMILIES,
     Day,
@@ -123,6 +134,59 @@ _SIGNALS: Mapping[str, Callable[[Rng], Change]] = {
 }  # fmt: skip
 #: Families whose objects are materials, so that everyday objects can be made of them.
 _MATERIALS = ("lossy", "slow_material", "several")
+
+
+class RigScores(Record, frozen=True, kw_only=True):
+    """Scores of a method over rigs, by key: RMSE in Shore A, coverage and width of intervals."""
+
+    scores: dict[str, float]
+    intervals: dict[str, Ends]
+    gains: dict[str, Ends]
+
+    def cell(self, key: str, unit: str) -> Cell:
+        """Return a score with its interval, and that of the difference from the reference."""
+        cell = format_cell(Bounded(self.scores[key], self.intervals[key]), unit)
+        low, high = self.gains[key]
+        if unit != "shore" or low == high == 0.0:
+            return cell
+        return Cell(cell.text, f"{cell.small} [{low:+.2f} to {high:+.2f}]")
+
+
+def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigScores]]:
+    """Return the scores of groups of methods from those of rigs, (rigs, groups, methods, keys).
+
+    The scores of a rig hold mean squared errors instead of RMSE. The reference of a group is its
+    first method.
+    """
+    is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in keys])
+
+    def rooted(means: Values) -> Values:
+        return np.where(is_error, np.sqrt(means), means)
+
+    means = rooted(rows.mean(axis=0))
+    resampled = rooted(resampled_sums(rows, seed) / len(rows))
+
+    def ends(values: Values) -> dict[str, Ends]:
+        columns = bootstrap_interval(values, len(rows)).T.tolist()
+        return dict(zip(keys, map(tuple, columns), strict=True))
+
+    return [
+        [
+            RigScores(
+                scores=dict(zip(keys, means[group, place].tolist(), strict=True)),
+                intervals=ends(resampled[:, group, place]),
+                gains=ends(resampled[:, group, place] - resampled[:, group, 0]),
+            )
+            for place in range(rows.shape[2])
+        ]
+        for group in range(rows.shape[1])
+    ]
+
+
+def families_and_jobs(brief: bool, rigs: int) -> tuple[list[str], int, list[tuple[str, int]]]:
+    """Return families, number of rigs of each family, and a job for each rig."""
+    names, count = (["linear_pad", "several"], 1) if brief else (list(STRUCTURES), rigs)
+    return names, count, [(name, number) for number in range(count) for name in names]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

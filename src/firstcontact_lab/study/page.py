@@ -1,27 +1,23 @@
-"""Report of a study: one HTML file that needs no other file."""
+"""Report of a study: its front, and a table of the paper's claims."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import ByName, InputError, installed_versions
+from firstcontact.core import ByName, InputError
 from firstcontact.models import window_estimators
-from firstcontact_lab.report.findings import Figure, Findings
-from firstcontact_lab.report.page import Column, Page, Section
+from firstcontact_lab.report.findings import STUDY, Findings, State, StudyResults
+from firstcontact_lab.report.page import Page
 from firstcontact_lab.report.results import NOTHING, SubjectResults, read_results, subject_kind
-from firstcontact_lab.report.state import STUDY, State, StudyResults, duration
 from firstcontact_lab.report.tables import (
     VERDICTS,
     Row,
     Table,
-    beside,
     claims_table,
 )
-from firstcontact_lab.study.outcome import outcome
-from firstcontact_lab.study.part import Part, Subjects
+from firstcontact_lab.study.part import Subjects
 from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.parts.blocks import BLOCKS
 from firstcontact_lab.study.parts.contacts import CONTACT, is_learned
@@ -52,76 +48,30 @@ def claims(subjects: Subjects) -> Table:
     return claims_table(chosen, subjects)
 
 
-def sections(all_findings: Sequence[Findings], parts: Mapping[str, Part] = PARTS) -> list[Section]:
-    """Return the sections of these parts that have content."""
-    subjects = {findings.title: findings.results for findings in all_findings}
-    made = (_section(name, part, subjects, all_findings) for name, part in parts.items())
-    return [section for section in made if section is not None]
-
-
-def _section(
-    name: str, part: Part, subjects: Subjects, all_findings: Sequence[Findings]
-) -> Section | None:
-    """Return a section of the report; None if it has no content."""
-    tables: dict[str, list[Table]] = {}
-    figures: dict[str, list[Figure]] = {}
-    for findings in all_findings:
-        tables[findings.title] = part.made_tables(findings.results)
-        figures[findings.title] = list(findings.figures.get(name, {}).values())
-    if not any(tables.values()) and not any(figures.values()):
-        return None
-    drawn = list(part.figures(subjects))
-    open_count = 0 if drawn else 1
-    lead = [
-        replace(figure, title=f"{figure.title}, {title}")
-        for title, each in figures.items()
-        for figure in each[:open_count]
-    ]
-    first = {title: each[0] for title, each in tables.items() if each[:open_count]}
-    details = [
-        Column(title, tables[title][open_count:], figures[title][open_count:]) for title in tables
-    ]
-    return Section(
-        part.name,
-        part.title,
-        part.text(subjects),
-        figures=drawn or lead,
-        table=beside(first, part.columns) if first else None,
-        details=[column for column in details if column.tables or column.figures],
-    )
-
-
 def subject_title(findings: Findings) -> str:
     """Return the title of a subject, with "(twin)" after it if its pinches are simulated."""
     return f"{findings.title} (twin)" if is_twin(findings.results) else findings.title
 
 
-def render(state: State) -> str:
-    """Return the report of a study so far, HTML."""
+def study_page(state: State) -> Page:
+    """Return the front of the report of a study so far."""
     all_findings = [findings for findings in state.findings if findings.results is not NOTHING]
     subjects = {subject_title(findings): findings.results for findings in all_findings}
     by_title = {findings.title: findings.results for findings in all_findings}
     twin = any(map(is_twin, subjects.values()))
     data = kind(subjects)
     few = "few pinches" if twin else "few folds"
-    quick = f"Quick study: {few}, briefly trained networks; do not quote its numbers"
     return Page(
         title=f"First contact: {data.lower()}{' (running)' if state.pending else ''}",
         heading=_TWIN_HEADING if twin else _HEADING,
         intro=_TWIN_INTRO if twin else _INTRO,
-        badges=[data, *subjects, state.started, elapsed(state), f"seed {state.settings['seed']}"],
-        warning=quick if state.quick else "",
-        notice=notice(state),
-        outcome=outcome(by_title),
+        badges=[data, *subjects, state.started, state.elapsed, f"seed {state.settings['seed']}"],
+        warning=f"Quick study: {few}, briefly trained networks; do not quote its numbers",
         claims=claims(by_title),
         claims_text=f"{_TWIN_CLAIMS if twin else _CLAIMS} {VERDICTS}",
-        sections=sections(all_findings),
-        left_out=[(subject_title(f), f.left_out) for f in all_findings if f.left_out],
-        command=state.command,
         how=_how(state, subjects),
-        versions=installed_versions(),
         several=len(subjects) > 1,
-    ).html()
+    )
 
 
 _TWIN_HEADING = "First contact: stiffness in the first 15 ms"
@@ -139,23 +89,6 @@ _TWIN_CLAIMS = (
     "The published numbers come from one real hand. No parameter of the twin was chosen by a score."
 )
 _CLAIMS = "The published numbers come from another hand and its objects."
-
-
-def elapsed(state: State) -> str:
-    """Return the time that a study has taken, as text."""
-    return duration(state.seconds) + (" so far" if state.pending else "")
-
-
-def notice(state: State) -> tuple[str, str] | None:
-    """Return state and details of an unfinished study as text; None if it is finished."""
-    if not state.pending:
-        return None
-    pending = "; ".join(state.pending)
-    progress = f"{state.completed} of {len(state.steps)} parts are done."
-    if state.stopped or state.interrupted:
-        why = f"Stopped: {state.stopped}." if state.stopped else "Interrupted."
-        return why, f"{progress} Not done: {pending}."
-    return "Still running.", f"{progress} Not done yet: {pending}. Load the page again for more."
 
 
 def _how(state: State, subjects: Subjects) -> list[tuple[str, list[str]]]:

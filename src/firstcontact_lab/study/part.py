@@ -1,23 +1,143 @@
-"""Definition of a study part."""
+"""Parts of a study, the subjects that they measure, and the settings of a study."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from firstcontact.core import Runner
+from firstcontact.contact import DETECTORS
+from firstcontact.core import Contact, Dataset, Runner
+from firstcontact.models import (
+    ESTIMATORS,
+    Adapted,
+    LabelledWindows,
+    Windows,
+    distinct_specimens,
+    label_windows,
+)
+from firstcontact.signal import contact_windows
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Row, Table
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.settings import StudySettings
 
 T = TypeVar("T")
+Values = NDArray[np.float64]
+Contacts = tuple[Contact | None, ...]
+#: Windows, and a mask of the pinches that have a window.
+Cut = tuple[Windows, NDArray[np.bool_]]
 #: Results of each subject by the title of the subject.
 Subjects = Mapping[str, SubjectResults]
+#: Functions that make a table of one subject, or one function that makes all of them.
+Tables = (
+    Sequence[Callable[[SubjectResults], Table | None]]
+    | Callable[[SubjectResults], Sequence[Table | None]]
+)
+
+
+@dataclass(frozen=True, slots=True)
+class StudySettings:
+    """Settings of a study: size and seed."""
+
+    block_pinches: int = 500
+    object_pinches: int = 50
+    durations: tuple[float, ...] = (0.002, 0.003, 0.005, 0.008, 0.010, 0.015)
+    folds: int = 5
+    brief: bool = False
+    calls: int = 2_000
+    detector: str = DETECTORS.default
+    early: float = 0.0
+    rig_seeds: tuple[int, ...] = (601, 602, 603, 604, 605, 606)
+    board: str = ""
+    delays: str = ""
+    parts: tuple[str, ...] = ()
+    seed: int = 0
+    workers: int = 2
+
+    def quick(self) -> StudySettings:
+        """Return settings of a quick trial that runs every part. Do not quote its numbers."""
+        return replace(
+            self,
+            block_pinches=20,
+            object_pinches=5,
+            durations=(0.003, 0.008, 0.015),
+            folds=3,
+            brief=True,
+            calls=500,
+            rig_seeds=(601,),
+        )
+
+    def options(self, estimator: str) -> Mapping[str, Any]:
+        """Return the options of an estimator for this study."""
+        return ESTIMATORS[estimator].quick if self.brief else {}
+
+
+@dataclass(slots=True, eq=False)
+class Subject:
+    """Dataset under study, with the results of earlier parts."""
+
+    name: str
+    dataset: Dataset
+    detections: Contacts = ()
+    predictions: dict[tuple[str, str], tuple[LabelledWindows, Values]] = field(default_factory=dict)
+    set_name: str = "recordings"
+    adapted: Adapted | None = None
+    _cut: dict[tuple[object, ...], Cut] = field(default_factory=dict, repr=False)
+
+    @property
+    def truth(self) -> Contacts:
+        """First contact of each pinch from strips or labels; None if unknown."""
+        return tuple(p.first for p in self.dataset.pinches)
+
+    @property
+    def has_known_contacts(self) -> bool:
+        """True if the first contact of some pinch is known from strips or labels."""
+        return any(contact is not None for contact in self.truth)
+
+    @property
+    def starts(self) -> Contacts:
+        """Contacts at which windows start: detected contacts if there are any, else known ones."""
+        return self.detections or self.truth
+
+    @property
+    def levels(self) -> Values:
+        """Distinct values of Shore A in the training pinches."""
+        shore = self.dataset.shore_a[~self.dataset.test]
+        return np.unique(shore[np.isfinite(shore)])
+
+    def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
+        """Return windows labelled with Shore A, at ``contacts`` or else at :attr:`starts`."""
+        return self.labelled_windows(duration, self.dataset.shore_a, contacts)
+
+    def labelled_windows(
+        self,
+        duration: float,
+        target: Values,
+        contacts: Contacts | None = None,
+        *,
+        conditioned: bool = True,
+    ) -> LabelledWindows:
+        """Return windows at ``contacts``, or else at :attr:`starts`, labelled with ``target``."""
+        cut = self.cut_windows(duration, contacts, conditioned=conditioned)
+        data = label_windows(self.dataset, *cut, target)
+        return replace(data, specimens=distinct_specimens(self.dataset)[data.rows])
+
+    def cut_windows(
+        self, duration: float, contacts: Contacts | None = None, *, conditioned: bool = True
+    ) -> Cut:
+        """Return the windows at ``contacts`` (default :attr:`starts`), and a mask of pinches."""
+        starts = self.starts if contacts is None else contacts
+        key = duration, conditioned, tuple(starts)
+        if key not in self._cut:
+            self._cut[key] = contact_windows(
+                self.dataset, starts, duration, conditioned=conditioned
+            )
+        return self._cut[key]
+
+
 #: Measurement of a subject.
 Measure = Callable[[Subject, StudySettings, Runner], PartResult]
 
@@ -58,21 +178,6 @@ def with_ranks(measure: Measure) -> Measure:
     return measure_ranks
 
 
-def no_text(subjects: Subjects) -> str:
-    """Return "", the text of a part without an introduction."""
-    return ""
-
-
-def no_rows(subjects: Subjects) -> Sequence[Row[SubjectResults]]:
-    """Return (), the row definitions of a part without any."""
-    return ()
-
-
-def no_figures(subjects: Subjects) -> Sequence[Figure]:
-    """Return (), the figures of a part that draws none from the results of all subjects."""
-    return ()
-
-
 @dataclass(frozen=True, slots=True)
 class Part:
     """Part of a study: measurement, figures, tables, rows and text for one topic.
@@ -90,8 +195,9 @@ class Part:
     text
         Function that returns the introduction to the section, from the results so far.
     tables
-        Functions that make tables of one subject. They return None or a table without lines if
-        the subject has no such results. In the first open table, subjects are side by side.
+        Functions that make a table of one subject, or one function that makes all. A missing
+        result is None or a table without lines. In the first open table, subjects are side by
+        side.
     rows
         Function that returns row definitions: numbers for the docs tables, the README and the
         top of the report.
@@ -109,18 +215,18 @@ class Part:
 
     name: str
     title: str
-    steps: Sequence[Step]
-    text: Callable[[Subjects], str] = no_text
-    tables: Sequence[Callable[[SubjectResults], Table | None]] = ()
-    rows: Callable[[Subjects], Sequence[Row[SubjectResults]]] = no_rows
+    steps: Sequence[Step] = ()
+    text: Callable[[Subjects], str] = lambda subjects: ""
+    tables: Tables = ()
+    rows: Callable[[Subjects], Sequence[Row[SubjectResults]]] = lambda subjects: ()
     columns: Sequence[str] = ()
-    figures: Callable[[Subjects], Sequence[Figure]] = no_figures
+    figures: Callable[[Subjects], Sequence[Figure]] = lambda subjects: ()
     needs: Sequence[str] = ("data", "contacts")
     by_default: bool = True
 
     def made_tables(self, results: SubjectResults) -> list[Table]:
         """Return the tables of one subject that have lines."""
-        made = (make(results) for make in self.tables)
+        made = self.tables(results) if callable(self.tables) else [t(results) for t in self.tables]
         return [table for table in made if table and table.lines]
 
 

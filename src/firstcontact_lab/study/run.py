@@ -1,22 +1,37 @@
-"""Run of a whole study: sources, workers, progress, files."""
+"""Run of a whole study: its sources of pinches, and its steps in order."""
 
 from __future__ import annotations
 
-import sys
+import shutil
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
-from dataclasses import asdict
+from contextlib import suppress
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from firstcontact.core import Dataset, Runner, parallel, resolve_path
-from firstcontact_lab.report.findings import Findings
-from firstcontact_lab.report.folder import sole_use, without_worker_warnings
-from firstcontact_lab.report.state import State
-from firstcontact_lab.study import _protocol as protocol
-from firstcontact_lab.study._sources import CONDITIONS, check_sources, recorded, simulated
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact.core import (
+    FINGERTIP_RATE,
+    Dataset,
+    InputError,
+    Runner,
+    files_below,
+    resolve_path,
+)
+from firstcontact.recording import find_importer, import_path, load_dataset
+from firstcontact.signal import resample_dataset
+from firstcontact.twin import simulate
+from firstcontact_lab.report.findings import PartResult, State
+from firstcontact_lab.report.run import MARK, Job, check_fresh, fresh, run_steps
+from firstcontact_lab.study.page import study_page
+from firstcontact_lab.study.part import Step, StudySettings, Subject
+from firstcontact_lab.study.parts import PARTS, chosen_parts
+
+#: The twin's conditions, in the order of the report.
+CONDITIONS = ("paper-rig", "everyday")
+#: File by which a folder can be imported.
+LABELS = "labels.csv"
+#: Folders inside a study's folder.
+_RECORDINGS, _IMPORTED = "recordings", "imported"
 
 Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 
@@ -25,47 +40,53 @@ def run_study(
     settings: StudySettings, out: Path, recordings: Path | None, quick: bool, command: str
 ) -> Path:
     """Run every part of a study, and update the files after each step."""
-    from tqdm import tqdm
-
-    options = _options(settings, recordings)
-    # In a log, which is no terminal, a line every ten seconds is enough.
-    often = 0.1 if sys.stderr.isatty() else 10.0
-    with ExitStack() as opened:
-        opened.enter_context(sole_use(out, options))
-        opened.enter_context(without_worker_warnings())
-        check_sources(recordings, out)  # refused before a bar is drawn
-        bar = opened.enter_context(tqdm(bar_format=_BAR, miniters=0, mininterval=often))
-        finished = step_cost = 0.0
-
-        def within(count: int, total: int) -> None:
-            bar.update(finished + step_cost * count / total - bar.n)
-
-        with parallel(settings.workers, within) as runner:
-            sources = _sources(settings, out, recordings, runner)
-            steps = protocol.plan(sources, settings, runner, _set_name(recordings))
-            bar.reset(total=sum(step.cost for step in steps))
-            titles = [f"{step.subject}: {step.title}" for step in steps]
-            findings = [Findings(name) for name, _ in sources]
-            state = State(command, asdict(settings), quick, findings, titles, options=options)
-
-            def tick(title: str) -> None:
-                nonlocal finished, step_cost
-                finished = sum(step.cost for step in steps[: state.completed])
-                step_cost = steps[state.completed].cost
-                bar.n = finished
-                bar.set_description(title)
-
-            protocol.run(steps, state, out, tick)
-            bar.n = bar.total
-            bar.set_description("done")
-    return out / "report.html"
-
-
-def _options(settings: StudySettings, recordings: Path | None) -> dict[str, Any]:
-    """Return the settings and the path of the recordings, on which the results depend."""
     data = None if recordings is None else str(resolve_path(recordings))
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
-    return {"verb": "study", "recordings": data, **sizes}
+    state = State(
+        command=command,
+        settings=asdict(settings),
+        options={"verb": "study", "recordings": data, **sizes},
+        parts=PARTS,
+        page=study_page,
+        quick=quick,
+    )
+
+    def jobs(runner: Runner) -> list[Job]:
+        sources: Sources = [
+            (name, partial(simulated, name, settings, out, runner)) for name in CONDITIONS
+        ]
+        if recordings is not None:
+            sources = [("recordings", partial(recorded, recordings, out))]
+        return plan(sources, settings, runner, _set_name(recordings))
+
+    return run_steps(out, state, settings.workers, jobs, partial(check_sources, recordings, out))
+
+
+def plan(
+    sources: Sequence[tuple[str, Callable[[], Dataset]]],
+    settings: StudySettings,
+    runner: Runner,
+    set_name: str = "recordings",
+) -> list[Job]:
+    """Return all jobs of a study: first the quick steps of every subject, then the slow ones."""
+    subjects: dict[str, Subject] = {}
+
+    def job(name: str, load: Callable[[], Dataset], part: str, step: Step) -> Job:
+        def measure() -> PartResult:
+            if name not in subjects:
+                subjects[name] = Subject(name, load(), set_name=set_name)
+            return step.run(subjects[name], settings, runner)
+
+        return Job(name, part, step.title, measure, step.vital, step.cost)
+
+    return [
+        job(name, load, part, step)
+        for late in (False, True)
+        for name, load in sources
+        for part, entry in chosen_parts(settings.parts).items()
+        for step in entry.steps
+        if step.late == late
+    ]
 
 
 def _set_name(recordings: Path | None) -> str:
@@ -74,12 +95,68 @@ def _set_name(recordings: Path | None) -> str:
     return name.encode("utf-8", "replace").decode() or "recordings"
 
 
-_BAR = "{desc}{percentage:3.0f} %|{bar}| {elapsed}, {remaining} left"
+def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner) -> Dataset:
+    """Simulate pinches of a condition into ``out/recordings``, and return them as a dataset."""
+    directory = fresh(out / _RECORDINGS / condition, {"twin": condition, "seed": settings.seed})
+    simulate(
+        directory / "pinches",
+        condition,
+        settings.block_pinches,
+        settings.object_pinches,
+        settings.seed,
+        runner=runner,
+    )
+    return load_dataset(directory)
 
 
-def _sources(
-    settings: StudySettings, out: Path, recordings: Path | None, runner: Runner
-) -> Sources:
-    if recordings is not None:
-        return [("recordings", lambda: recorded(recordings, out))]
-    return [(name, partial(simulated, name, settings, out, runner)) for name in CONDITIONS]
+def recorded(path: Path, out: Path) -> Dataset:
+    """Return the pinches of recordings, or of data to import, resampled to the models' rate."""
+    recordings = _recordings(path)
+    dataset = load_dataset(recordings) if recordings else _imported(path, out)
+    return resample_dataset(dataset, FINGERTIP_RATE)
+
+
+def check_sources(path: Path | None, out: Path) -> None:
+    """Raise an InputError if a source cannot be used. If ``path`` is None, it is the twin."""
+    if path is None:
+        for condition in CONDITIONS:
+            check_fresh(out / _RECORDINGS / condition)
+    elif not _recordings(path):
+        find_importer(path)
+        check_fresh(out / _RECORDINGS / _IMPORTED)
+
+
+def _recordings(path: Path) -> list[Path]:
+    """Return the recordings to study, or an empty list if ``path`` holds data to import."""
+    if not path.exists():
+        raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
+    recordings, made = _search(path)
+    if made and (recordings or not (path / LABELS).is_file()):
+        content = "recordings, and further ones" if recordings else "only recordings"
+        raise InputError(
+            f"{path} holds {content} that an earlier study made in {made[0]}: name the one folder "
+            "to study"
+        )
+    return recordings
+
+
+def _search(path: Path) -> tuple[list[Path], list[Path]]:
+    """Return the recordings at a path, and the folders below it with a study's recordings."""
+    if path.is_file():
+        return [path] if path.suffix == ".mcap" else [], []
+    made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)
+    files = files_below(path, ".mcap")
+    return [f for f in files if not any(f.is_relative_to(m) for m in made)], made
+
+
+def _imported(path: Path, out: Path) -> Dataset:
+    directory = fresh(out / _RECORDINGS / _IMPORTED, {"imported": path.name})
+    try:
+        assumed = import_path(path, directory / "pinches").notes
+    except InputError:
+        shutil.rmtree(directory)
+        with suppress(OSError):  # a folder with other recordings stays
+            directory.parent.rmdir()
+        raise
+    dataset = load_dataset(directory)
+    return replace(dataset, notes=(*assumed, *dataset.notes))

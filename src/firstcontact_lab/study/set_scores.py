@@ -1,11 +1,10 @@
-"""Scores of detectors on sets of real recordings.
-
-The detectors were trained on the twin, or on other specimens of the set.
-"""
+"""Sets of real recordings in folders, and the scores of detectors on them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from msgspec.structs import asdict, replace
@@ -19,18 +18,82 @@ from firstcontact.contact import (
     judge_windows,
     make_detector,
 )
-from firstcontact.core import Block, Contact, Dataset, InputError, Record
+from firstcontact.core import Block, Contact, Dataset, InputError, Layout, Record
 from firstcontact.models import Delays, judge_pinches, quantiles
+from firstcontact.recording import find_recordings, load_dataset, read_recording, read_rows
 from firstcontact.signal import resample_dataset
+from firstcontact_lab.report.results import SubjectResults
+from firstcontact_lab.report.run import RESULTS
 from firstcontact_lab.study.detection import trigger_delays
+from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.parts.contacts import CONTACT
 from firstcontact_lab.study.parts.hardness import HARDNESS
 from firstcontact_lab.study.parts.short_windows import REAL
-from firstcontact_lab.study.set_folder import RealSet
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RealSet:
+    """Set of real recordings in a folder."""
+
+    name: str
+    dataset: Dataset
+    noise: tuple[Block, ...]
+    front_ends: dict[str, str]
+    study: SubjectResults | None
+    early: float
+
+    def front_end(self, session: str) -> str:
+        """Return the description of a session's front end; "" if unknown."""
+        return self.front_ends.get(session, self.front_ends.get("*", ""))
+
+    @property
+    def layout(self) -> Layout:
+        """Layout of the set's pinches."""
+        return self.dataset.layout
+
+
+def find_sets(folder: Path) -> list[RealSet]:
+    """Return the sets in a folder, which are its subfolders with recordings."""
+    if not folder.is_dir():
+        raise InputError(
+            f"{folder} is not a folder: give the folder that has a subfolder for each set"
+        )
+    places = sorted(p for p in folder.iterdir() if (p / "recordings").is_dir())
+    if not places:
+        raise InputError(
+            f"{folder} contains no set: import recordings into {folder / 'NAME' / 'recordings'}"
+        )
+    return [_read(place) for place in places]
+
+
+def _read(place: Path) -> RealSet:
+    noise: list[Block] = []
+    dataset = load_dataset(place / "recordings")
+    if (place / "noise").is_dir():
+        for file in find_recordings(place / "noise"):
+            recording = read_recording(file)
+            if recording.header.layout != dataset.layout:
+                raise InputError(
+                    f"{file}: its layout differs from that of the set's recordings: import both "
+                    "in the same way"
+                )
+            noise += recording.stretches
+    ends = {}
+    if (place / "front_ends.csv").exists():
+        rows = read_rows(place / "front_ends.csv", ["session", "front_end"])
+        ends = {row["session"]: row["front_end"] for _, row in rows}
+    study, early = None, 0.0
+    if (place / RESULTS).exists():
+        results = read_study(place / RESULTS)
+        study = results.about
+        early = 1e-3 * (study[CONTACT].about.early_ms or 0.0)
+    return RealSet(place.name, dataset, tuple(noise), ends, study, early)
+
 
 #: Largest distance of a placed contact from its label, s.
 WITHIN = 0.002
 #: Training data of a detector: simulated pinches, the set's other specimens, or none.
-TWIN, OTHERS, NOTHING = "twin", "others", "nothing"
+TWIN, OTHERS, UNTRAINED = "twin", "others", "nothing"
 
 Firsts = list[Contact | None]
 
@@ -91,37 +154,33 @@ class SetResults(Record, frozen=True, kw_only=True):
     chance: float | None = None
 
 
-def score_set(
-    recorded_set: RealSet, twin: Dataset, say: Callable[[str], object] = lambda line: None
-) -> SetResults:
-    """Return the scores of every detector on one set."""
+def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[str]]:
+    """Return the scores of every detector on one set, and why detectors are left out."""
     heard = cut_closings(recorded_set.dataset)
     has_contact = np.array([p.first is not None for p in heard.pinches])
-    labelled = heard.take(has_contact) if has_contact.any() else None
+    if not has_contact.any():
+        return _about(recorded_set), []
+    labelled = heard.take(has_contact)
+    learned = cut_closings(resample_dataset(twin, recorded_set.layout.rate))
     detectors: dict[str, dict[str, DetectorScores]] = {}
     firsts: dict[tuple[str, str], Firsts] = {}
-    if labelled is not None:
-        learned = cut_closings(resample_dataset(twin, recorded_set.layout.rate))
-        for name, kind in DETECTORS.items():
-            ways = (TWIN, OTHERS) if kind.learns else (NOTHING,)
-            for training in ways:
-                say(f"{recorded_set.name}: {kind.title}, trained on {training}")
-                try:
-                    set_results, fitted = _judged(
-                        name, training, labelled, learned, recorded_set.early
-                    )
-                except InputError as error:
-                    say(f"{recorded_set.name}: {kind.title} left out: {error}")
-                    continue
-                firsts[name, training] = set_results
-                scored = _scored(labelled, set_results, recorded_set, fitted)
-                detectors.setdefault(name, {})[training] = scored
+    left_out = []
+    for name, kind in DETECTORS.items():
+        for training in (TWIN, OTHERS) if kind.learns else (UNTRAINED,):
+            try:
+                found, fitted = _judged(name, training, labelled, learned, recorded_set.early)
+            except InputError as error:
+                left_out.append(f"{kind.title}, trained on {training}: {error}.")
+                continue
+            firsts[name, training] = found
+            scores = _scored(labelled, found, recorded_set, fitted)
+            detectors.setdefault(name, {})[training] = scores
     main = DETECTORS.default
-    able = [training for training in (OTHERS, TWIN, NOTHING) if (main, training) in firsts]
-    results = _about(recorded_set, detectors, labelled)
-    if not able or labelled is None:
-        return results
-    training = able[0]
+    results = replace(_about(recorded_set), n=len(labelled), detectors=detectors or None)
+    trainings = [training for training in (OTHERS, TWIN, UNTRAINED) if (main, training) in firsts]
+    if not trainings:
+        return results, left_out
+    training = trainings[0]
     best = detectors[main][training]
     return replace(
         results,
@@ -132,7 +191,7 @@ def score_set(
         noise_false_alarms_per_minute=best.noise_false_alarms_per_minute,
         files=_by_file(recorded_set, labelled, firsts[main, training]),
         finder=_finder(recorded_set, labelled, firsts[main, training]),
-    )
+    ), left_out
 
 
 def _judged(
@@ -159,9 +218,8 @@ def _judged(
         left_out = specimens == one
         detector = make_detector(name).fit(labelled.take(~left_out), early)
         fitted.append(detector)
-        for place, first in zip(
-            np.flatnonzero(left_out), firsts(detector, labelled.take(left_out)), strict=True
-        ):
+        decided = firsts(detector, labelled.take(left_out))
+        for place, first in zip(np.flatnonzero(left_out), decided, strict=True):
             out[place] = first
     return out, fitted
 
@@ -242,17 +300,15 @@ def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderS
     )
 
 
-def _about(
-    recorded_set: RealSet, detectors: dict[str, dict[str, DetectorScores]], labelled: Dataset | None
-) -> SetResults:
-    """Return the results of a set, including results of an earlier study of the set."""
-    order = recorded_set.study[HARDNESS] if recorded_set.study else None
-    real = (
-        next(iter((recorded_set.study[REAL] or {}).values()), None) if recorded_set.study else None
-    )
-    ends = list(dict.fromkeys(recorded_set.front_ends.values()))
+def _about(recorded_set: RealSet) -> SetResults:
+    """Return what is known of a set without its detectors, also from an earlier study of it."""
+    order = real = None
+    if recorded_set.study:
+        order = recorded_set.study[HARDNESS]
+        real = next(iter((recorded_set.study[REAL] or {}).values()), None)
+    ends = dict.fromkeys(recorded_set.front_ends.values())
     return SetResults(
-        n=0 if labelled is None else len(labelled),
+        n=0,
         sensor=", ".join(dict.fromkeys(str(c.sensor) for c in recorded_set.layout.vibration)),
         rate_hz=recorded_set.layout.rate,
         front_end=", ".join(ends) or "not said",
@@ -260,7 +316,6 @@ def _about(
         materials=len(set(recorded_set.dataset.objects.tolist()) - {""}),
         early_ms=1e3 * recorded_set.early,
         noise_seconds=sum(len(b.data) for b in recorded_set.noise) / recorded_set.layout.rate,
-        detectors=detectors or None,
         order_rho=order.spectral_centroid.rho if order else None,
         order_p=order.spectral_centroid.p if order else None,
         class_held_out=real.material_held_out if real else None,

@@ -1,20 +1,34 @@
-"""Report on the detectors on several sets of real recordings."""
+"""Study of detectors on several sets of real recordings, and on the twin with other noise."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from firstcontact.contact import DETECTORS
-from firstcontact.core import Dataset, installed_versions, percent
-from firstcontact.models import Delays
-from firstcontact_lab.report.findings import Findings, PartResult
-from firstcontact_lab.report.folder import sole_use
-from firstcontact_lab.report.page import Column, Page, Section
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import DETECTORS, make_detector
+from firstcontact.core import Dataset, Record, Serial, percent
+from firstcontact.models import (
+    DURATION,
+    ESTIMATORS,
+    Delays,
+    DetectionScores,
+    Fit,
+    Task,
+    detect_alignment,
+    fit_model,
+    found_as_live,
+    labelled_windows,
+    score_detector,
+)
+from firstcontact_lab.report.findings import PartResult, State
+from firstcontact_lab.report.page import Page, Section
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.state import State
+from firstcontact_lab.report.run import Job, run_steps
 from firstcontact_lab.report.tables import (
     Cell,
     Row,
@@ -25,18 +39,15 @@ from firstcontact_lab.report.tables import (
     optional,
     row_table,
 )
-from firstcontact_lab.study._protocol import Job, run
-from firstcontact_lab.study.noises import NOISE, NOISE_PART, NoiseScorer
-from firstcontact_lab.study.page import elapsed, notice, sections
 from firstcontact_lab.study.part import Part, Subjects
 from firstcontact_lab.study.parts.short_windows import SHOWN_MS
-from firstcontact_lab.study.set_folder import RealSet
 from firstcontact_lab.study.set_scores import (
-    NOTHING,
     OTHERS,
     TWIN,
+    UNTRAINED,
     DetectorScores,
     FinderScores,
+    RealSet,
     Recorded,
     SetResults,
     score_set,
@@ -44,18 +55,92 @@ from firstcontact_lab.study.set_scores import (
 
 R = TypeVar("R")
 
-SET = Field.optional("set", SetResults)
+#: Header text that names the noise of the pinches (``simulate --noise``).
+SAID = "noise of "
 #: Training of a detector, in words.
 _TRAINING = {
     TWIN: "the twin, resampled",
     OTHERS: "the set's other specimens",
-    NOTHING: "learns nothing",
+    UNTRAINED: "learns nothing",
 }
-_PLACED = Row[Any]("found within 2 ms", lambda s: s.placed_2_ms, "share")
-_EARLY = Row[Any]("early", lambda s: s.early_triggers)
-_ALARMS = Row[DetectorScores](
-    "false alarms a minute of noise", lambda s: s.noise_false_alarms_per_minute, "rate"
-)
+
+
+class NoiseScores(Record, frozen=True, kw_only=True):
+    """Scores on twin pinches with one kind of noise, for models trained with the usual noise."""
+
+    noise: str
+    detectors: dict[str, DetectionScores]
+    estimator: str
+    estimated: int
+    rmse: float | None = None
+    rmse_unseen: float | None = None
+
+
+SET = Field.optional("set", SetResults)
+NOISE = Field.optional("noise", NoiseScores)
+
+
+def run_sets(
+    out: Path,
+    sets: Sequence[RealSet],
+    twin: Dataset,
+    noises: Sequence[tuple[str, Dataset]],
+    command: str,
+) -> dict[str, SubjectResults]:
+    """Score every set, and the twin with every noise. Write the report and ``results.json``."""
+    scorer = cache(lambda: noise_scorer(twin))
+
+    def score_noise(name: str, dataset: Dataset) -> PartResult:
+        return PartResult([NOISE(scorer()(dataset))])
+
+    def score_recorded(recorded: RealSet) -> PartResult:
+        results, left_out = score_set(recorded, twin)
+        return PartResult([SET(results)], left_out=left_out)
+
+    jobs = [Job(each.name, "set", "set", partial(score_recorded, each)) for each in sets]
+    jobs += [
+        Job(name, "noise", "noise", partial(score_noise, name, dataset)) for name, dataset in noises
+    ]
+    state = State(
+        command=command,
+        settings={"seed": 0},
+        options={"verb": "sets"},
+        parts={"set": SET_PART, "noise": NOISE_PART},
+        page=sets_page,
+    )
+    run_steps(out, state, 1, lambda runner: jobs)
+    return {findings.name: findings.results for findings in state.findings}
+
+
+def noise_scorer(twin: Dataset) -> Callable[[Dataset], NoiseScores]:
+    """Train detectors and an estimator on the twin. Return a function that scores other pinches."""
+    detectors = {name: make_detector(name).fit(twin) for name in DETECTORS}
+    main = detectors[DETECTORS.default]
+    contacts = found_as_live(twin, main, 0, Serial())
+    windows = labelled_windows(twin, contacts.contacts, DURATION, twin.shore_a)
+    learn = windows.take(~windows.test)
+    model = fit_model(Fit(ESTIMATORS.default, Task.REGRESSION, learn, learn.X[:0], 0))
+
+    def score(dataset: Dataset) -> NoiseScores:
+        windows = labelled_windows(
+            dataset, detect_alignment(dataset, main).contacts, DURATION, dataset.shore_a
+        )
+        squares = (model.predict(windows.X) - windows.y) ** 2
+        noise = next((note for note in dataset.notes if note.startswith(SAID)), "as modelled")
+        return NoiseScores(
+            noise=noise.partition(" in place of")[0],
+            detectors={kind: score_detector(found, dataset) for kind, found in detectors.items()},
+            estimator=ESTIMATORS.default,
+            estimated=len(windows),
+            rmse=_root(squares[~windows.test]),
+            rmse_unseen=_root(squares[windows.test]),
+        )
+
+    return score
+
+
+def _root(squares: NDArray[np.float64]) -> float | None:
+    return float(np.sqrt(squares.mean())) if len(squares) else None
 
 
 def _quantile_rows(
@@ -68,6 +153,11 @@ def _quantile_rows(
     )
 
 
+_PLACED = Row[Any]("found within 2 ms", lambda s: s.placed_2_ms, "share")
+_EARLY = Row[Any]("early", lambda s: s.early_triggers)
+_ALARMS = Row[DetectorScores](
+    "false alarms a minute of noise", lambda s: s.noise_false_alarms_per_minute, "rate"
+)
 _DELAYS: Sequence[Row[Any]] = _quantile_rows(
     "delay, median", "delay, 95th percentile", lambda s: s.delay_ms
 )
@@ -80,6 +170,29 @@ _DETECTOR_ROWS: Sequence[Row[DetectorScores]] = (
     _ALARMS,
     *_DELAYS,
 )
+_FINDER_ROWS: Sequence[Row[FinderScores]] = (
+    Row("within 2 ms", lambda s: s.placed_2_ms, "share"),
+    *_quantile_rows("from the label, median", "95th percentile", lambda s: s.from_label_ms),
+    *_quantile_rows("from the detector's, median", "95th percentile", lambda s: s.from_detector_ms),
+)
+_FILE_ROWS: Sequence[Row[Recorded]] = (
+    Row("front end", lambda s: s.front_end or None),
+    Row("contacts", lambda s: s.n),
+    _PLACED,
+    _EARLY,
+    *_quantile_rows("delay, median", "95th percentile", lambda s: s.delay_ms),
+)
+_NOISE_ROWS: Sequence[Row[DetectionScores]] = (
+    Row("pinches", lambda s: s.n),
+    Row("placed within 3 ms", lambda s: s.pinch_success, "share"),
+    Row("decided within 3 ms", lambda s: s.decided_within_3_ms, "share"),
+    Row("false alarms a minute", lambda s: s.false_alarms_per_minute, "rate"),
+    *_quantile_rows("delay, median", "95th percentile", lambda s: s.delay_ms),
+)
+_ERROR_ROWS: Sequence[Row[NoiseScores]] = (
+    Row("15 ms: RMSE, Shore A", lambda s: s.rmse, "shore"),
+    Row("unseen objects", lambda s: s.rmse_unseen, "shore"),
+)
 
 
 def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
@@ -88,23 +201,19 @@ def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     def lookup(value: Callable[[SetResults], Value]) -> Callable[[SubjectResults], Value]:
         return optional(lambda results: results[SET], value)
 
-    def contacts(set_results: SetResults) -> str:
-        recordings = (
-            f" (of {set_results.pinches:,} recordings)"
-            if set_results.n < set_results.pinches
-            else ""
-        )
-        return f"{set_results.n:,}{recordings}"
+    def contacts(scores: SetResults) -> str:
+        some = scores.n < scores.pinches
+        return f"{scores.n:,}" + (f" (of {scores.pinches:,} recordings)" if some else "")
 
-    def classes(set_results: SetResults) -> Value:
-        shares = set_results.class_held_out or {}
+    def classes(scores: SetResults) -> Value:
+        shares = scores.class_held_out or {}
         return " / ".join(percent(shares[ms]) for ms in SHOWN_MS if ms in shares) or None
 
     def default(results: SubjectResults) -> DetectorScores | None:
-        set_results = results[SET]
-        if set_results is None or set_results.training is None:
+        scores = results[SET]
+        if scores is None or scores.training is None:
             return None
-        return (set_results.detectors or {})[DETECTORS.default][set_results.training]
+        return (scores.detectors or {})[DETECTORS.default][scores.training]
 
     return [
         Row("sensor", lookup(lambda s: s.sensor)),
@@ -135,126 +244,90 @@ def overview(subjects: Subjects) -> Table:
     return row_table(set_rows(sets), sets, caption)
 
 
+def _detector_title(name: str) -> str:
+    return DETECTORS[name].title if name in DETECTORS else name
+
+
 def _trainings_table(results: SubjectResults) -> Table | None:
     """Return a table of the scores of every detector, by its training data."""
-    set_results = results[SET]
+    scores = results[SET]
     entries = [
-        (
-            Cell(DETECTORS[name].title if name in DETECTORS else name, _TRAINING[training]),
-            scores,
-            False,
-        )
-        for name, ways in ((set_results and set_results.detectors) or {}).items()
-        for training, scores in ways.items()
+        (Cell(_detector_title(name), _TRAINING[training]), entry, False)
+        for name, trainings in ((scores and scores.detectors) or {}).items()
+        for training, entry in trainings.items()
     ]
     return matrix("Every detector, by its training.", _DETECTOR_ROWS, entries)
 
 
-_FINDER_ROWS: Sequence[Row[FinderScores]] = (
-    Row("within 2 ms", lambda s: s.placed_2_ms, "share"),
-    *_quantile_rows("from the label, median", "95th percentile", lambda s: s.from_label_ms),
-    *_quantile_rows("from the detector's, median", "95th percentile", lambda s: s.from_detector_ms),
-)
-
-
 def _finder_table(results: SubjectResults) -> Table | None:
     """Return a table of the onset finder's scores. It also uses samples after a contact."""
-    set_results = results[SET]
+    scores = results[SET]
     caption = (
         "The onset finder that suggests marks for labelling, and looks ahead: share of the labels "
         "with an onset within 2 ms, and distance of onsets from the label and from the detector's "
         "contact."
     )
-    finder = set_results.finder if set_results else None
+    finder = scores.finder if scores else None
     return matrix(caption, _FINDER_ROWS, [(Cell("onset finder"), finder, False)])
-
-
-_FILE_ROWS: Sequence[Row[Recorded]] = (
-    Row("front end", lambda s: s.front_end or None),
-    Row("contacts", lambda s: s.n),
-    _PLACED,
-    _EARLY,
-    *_quantile_rows("delay, median", "95th percentile", lambda s: s.delay_ms),
-)
 
 
 def _file_table(results: SubjectResults) -> Table | None:
     """Return a table of the default detector's scores on each recording."""
-    set_results = results[SET]
-    if not set_results or not set_results.files:
+    scores = results[SET]
+    if not scores or not scores.files:
         return None
-    entries = [(Cell(session), scores, False) for session, scores in set_results.files.items()]
-    return matrix(
-        f"Each file; {_TRAINING.get(set_results.training or '', '')}.", _FILE_ROWS, entries
+    entries = [(Cell(session), entry, False) for session, entry in scores.files.items()]
+    return matrix(f"Each file; {_TRAINING.get(scores.training or '', '')}.", _FILE_ROWS, entries)
+
+
+def noise_tables(subjects: Subjects) -> list[Table | None]:
+    """Return tables of detection and of errors: twin pinches, one line for each noise."""
+    noises = {name.replace("_", " "): results[NOISE] for name, results in subjects.items()}
+    caption = (
+        "Twin results: the same simulated pinches, with the modelled noise of the electronics, and "
+        "with the noise of real sensors at rest. The noise of the motor is modelled in each. "
+        "Detectors and the estimator were trained on other pinches of other rigs, with the "
+        "modelled noise."
     )
+    detection = matrix(
+        caption,
+        _NOISE_ROWS,
+        [
+            (Cell(f"{name}, {_detector_title(kind)}"), scores, False)
+            for name, noise in noises.items()
+            for kind, scores in (noise.detectors if noise else {}).items()
+        ],
+    )
+    caption = "Errors of estimates at the contacts of the default detector."
+    entries = [(Cell(name), noise, False) for name, noise in noises.items()]
+    return [detection, matrix(caption, _ERROR_ROWS, entries)]
 
 
 SET_PART = Part(
     "set",
     "Detectors on each set",
-    (),
-    lambda subjects: (
+    text=lambda subjects: (
         "No detector was tuned or trained on the data on which it is tested: if it was trained on "
         "the set, the tested specimen was left out."
     ),
-    [_trainings_table, _finder_table, _file_table],
-    set_rows,
+    tables=[_trainings_table, _finder_table, _file_table],
+    rows=set_rows,
+)
+NOISE_PART = Part(
+    "noise", "The twin with other noises", tables=lambda results: noise_tables({"here": results})
 )
 
 
-SET_PARTS: dict[str, Part] = {"set": SET_PART, "noise": NOISE_PART}
-
-
-def run_sets(
-    out: Path,
-    sets: Sequence[RealSet],
-    twin: Dataset,
-    noises: Sequence[tuple[str, Dataset]],
-    command: str,
-    say: Callable[[str], object],
-) -> dict[str, SubjectResults]:
-    """Score every set, and the twin with every noise. Write the report and ``results.json``."""
-    scorers: list[NoiseScorer] = []
-
-    def score_noise(name: str, dataset: Dataset) -> PartResult:
-        if not scorers:
-            scorers.append(NoiseScorer(twin, say=say))
-        return PartResult([NOISE(scorers[0].score(name, dataset))])
-
-    def score_recorded(recorded: RealSet) -> PartResult:
-        return PartResult([SET(score_set(recorded, twin, say))])
-
-    jobs = [
-        Job(recorded.name, "set", "set", partial(score_recorded, recorded)) for recorded in sets
-    ]
-    jobs += [
-        Job(name, "noise", "noise", partial(score_noise, name, recorded_set))
-        for name, recorded_set in noises
-    ]
-    findings = [Findings(job.subject) for job in jobs]
-    titles = [f"{job.subject}: {job.title}" for job in jobs]
-    options = {"verb": "sets"}
-    state = State(command, {"seed": 0}, False, findings, titles, options=options)
-    with sole_use(out, options):
-        run(jobs, state, out, page=sets_page)
-    return {recorded_set.name: recorded_set.results for recorded_set in findings}
-
-
-def sets_page(state: State) -> str:
-    """Return the report of several sets, HTML."""
-    subjects = {findings.name: findings.results for findings in state.findings}
-    table = overview(subjects)
-    opening = [Section("sets", "The sets", "", [Column("", [table], [])])] if table.lines else []
+def sets_page(state: State) -> Page:
+    """Return the front of the report of several sets."""
+    table = overview({findings.name: findings.results for findings in state.findings})
     return Page(
         title="First contact: real sets",
         heading="First contact: real sets",
         intro="Recordings by others, with other sensors. A number is missing where a set does not "
         "permit it.",
-        badges=["Real recordings", state.started, elapsed(state)],
-        notice=notice(state),
-        sections=[*opening, *sections(state.findings, SET_PARTS)],
-        command=state.command,
-        how=[("Time", [elapsed(state)])],
-        versions=installed_versions(),
+        badges=["Real recordings", state.started, state.elapsed],
+        sections=[Section("sets", "The sets", "", table=table)] if table.lines else [],
+        how=[("Time", [state.elapsed])],
         several=True,
-    ).html()
+    )

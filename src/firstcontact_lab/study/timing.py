@@ -93,8 +93,7 @@ def time_inference(
     import threadpoolctl
 
     times = msgspec.structs.replace(
-        time_calls(model.predict_one, X, calls),
-        support_vectors=model.notes.get("support_vectors"),
+        time_calls(model.predict_one, X, calls), support_vectors=model.notes.get("support_vectors")
     )
     if reference is None:
         return times

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -38,9 +37,10 @@ class Benchmark:
     """Number of processes; 0 takes all cores."""
 
     def run(self) -> None:
-        """Run the benchmark, print the tables and write the report."""
-        from firstcontact.core import parallel, worker_count
+        """Run the benchmark with its progress on stderr, write the report and print the tables."""
+        from firstcontact.core import worker_count
         from firstcontact.models import check_seed
+        from firstcontact.twin import CONDITIONS
 
         require_modules("study", "matplotlib", "jinja2")
         check_seed(self.seed)
@@ -49,44 +49,17 @@ class Benchmark:
                 "--condition and --quick are for simulated rigs: leave them out, or leave "
                 "--recordings out"
             )
-        from firstcontact.core import installed_versions, write_text
-        from firstcontact.twin import CONDITIONS
-        from firstcontact_lab.report.folder import REPORT, RESULTS, sole_use
-        from firstcontact_lab.report.results import read_results, write_results
-        from firstcontact_lab.study.benchmark import QUICK, Size, benchmark
-        from firstcontact_lab.study.benchmark_page import BenchmarkResults, in_words, render
-        from firstcontact_lab.study.recorded_benchmark import benchmark_recordings
+        from firstcontact_lab.study.benchmark import run_benchmark
 
-        names = [self.condition] if self.condition else list(CONDITIONS)
-        if (self.out / RESULTS).exists():
-            read_results(self.out / RESULTS, BenchmarkResults)  # refuse to overwrite other results
-        elif (self.out / REPORT).exists():
-            raise InputError(
-                f"{self.out / REPORT} was not made by a benchmark: choose another --out"
-            )
-        began = time.monotonic()
-        with sole_use(self.out), parallel(worker_count(self.workers)) as runner:
-            conditions, recorded = {}, None
-            if self.recordings is not None:
-                recorded = benchmark_recordings(
-                    self.regressor, self.recordings, self.seed, runner, print
-                )
-            else:
-                size = QUICK if self.quick else Size()
-                conditions = dict(benchmark(self.regressor, names, size, self.seed, runner, print))
-        command = shlex.join(["firstcontact", *sys.argv[1:]])
-        results = BenchmarkResults(
-            contender=self.regressor,
-            command=command,
-            quick=self.quick,
-            seed=self.seed,
-            seconds=round(time.monotonic() - began, 1),
-            versions=installed_versions(),
-            conditions=conditions,
-            recordings=recorded,
-        )
-        write_results(self.out / RESULTS, results)
-        write_text(self.out / REPORT, render(results))
-        for line in in_words(results):
+        for line in run_benchmark(
+            self.regressor,
+            self.out,
+            self.recordings,
+            [self.condition] if self.condition else list(CONDITIONS),
+            self.quick,
+            self.seed,
+            worker_count(self.workers),
+            shlex.join(["firstcontact", *sys.argv[1:]]),
+        ):
             print(line)
-        print(self.out / REPORT)
+        print(self.out / "report.html")

@@ -36,7 +36,7 @@ class Sets:
         require_modules("study", "jinja2")
         from firstcontact.recording import load_dataset
         from firstcontact_lab.report.tables import plain_lines
-        from firstcontact_lab.study.set_folder import find_sets
+        from firstcontact_lab.study.set_scores import find_sets
         from firstcontact_lab.study.sets import overview, run_sets
 
         sets = find_sets(self.folder)
@@ -44,7 +44,7 @@ class Sets:
         noises = [(path.name, load_dataset(path)) for path in self.noises]
         _check_alike(twin, noises)
         command = shlex.join(["firstcontact", *sys.argv[1:]])
-        subjects = run_sets(self.folder, sets, twin, noises, command, _say)
+        subjects = run_sets(self.folder, sets, twin, noises, command)
         for line in plain_lines(overview(subjects)):
             print(line)
         print(self.folder / "report.html")
@@ -68,7 +68,3 @@ def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
             raise InputError(
                 f"{name} of --noises has no known contact: make it with `firstcontact simulate`"
             )
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr)

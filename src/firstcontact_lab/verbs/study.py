@@ -47,9 +47,9 @@ class Study:
         """Run the study with its progress on stderr."""
         from firstcontact.core import worker_count
         from firstcontact.models import ESTIMATORS, check_seed
+        from firstcontact_lab.study.part import StudySettings
         from firstcontact_lab.study.parts.in_force import read_delays
         from firstcontact_lab.study.parts.inference import read_board
-        from firstcontact_lab.study.settings import StudySettings
 
         require_modules("study", "matplotlib", "jinja2")
         check_seed(self.seed)

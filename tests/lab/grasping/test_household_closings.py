@@ -10,12 +10,9 @@ import pytest
 
 from firstcontact.core import Block, Contact, Estimate, Finger
 from firstcontact.streaming import ContactEvent, ContactWithdrawn, Event, Pipeline
-from firstcontact_lab.grasping._approach import Pick, approached, make_plant, pick_specimen
-from firstcontact_lab.grasping._branches import Branching, branches
-from firstcontact_lab.grasping._own_hand import HandSeed, OwnHand, own_hand
-from firstcontact_lab.grasping._real import RealJob, played
-from firstcontact_lab.grasping._slip import SlipWatch
-from firstcontact_lab.grasping.settings import HouseholdSettings
+from firstcontact_lab.grasping._hands import HandSeed, OwnHand, SlipWatch, own_hand
+from firstcontact_lab.grasping._picks import FullJob, Pick, approached, play
+from firstcontact_lab.grasping._table import Branching, branches
 
 HOW = Branching((0.10,), (1.0, 3.0), (2.0,))
 HAND = 4711
@@ -42,7 +39,7 @@ def test_a_policy_in_the_loop_ends_as_the_table_says(
     pick = Pick(kind, HAND, 2)
     row = branches((pick, 0.10), hands_by_pick, HOW)
     settings = {"force": 3.0, "approach": 0.10}
-    computed = played(RealJob(pick, "blind", settings), hands_by_pick)
+    computed = play(FullJob(pick, "blind", settings), hands_by_pick)
     assert computed.row.damaged == bool(row.peak[1] > row.limit)
     if not computed.row.damaged:
         assert computed.forces.max() == pytest.approx(row.peak[1], abs=1e-9)
@@ -83,20 +80,12 @@ def test_estimates_of_a_withdrawn_contact_are_left_out(
                 yield from events
             yield from super().update(block, host)
 
-    monkeypatch.setattr("firstcontact_lab.grasping._approach.Pipeline", Clicking)
+    monkeypatch.setattr("firstcontact_lab.grasping._picks.Pipeline", Clicking)
     begun = approached(Pick("apple", HAND, 1), 0.10, hands_by_pick[HAND, 0.10])
     assert begun.offset is not None
     assert begun.heard == pytest.approx(begun.offset, abs=0.01)
     assert begun.answers
     assert all(a.contact.sample > false.sample for a in begun.answers)
-
-
-def test_a_specimen_is_shared_by_policies_and_differs_by_number() -> None:
-    pick = Pick("apple", 1, 2)
-    one, again = (make_plant(pick).advance(300) for _ in range(2))
-    assert (one == again).all()
-    remaining = {pick_specimen(Pick("apple", hand, n)).mass for hand in (1, 2) for n in (1, 2)}
-    assert len(remaining) == 4
 
 
 def test_a_declared_slip_is_told_its_latency_late_and_again(
@@ -112,9 +101,3 @@ def test_a_declared_slip_is_told_its_latency_late_and_again(
     assert since is not None
     assert predictions[0] == pytest.approx(since + 0.05, abs=0.002)
     assert np.diff(predictions) == pytest.approx(np.full(len(predictions) - 1, 0.05), abs=0.003)
-
-
-def test_tuned_and_judged_hands_differ() -> None:
-    for seed in range(3):
-        tuning, judged = HouseholdSettings().hand_seeds(seed)
-        assert len({*tuning, *judged}) == 7

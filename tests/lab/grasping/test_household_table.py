@@ -8,28 +8,25 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from toy_table import HOW, THINGS, branch, table
+from toys import HOW, THINGS, branch, table
 
 from firstcontact.grasp import POLICIES
 from firstcontact.twin import HOUSEHOLD
-from firstcontact_lab.grasping._families import FAMILIES, family, folds
-from firstcontact_lab.grasping._front import SCALES, Front, find_scale, front, resampled
-from firstcontact_lab.grasping._household_numbers import (
+from firstcontact_lab.grasping._judgement import (
     Tables,
     baseline,
     candidate,
     ceiling,
     drops,
     fewer,
-    fewer_as_bold,
     judged,
     labelled,
     less,
     permuted,
     resample_weights,
 )
-from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, exceeds
-from firstcontact_lab.grasping._tuning import policy_settings
+from firstcontact_lab.grasping._table import ClosingTable, Reflexed
+from firstcontact_lab.grasping._tuning import FAMILIES, family, folds, policy_settings, resampled
 
 TABLES = Tables(table((1, 2)), table((11, 12, 13)), 4, 64, True, 3)
 
@@ -48,7 +45,7 @@ def test_between_the_forces_of_the_table_it_is_a_straight_line(force: float) -> 
 
 
 def test_a_reflex_saves_what_slips_and_presses_harder_on_what_it_saves() -> None:
-    toy = Table.from_branches([branch(kind, 1) for kind in THINGS], HOW)
+    toy = ClosingTable.from_branches([branch(kind, 1) for kind in THINGS], HOW)
     heavy = toy.otherwise(limit=np.full(len(THINGS), 8.5))
     forces = np.full(len(THINGS), 2.0)
     plain, reflex = heavy.outcomes(0, forces), heavy.outcomes(0, forces, Reflexed(1, 0, 0))
@@ -56,32 +53,6 @@ def test_a_reflex_saves_what_slips_and_presses_harder_on_what_it_saves() -> None
     assert not plain.damaged.any()
     assert not reflex.dropped.any()
     assert (reflex.damaged == plain.dropped).all()
-
-
-def test_where_specimens_scatter_a_ratio_is_a_share() -> None:
-    one = np.array([1.0, 1.2, 1.0 / 1.2])
-    assert exceeds(one, np.ones(3), 0.0).tolist() == [0, 1, 0]
-    soft = exceeds(one, np.ones(3), 0.2)
-    assert soft[0] == pytest.approx(0.5)
-    assert soft[1] + soft[2] == pytest.approx(1.0)
-    assert exceeds(one, np.full(3, np.inf), 0.2) == pytest.approx(np.zeros(3))
-
-
-def test_drops_are_read_off_the_front_where_a_tenth_is_damaged() -> None:
-    sample = Front(np.linspace(0.4, 0.0, len(SCALES)), np.linspace(0.0, 0.2, len(SCALES)))
-    assert sample.drop_share(0.1) == pytest.approx(0.2)
-    assert sample.drop_share(0.5) == 0.0
-    assert find_scale(sample) == pytest.approx(1.0)
-    floor = Front(np.linspace(0.4, 0.0, len(SCALES)), np.full(len(SCALES), 0.3))
-    assert floor.drop_share(0.1) == pytest.approx(0.2)
-
-
-def test_a_front_is_of_shares_and_of_weighted_ones() -> None:
-    dropped = np.array([[1.0, 0.0, 0.0, 0.0]])
-    computed = front(Outcomes(dropped, 1 - dropped))
-    assert (computed.dropped[0], computed.damaged[0]) == (0.25, 0.75)
-    weighted = front(Outcomes(dropped, 1 - dropped), np.array([[3.0], [1.0], [0.0], [0.0]]))
-    assert weighted.dropped[0, 0] == 0.75
 
 
 def test_resamples_draw_whole_kinds_within_groups_and_whole_hands() -> None:
@@ -138,19 +109,6 @@ def test_stiffness_gains_only_if_firm_objects_are_heavy() -> None:
 def test_a_gain_is_a_share_of_what_the_other_drops_and_none_may_be_bought_for_nothing() -> None:
     dropped, remaining = np.array([0.1, 0.2, 0.9, 0.0, 0.1]), np.array([0.2, 0.1, 0.1, 0.0, 0.0])
     assert less(dropped, remaining) == pytest.approx([0.5, -1.0, -1.0, 0.0, -1.0])
-
-
-def test_resamples_read_drops_at_a_tenth_of_damage() -> None:
-    weights = resample_weights(TABLES.judged, 0)[:, :50]
-    blind, ours = judged(TABLES, baseline()), judged(TABLES, candidate())
-    drawn = [
-        float(less(*(front(j.outcomes, w).drop_share() for j in (ours, blind)))) for w in weights.T
-    ]
-    computed = fewer(ours, blind, weights)
-    assert (computed.low, computed.high) == pytest.approx(tuple(np.percentile(drawn, [2.5, 97.5])))
-    selected = fewer_as_bold(ours, blind, weights)
-    assert selected.value == computed.value
-    assert selected.low <= selected.high
 
 
 @given(st.integers(0, 10**6))

@@ -12,15 +12,15 @@ from pathlib import Path
 import pytest
 
 from firstcontact.core import InputError, write_json
-from firstcontact_lab.grasping._learning import learn
+from firstcontact_lab.grasping._payload import learn
 from firstcontact_lab.grasping.settings import GraspStudySettings
-from firstcontact_lab.report.folder import MARK, fresh, sole_use
+from firstcontact_lab.report.run import MARK, fresh, sole_use
 
 ASKED = {"verb": "study", "recordings": None, "seed": 0, "durations": (0.003, 0.015)}
 HOLD = """
 import sys, time
 from pathlib import Path
-from firstcontact_lab.report.folder import sole_use
+from firstcontact_lab.report.run import sole_use
 with sole_use(Path(sys.argv[1]), {}):
     print("held", flush=True)
     time.sleep(600)

@@ -1,14 +1,22 @@
-"""The first table lists the paper's claims with verdicts, and only measured numbers."""
+"""Claims, verdicts and texts of the report follow from the results."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import pytest
 
+from firstcontact.core import Dataset
 from firstcontact.models import Bounded
 from firstcontact_lab.report.results import SubjectResults
-from firstcontact_lab.report.tables import Cell, Claim
-from firstcontact_lab.study.outcome import outcome
-from firstcontact_lab.study.page import claims, rows
+from firstcontact_lab.report.tables import Claim, Row
+from firstcontact_lab.study.page import claims, shared
+from firstcontact_lab.study.part import Subject
+from firstcontact_lab.study.parts.blocks import block_table
+from firstcontact_lab.study.parts.data import DATA as DATA_FIELD
+from firstcontact_lab.study.parts.data import data_table, describe, kind
+from firstcontact_lab.study.parts.hardness import class_table
 from partial import results
 
 
@@ -44,37 +52,12 @@ def test_a_verdict_states_the_difference_and_whether_the_interval_includes_the_c
     assert claim.verdict(value, unit) == verdict
 
 
-def test_every_claim_has_a_verdict_whatever_its_unit() -> None:
-    for row in rows({}):
-        if row.claim is not None:
-            assert row.claim.verdict(0.5 * row.claim.value, row.unit)
-
-
-def test_both_models_stand_among_the_claims_and_nothing_that_is_missing() -> None:
-    errors = {"svm": {"rmse": 9.0}, "cnn": {"rmse": 2.0}, "train_mean": {"rmse": 12.0}}
-    result = verdicts(A=results(objects=errors))
-    assert result == {
-        "Unseen objects, SVM: RMSE": "worse by 4.83 Shore A",
-        "Unseen objects, CNN: RMSE": "better by 0.39 Shore A",
-    }
-    assert verdicts(A=results()) == {}
-
-
 def test_subjects_that_differ_are_named() -> None:
     good, bad = (results(objects={"svm": {"rmse": rmse}}) for rmse in (2.0, 9.0))
     assert list(verdicts(A=good, B=bad).values()) == [
         "a: better by 2.17 Shore A; b: worse by 4.83 Shore A"
     ]
     assert list(verdicts(A=good, B=good).values()) == ["better by 2.17 Shore A"]
-
-
-def test_headlines_beyond_the_paper_follow_the_claims() -> None:
-    result = results(
-        objects={"svm": {"rmse": 9.0}},
-        in_force={"share": 0.9, "rmse": 7.0},
-        anytime={"asked": "objects", "rmse": {"5": 6.0}},
-    )
-    assert list(verdicts(A=result).values()) == ["worse by 4.83 Shore A", *["not in the paper"] * 3]
 
 
 @pytest.mark.parametrize("busy", [{}, {"preempted": 5181, "calls": 100_000}, {"load": 8.2}])
@@ -100,69 +83,59 @@ def test_the_verdict_on_detection_says_what_silence_would_score() -> None:
     assert unknown == "reproduced"
 
 
-def test_agreement_of_an_input_is_not_called_a_result() -> None:
-    offset = {"mean": 16.6, "sd": 10.3, "share_below_15": 0.5}
-    for source, expected in (("twin", "input of the twin"), ("real", "another hand")):
-        result = verdicts(A=results(offset_ms=offset, data={"source": source}))
-        assert set(result.values()) == {expected}
+DATA = {
+    "source": "real", "pinches": 1, "train_pinches": 1, "test_pinches": 0, "specimens": 1,
+    "sessions": 1, "sample_rate_hz": 4936.0,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("means", "expected"),
+    ("source", "badge", "row"),
     [
-        ((0.1, 0.2, 0.4), "reproduced"),
-        ((0.1, 0.14, 0.2), "rises with every level, but not in proportion"),
-        ((0.1, 0.3, 0.2), "does not rise with every level"),
+        ("twin", "Twin results", "the twin"),
+        ("real", "Real recordings", "real recordings"),
+        ("unknown", "Recordings of unknown origin", "unknown"),
     ],
 )
-def test_the_peak_is_compared_with_proportion(means: tuple[float, ...], expected: str) -> None:
-    peaks = {str(level): {"mean": m} for level, m in zip((10, 20, 40), means, strict=True)}
-    assert list(verdicts(A=results(peak_v=peaks)).values()) == [expected]
+def test_only_recordings_with_a_real_source_are_called_real(
+    source: str, badge: str, row: str
+) -> None:
+    result = results(data={**DATA, "source": source})
+    assert kind({"A": result}) == badge
+    table = data_table(result)
+    assert table is not None
+    assert table.lines[0].cells[1].text.startswith(row)
 
 
-def test_with_late_labels_rows_say_what_was_accepted() -> None:
-    scores = {"window_accuracy": 0.98, "pinch_success": 1.0, "decided_within_3_ms": 0.5}
-    subject = results(contact={"svm": scores, "early_ms": 4.0})
-    labels = [row.label for row in rows({"A": subject})]
-    assert not any("±3" in label for label in labels)
-    assert "Contact, SVM: placed −7 to +3 ms from its label" in labels
-    assert "Contact, SVM: and decided −4 to +3 ms from its label" in labels
+def test_unreadable_files_are_left_out_with_the_reason(make_shore: Callable[..., Dataset]) -> None:
+    dataset = make_shore(each=2)
+    loss = "left out, since it cannot be read: session-1.mcap is empty"
+    damaged = replace(dataset, notes=("assumed", loss), losses=(loss,))
+    outcome = describe(Subject("recordings", damaged))
+    assert outcome.left_out[0] == f"{loss}."
+    data = outcome.results[DATA_FIELD]
+    assert data is not None
+    assert data.notes == ["assumed"]
 
 
-def test_the_end_of_an_interval_is_not_rounded_up_to_all() -> None:
-    scores = {"accuracy": 0.99, "n": 9, "intervals": {"accuracy": [0.9, 0.9997]}}
-    subject = results(blocks={"svm": {"random_90_10": scores}})
-    (line,) = claims({"A": subject}).lines
-    assert line.cells[2] == Cell("99.0 %", "90.0 to 99.97")
-
-
-def test_the_outcome_is_stated_for_each_subject_and_topic() -> None:
-    def make(share: float, rmse: float) -> SubjectResults:
-        splits = {
-            "random_90_10": {"accuracy": share, "n": 9},
-            "leave_one_shore_out": {"rmse": 16.9, "n": 9},
-        }
-        peak = {"leave_one_shore_out": {"rmse": 9.5, "n": 9}}
-        best = {"leave_one_shore_out": {"rmse": 3.0, "n": 9}}
-        return results(
-            blocks={"svm": splits, "peak": peak, "log_spectrum": best},
-            objects={"svm": {"rmse": rmse}},
-            in_force={"share": 0.95},
+def test_the_training_data_of_the_detector_are_named_where_it_learned() -> None:
+    scores = {"rmse": 3.0, "mae": 2.0, "mse": 9.0, "bias": 0.0, "n": 9}
+    left_out = {"leave_one_shore_out": scores}
+    classes = {"svm": {"accuracy": 1.0, "n": 2, "classes": [0.0], "confusion": [[2]]}}
+    order = {
+        "score": "s",
+        "spectral_centroid": {"n": 3},
+        "leave_one_material_out": {"classification": classes},
+    }
+    for route, learned in (("svm", True), ("known", False), ("three_sigma", False)):
+        contacts = results(
+            contact={"windows_start_at": route}, blocks={"svm": left_out}, hardness_order=order
         )
-
-    blocks, unseen, time = outcome({"A": make(0.98, 6.4)})
-    assert "as good as published (SVM 98.0 % against 97.2 %)" in blocks
-    assert "worse than published (SVM 6.4 against 4.2)" in unseen
-    assert "SVM 16.9, Peak amplitude 9.5, Log spectrum 3.0." in unseen
-    assert "95.0 %" in time
-    # Within the tolerance with which the row of this error is "reproduced".
-    both = outcome({"A": make(0.98, 6.4), "B": make(0.9, 4.5)})
-    assert "a as good as published (SVM 98.0 % against 97.2 %); b worse" in both[0]
-    assert "a worse than published (SVM 6.4 against 4.2); b as good" in both[1]
-
-
-def test_nothing_measured_is_no_outcome() -> None:
-    assert outcome({"A": results()}) == []
-    assert outcome({"A": results(in_force={"share": 0.5})}) == [
-        "Pinches with an estimate ready when the second finger touches: 50.0 %."
-    ]
+        levels, classes_table = (
+            block_table(contacts, "leave_one_shore_out", (Row("RMSE", lambda s: s.rmse),)),
+            class_table(contacts),
+        )
+        assert levels is not None
+        assert classes_table is not None
+        for caption in (levels.caption, classes_table.caption, shared({"A": contacts})):
+            assert ("detector that places the windows" in caption) == learned

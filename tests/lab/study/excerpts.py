@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 from firstcontact.core import Contact, Dataset, Label, Pinch
-from firstcontact.twin import (
-    CONDITIONS,
-    draw_pinch,
-    excerpt,
-    simulate_pinch,
-)
-from firstcontact_lab.study._subject import Subject
-
-PAPER_RIG = CONDITIONS["paper-rig"]
+from firstcontact.twin import CONDITIONS, draw_pinch, excerpt, simulate_pinch
+from firstcontact_lab.study.part import Subject
 
 
 def twin_pinches(kinds, each: int, sessions: int) -> list[Pinch]:
@@ -20,7 +13,7 @@ def twin_pinches(kinds, each: int, sessions: int) -> list[Pinch]:
         for number in range(each):
             session = f"{kind.role} {number % sessions}"
             label = Label(kind.name, kind.shore_a, None, kind.name, session, kind.role)
-            draw = draw_pinch(7, PAPER_RIG, session, kind, f"{kind.name} {number}")
+            draw = draw_pinch(7, CONDITIONS["paper-rig"], session, kind, f"{kind.name} {number}")
             out.append(simulate_pinch(excerpt(draw, 0.045), label, duration=0.07))
     return out
 

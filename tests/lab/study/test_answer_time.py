@@ -10,9 +10,8 @@ import pytest
 from firstcontact.core import Contact, Dataset, Finger, Pinch, fingertip_layout
 from firstcontact.signal import lookahead
 from firstcontact_lab.report.results import NOTHING
-from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.answer_time import ANSWER, answer_time
-from firstcontact_lab.study.settings import StudySettings
 
 RATE = 4936.0
 FIRST = 600
@@ -45,11 +44,6 @@ def test_a_window_waits_for_its_end_and_the_filter():
     assert scores.before_second is None
 
 
-def test_a_short_window_waits_for_the_decision():
-    short = answer((None, detection(0, 40)), durations=(0.002,)).window_length_ms["2"]
-    assert short.median == pytest.approx(1e3 * 40 / RATE)
-
-
 def test_before_the_second_contact_excludes_equality():
     late, in_time = (WHOLE, detection(0, 12)), (WHOLE + 1, detection(0, 12))
     assert answer(late, in_time).before_second == 0.5
@@ -75,16 +69,6 @@ def test_resampling_delay_is_awaited():
     base, waited = answer((late, detection(0, 12))), answer((late, detection(0, 12)), rate=44_100.0)
     assert waited.median - base.median == pytest.approx(1e3 * lookahead(44_100.0, RATE))
     assert (base.before_second, waited.before_second) == (1.0, 0.0)
-
-
-def test_labels_that_may_be_late_allow_an_earlier_trigger():
-    assert answer((80, detection(-30, -19))).n == 0
-    assert answer((80, detection(-30, -19)), early=0.004).n == 1
-
-
-def test_what_is_decided_before_the_contact_is_no_answer():
-    assert answer((80, detection(-5, -1))).n == 0
-    assert answer((80, detection(-5, 0))).n == 1
 
 
 def test_without_known_contacts_it_is_left_out():

@@ -6,20 +6,12 @@ import numpy as np
 import pytest
 from excerpts import subject, twin_pinches
 
-from firstcontact.core import Contact, Dataset, Pinch, Role, Serial
-from firstcontact.core._pinch import Finger
+from firstcontact.core import Pinch, Serial
 from firstcontact.models import lengths
 from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.anytime import (
-    ANYTIME,
-    AnytimeResults,
-    _before_second,
-    anytime,
-    anytime_table,
-)
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.part import StudySettings
+from firstcontact_lab.study.parts.anytime import ANYTIME, AnytimeResults, _before_second, anytime
 
 BRIEF = StudySettings().quick()
 RATE = 4936.0
@@ -85,20 +77,6 @@ def test_an_answer_waits_for_the_decision_and_for_its_samples(blocks, objects) -
         assert (share, of) == (np.mean(offsets > wait), len(offsets))
 
 
-def test_another_finger_is_no_answer(blocks, objects) -> None:
-    pinches = blocks + objects
-    other = {Finger.THUMB: Finger.INDEX, Finger.INDEX: Finger.THUMB}
-    contacts = tuple(
-        Contact(other[p.first.finger], p.first.sample, p.first.sample) for p in pinches
-    )
-    share, _ = _before_second(Subject("any", Dataset(tuple(pinches)), contacts), BRIEF.early)
-    assert share == 0.0
-
-
-def test_known_contacts_were_not_found_before_the_second(blocks) -> None:
-    assert _before_second(Subject("any", Dataset(tuple(blocks))), BRIEF.early) == (None, None)
-
-
 def test_no_sample_after_the_second_contact_is_used(outcome, blocks, objects) -> None:
     def noisy(pinch: Pinch) -> Pinch:
         if pinch.second is None:
@@ -108,9 +86,3 @@ def test_no_sample_after_the_second_contact_is_used(outcome, blocks, objects) ->
         return Pinch(data, pinch.layout, pinch.label, pinch.first_sample, pinch.truth)
 
     assert outcome.results[ANYTIME] == score([noisy(p) for p in blocks + objects])
-
-
-def test_the_table_has_a_column_a_time(outcome, objects) -> None:
-    table = anytime_table(outcome.results)
-    assert all(len(row.cells) == len(table.head) == 6 for row in table.lines)
-    assert all(p.label.role is Role.TEST for p in objects)

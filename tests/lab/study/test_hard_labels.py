@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,24 +12,23 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role, Serial, to_tree
-from firstcontact.models import DURATION, distinct_specimens
+from firstcontact.models import DURATION
 from firstcontact.signal import Conditioner, samples_in
-from firstcontact_lab.report.findings import Findings, PartResult
+from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import NOTHING
-from firstcontact_lab.report.state import State
-from firstcontact_lab.study import _protocol as protocol
-from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.report.run import run_jobs
 from firstcontact_lab.study.detection import detection_splits
+from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.blocks import BLOCKS, blocks
 from firstcontact_lab.study.parts.contacts import CONTACT, contacts
-from firstcontact_lab.study.parts.data import DATA, describe
 from firstcontact_lab.study.parts.hardness import HARDNESS, hardness
 from firstcontact_lab.study.parts.inference import inference
 from firstcontact_lab.study.parts.objects import objects
 from firstcontact_lab.study.parts.second_contact import samples_to_spare
 from firstcontact_lab.study.parts.waveforms import PEAK, waveforms
 from firstcontact_lab.study.parts.window_length import window_length
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.run import plan
+from partial import study_state
 
 pytestmark = pytest.mark.usefixtures("unpainted", "own_estimators")
 
@@ -59,12 +58,11 @@ def whole_study(dataset: Dataset, out: Path, *only: str) -> dict[str, Any]:
 
     Steps of slow estimators (the CNN) and the inference times never run.
     """
-    steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
+    steps = plan([("recordings", lambda: dataset)], SMALL, Serial())
     assert {"inference time", *only} <= {step.title for step in steps}
     steps = [s for s in steps if "slow" not in s.title and s.title != "inference time"]
     steps = [s for s in steps if not only or s.title in only]
-    state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
-    protocol.run(steps, state, out)
+    run_jobs(steps, study_state(SMALL, quick=True), out)
     text = (out / "results.json").read_text(encoding="utf-8")
     assert "null" not in text
     assert "NaN" not in text
@@ -82,7 +80,7 @@ def reason_with(outcome: PartResult, word: str) -> str:
 # -- specimens -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["silicone", pytest.param("", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["silicone"])
 def test_one_specimen_name_at_every_level_and_object(
     make_shore: Callable[..., Dataset], tmp_path: Path, name: str
 ) -> None:
@@ -103,17 +101,6 @@ def test_one_specimen_name_at_every_level_and_object(
     assert tree["blocks"]["svm"]["leave_one_shore_out"]["n"] == 36
     assert len(tree["objects"]["svm"]["per_object"]) == 2
     assert tree["data"]["specimens"] == 5
-
-
-def test_numbered_specimens_of_each_material(ranks: Dataset, tmp_path: Path) -> None:
-    dataset = relabel(ranks, lambda i, label: replace(label, specimen=str(1 + i % 2)))
-    tree = whole_study(dataset, tmp_path, "data", "contact detection", "hardness order")
-    assert tree["hardness_order"]["leave_one_material_out"]["classification"]["svm"]["n"] == 36
-    assert tree["data"]["specimens"] == 12
-
-
-def test_a_name_of_one_thing_stays_as_it_is(shore: Dataset) -> None:
-    assert distinct_specimens(shore).tolist() == shore.specimens.tolist()
 
 
 def test_a_specimen_that_was_measured_twice_is_no_stranger(shore: Dataset) -> None:
@@ -145,41 +132,6 @@ def test_each_level_in_one_session(make_shore: Callable[..., Dataset]) -> None:
     assert "accuracy" in scores["random_90_10"]
 
 
-def test_two_levels_in_a_session_each(make_shore: Callable[..., Dataset], tmp_path: Path) -> None:
-    dataset = relabel(
-        make_shore(levels=(10.0, 60.0), objects=()),
-        lambda i, label: replace(label, session=f"day of {label.shore_a}"),
-    )
-    tree = whole_study(dataset, tmp_path)
-    assert "by_session" not in tree["blocks"]["svm"]
-    assert "window_length_ms" not in tree
-    assert any("a single Shore A level is left to learn from" in r for r in tree["left_out"])
-
-
-def test_windows_of_one_session_only(make_shore: Callable[..., Dataset], tmp_path: Path) -> None:
-    # Sessions s1 and s2 were cut off just after the contact: there is no window.
-    dataset = make_shore(objects=())
-    remaining = [i for i, s in enumerate(dataset.sessions) if s != "s0"]
-    tree = whole_study(cut(dataset, 0, 510, remaining), tmp_path)
-    assert "by_session" not in tree["blocks"]["svm"]
-    assert "window_length_ms" not in tree
-    assert any("Error against window length" in reason for reason in tree["left_out"])
-
-
-def test_unnamed_sessions_may_be_shared_with_a_note(
-    make_shore: Callable[..., Dataset], tmp_path: Path
-) -> None:
-    # The session that importers assume.
-    dataset = relabel(make_shore(), lambda i, label: replace(label, session="1"))
-    steps = ("data", "contact detection", "objects")
-    tree = whole_study(replace(dataset, sessions_assumed=True), tmp_path, *steps)
-    assert tree["objects"]["svm"]["n"] == 12
-    assert tree["objects"]["shares"] == ["session"]
-    assert any("sessions are not known and may be shared" in r for r in tree["left_out"])
-    named = objects(Subject("x", dataset), SMALL, Serial(), MODELS)
-    assert "the session '1' has pinches of both roles" in named.left_out[0]
-
-
 # -- ranks ---------------------------------------------------------------------------------
 
 
@@ -192,21 +144,6 @@ def test_ranks_of_one_material_have_no_class(ranks: Dataset) -> None:
     tree = to_tree(outcome.results[HARDNESS])
     assert set(tree["leave_one_material_out"]) == {"rank_regression"}
     assert tree["spectral_centroid"]["n"] == 3
-
-
-def test_a_rank_that_is_alone_with_its_material(ranks: Dataset, tmp_path: Path) -> None:
-    dataset = ranks.take(np.isin(ranks.objects, ["mat", "foam", "desk"]))
-    tree = whole_study(dataset, tmp_path)
-    assert "leave_one_material_out" not in tree["hardness_order"]
-    assert "random_folds" in tree["hardness_order"]
-
-
-def test_a_rank_with_a_single_pinch(ranks: Dataset) -> None:
-    chosen = np.flatnonzero(ranks.hardness_rank != 2).tolist()
-    dataset = ranks.take([*chosen, int(np.flatnonzero(ranks.objects == "desk")[0])])
-    outcome = hardness(Subject("x", dataset), SMALL, Serial())
-    assert "a single pinch" in reason_with(outcome, "random folds")
-    assert "random_folds" not in to_tree(outcome.results[HARDNESS])
 
 
 # -- contacts ------------------------------------------------------------------------------
@@ -223,18 +160,6 @@ def test_too_little_quiet_for_the_svm_leaves_the_known_contacts(
     assert tree["blocks"]["windows"]["with_window"] == 36
 
 
-def test_one_fold_without_known_contacts(
-    make_shore: Callable[..., Dataset], tmp_path: Path
-) -> None:
-    dataset = make_shore()
-    few = tuple(replace(p, truth=()) if i != 5 else p for i, p in enumerate(dataset.pinches))
-    steps = ("data", "contact detection", "waveforms")
-    tree = whole_study(replace(dataset, pinches=few), tmp_path, *steps)
-    assert tree["contact"]["windows_start_at"] == "three_sigma"
-    assert tree["contact"]["three_sigma"]["n"] == 1
-    assert any("windows start where the 3σ threshold fires" in r for r in tree["left_out"])
-
-
 def test_the_second_contact_is_looked_for_where_the_window_is(shore: Dataset) -> None:
     length = samples_in(DURATION, shore.layout.rate)
     subject = Subject("x", shore)
@@ -243,10 +168,7 @@ def test_the_second_contact_is_looked_for_where_the_window_is(shore: Dataset) ->
     assert pinch.second is not None
     for end, room in ((pinch.second.sample, 0), (pinch.second.sample + 1, -1)):
         start = end - length - Conditioner(shore.layout).lookahead
-        subject.detections = (
-            Contact(pinch.first.finger, start, start),
-            *[None] * (len(shore) - 1),
-        )
+        subject.detections = (Contact(pinch.first.finger, start, start), *[None] * (len(shore) - 1))
         spare = samples_to_spare(subject)
         assert spare[0] == room
         assert np.isnan(spare[1:]).all()
@@ -255,7 +177,7 @@ def test_the_second_contact_is_looked_for_where_the_window_is(shore: Dataset) ->
 # -- hardly anything -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("count", [1, 2])
 def test_a_few_pinches(make_shore: Callable[..., Dataset], tmp_path: Path, count: int) -> None:
     tree = whole_study(make_shore().take(range(count)), tmp_path)
     assert tree["data"]["pinches"] == count
@@ -291,25 +213,17 @@ def test_one_pinch_of_every_kind(make_shore: Callable[..., Dataset], ranks: Data
     assert not_found.of == 3
 
 
-def test_the_rate_of_the_recordings_is_reported(shore: Dataset) -> None:
-    data = to_tree(describe(Subject("x", replace(shore, recorded_rate=16000.0))).results[DATA])
-    assert data["sample_rate_hz"] == 16000.0
-    assert data["model_rate_hz"] == shore.layout.rate
-    assert "model_rate_hz" not in to_tree(describe(Subject("x", shore)).results[DATA])
-
-
 # -- errors in a part ----------------------------------------------------------------------
 
 
 def failing(error: Exception, shore: Dataset, out: Path, number: int = 2) -> None:
-    steps = protocol.plan([("recordings", lambda: shore)], SMALL, Serial())[:4]
+    steps = plan([("recordings", lambda: shore)], SMALL, Serial())[:4]
 
     def fail() -> PartResult:
         raise error
 
     steps[number] = replace(steps[number], run=fail)
-    state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
-    protocol.run(steps, state, out)
+    run_jobs(steps, study_state(SMALL, quick=True), out)
 
 
 def test_input_that_a_part_cannot_use_leaves_that_part_out(shore: Dataset, tmp_path: Path) -> None:

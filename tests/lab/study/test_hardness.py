@@ -1,4 +1,4 @@
-"""Part ``hardness``: the score without training, and the study of ranks."""
+"""Parts on ranks: the score without training, and short windows of materials left out."""
 
 from __future__ import annotations
 
@@ -10,13 +10,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Dataset, Serial
+from firstcontact.core import Contact, Dataset, Serial
+from firstcontact.models import ESTIMATORS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import NOTHING
-from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.hardness import HARDNESS, hardness, spectral_centroid
-from firstcontact_lab.study.parts.short_windows import short_windows
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.parts.short_windows import (
+    REAL,
+    ShortWindows,
+    materials_table,
+    short_table,
+    short_windows,
+)
 
 RATE = 4936.0
 
@@ -51,7 +57,6 @@ def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None
     assert left_out
     # Materials and pinches of the three classes are as many: any constant is right for a third.
     assert all(s.best_constant == pytest.approx(1 / 3) for s in left_out.values())
-    assert len(outcome.figures) == 2
 
 
 @pytest.mark.parametrize("part", [hardness, short_windows])
@@ -69,8 +74,73 @@ def test_holds_without_a_known_contact_get_no_score(
     assert "no pinch has a known first contact" in outcome.left_out[0]
 
 
-def test_too_few_materials_are_left_out_with_the_reason(ranks: Dataset) -> None:
-    few = ranks.take(ranks.hardness_rank == 0)
-    outcome = hardness(Subject("recordings", few), StudySettings(), Serial())
+BRIEF = StudySettings().quick()
+
+
+@pytest.fixture(scope="module")
+def real_set(ranks: Dataset) -> ShortWindows:
+    """Return the softest and the hardest materials, with contacts that are one sample late."""
+    dataset = ranks.take(ranks.hardness_rank != 1)
+    late = tuple(
+        p.first and Contact(p.first.finger, p.first.sample + 1, p.first.decided + 1)
+        for p in dataset.pinches
+    )
+    subject = Subject("recordings", dataset, late, set_name="rings")
+    outcome = short_windows(subject, BRIEF, Serial())
+    assert outcome.results[REAL] is not None
+    assert short_table(outcome.results) is not None
+    table = materials_table(outcome.results)
+    assert table is not None
+    ring_scores = outcome.results[REAL]["rings"]
+    worst = ring_scores.by_material[ring_scores.worst("15")[0]]
+    assert len(table.lines) == 4 + len(worst.sessions or {})
+    return ring_scores
+
+
+def test_every_reading_leaves_whole_materials_out(real_set: ShortWindows) -> None:
+    first, labelled_contacts, smooth, published = real_set.readings
+    assert ESTIMATORS[first.estimator].moves
+    assert not first.conditioned
+    assert (first.known_contacts, labelled_contacts.known_contacts) == (False, True)
+    assert (smooth.conditioned, published.conditioned) == (True, True)
+    assert published.estimator == ESTIMATORS.default
+    assert real_set.material_held_out == first.material_held_out
+    assert list(real_set.material_held_out) == ["3", "15"]
+    assert (real_set.chance, real_set.materials) == (0.5, 4)
+    assert real_set.n == sum(entry.n for entry in real_set.by_material.values())
+    # Balanced: what its materials say, each once.
+    for ms, share in real_set.material_held_out.items():
+        materials = [entry.accuracy[ms] for entry in real_set.by_material.values()]
+        assert share == pytest.approx(sum(materials) / 4)  # two materials of each rank
+
+
+def test_the_worst_material_and_its_sessions_are_named(real_set: ShortWindows) -> None:
+    for ms in ("3", "15"):
+        name, share = real_set.worst(ms)
+        assert share == real_set.by_material[name].accuracy[ms]
+        for entry in real_set.by_material.values():
+            assert share <= entry.accuracy[ms]
+            assert entry.sessions is not None
+            shares = [by_length[ms] for by_length in entry.sessions.values()]
+            assert min(shares) <= entry.accuracy[ms] <= max(shares)
+
+
+def test_the_order_needs_no_training_and_smoothing_lowers_the_centroid(
+    real_set: ShortWindows,
+) -> None:
+    assert real_set.rho == pytest.approx(real_set.most_rho)
+    assert real_set.most_rho < 1.0  # two materials of each rank are ties
+    for entry in real_set.by_material.values():
+        assert entry.conditioned_centroid_hz < entry.centroid_hz
+
+
+def test_ranks_of_one_material_are_left_out_with_the_reason(ranks: Dataset) -> None:
+    alone = ranks.objects[ranks.hardness_rank == 0][0]
+    few = ranks.take((ranks.hardness_rank > 0) | (ranks.objects == alone))
+    outcome = short_windows(Subject("recordings", few), BRIEF, Serial())
     assert outcome.results is NOTHING
-    assert "Hardness order" in outcome.left_out[0]
+    assert "the ranks 0 have one material each" in outcome.left_out[0]
+    outcome = short_windows(
+        Subject("recordings", ranks.take(ranks.hardness_rank == 0)), BRIEF, Serial()
+    )
+    assert "fewer than two hardness ranks" in outcome.left_out[0]

@@ -13,7 +13,7 @@ from excerpts import subject, twin_pinches
 from firstcontact.core import Dataset, InputError, Role, Serial
 from firstcontact.models import cut_touches, moments
 from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
-from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.anytime import anytime
 from firstcontact_lab.study.parts.in_force import (
     IN_FORCE,
@@ -23,7 +23,6 @@ from firstcontact_lab.study.parts.in_force import (
     last_samples,
     read_delays,
 )
-from firstcontact_lab.study.settings import StudySettings
 
 BRIEF = StudySettings().quick()
 RATE = 4936.0
@@ -89,27 +88,12 @@ def test_an_early_contact_counts_and_a_missed_one_has_no_estimate(conditioned: S
     assert np.array_equal(np.delete(missed, first), np.delete(samples, first))
 
 
-def test_a_slow_first_estimate_delays_only_itself(conditioned: Subject) -> None:
-    quick = last_samples(conditioned, LiveDelays("a computer", (1.0,), (1.0,)), 0)
-    slow = last_samples(conditioned, LiveDelays("a computer", (30.0,), (1.0,)), 0)
-    assert set(slow) < set(quick)
-    assert np.all((slow == quick) | (slow == 0))
-
-
 def test_without_delays_or_a_model_nothing_is_scored(conditioned: Subject, tmp_path: Path) -> None:
     outcome = in_force(conditioned, BRIEF)
     assert outcome.results[IN_FORCE] is None
     assert not outcome.left_out
     assert in_force(conditioned, replace(BRIEF, parts=("in_force",))).left_out
     assert scores(Subject("any", conditioned.dataset), tmp_path, 1.0) is None
-
-
-def test_without_an_estimate_in_time_there_is_only_the_share(
-    conditioned: Subject, tmp_path: Path
-) -> None:
-    result = scores(conditioned, tmp_path, 500.0)
-    assert result is not None
-    assert (result.share, result.n, result.rmse, result.intervals) == (0.0, 0, None, {})
 
 
 @pytest.mark.parametrize(

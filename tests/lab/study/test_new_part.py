@@ -10,7 +10,7 @@ import json
 import re
 import sys
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,13 +18,14 @@ import write_tables
 
 from firstcontact.core import Dataset, Serial
 from firstcontact_lab.report.findings import Findings
+from firstcontact_lab.report.page import sections
 from firstcontact_lab.report.results import FIELDS
-from firstcontact_lab.report.state import State
-from firstcontact_lab.study import _protocol as protocol
-from firstcontact_lab.study.page import read_study, sections
+from firstcontact_lab.report.run import run_jobs
+from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.part import StudySettings
 from firstcontact_lab.study.parts import PARTS
-from firstcontact_lab.study.settings import StudySettings
-from partial import results
+from firstcontact_lab.study.run import plan
+from partial import results, study_state
 
 ROOT = Path(__file__).parents[3]
 
@@ -60,12 +61,11 @@ def test_a_new_part_is_in_report_results_and_docs_table(
     loudness: None, shore: Dataset, tmp_path: Path
 ) -> None:
     settings = replace(StudySettings(), brief=True, workers=1)
-    jobs = protocol.plan([("recordings", lambda: shore)], settings, Serial())
+    jobs = plan([("recordings", lambda: shore)], settings, Serial())
     jobs = [job for job in jobs if job.part in ("data", "loudness")]
     titles = [job.title for job in jobs]
     assert titles == ["data", "loudness"]
-    state = State("study", asdict(settings), True, [Findings("recordings")], titles)
-    protocol.run(jobs, state, tmp_path)
+    run_jobs(jobs, study_state(settings), tmp_path)
 
     found = json.loads((tmp_path / "results.json").read_text())["loudness"]
     assert found["mean"] > 0
@@ -90,7 +90,7 @@ def test_a_new_part_is_in_report_results_and_docs_table(
 
 def test_a_part_without_results_is_nowhere(loudness: None) -> None:
     empty = Findings("recordings", results(data={}))
-    assert [section.anchor for section in sections([empty])] == ["data"]
+    assert [section.anchor for section in sections([empty], PARTS)] == ["data"]
     assert write_tables.part_tables("loudness", {"here": empty.results}) == ""
 
 

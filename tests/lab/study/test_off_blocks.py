@@ -7,32 +7,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.core import Dataset, Serial, gent_modulus, gent_shore_a
+from firstcontact.core import Dataset, Serial, gent_modulus
 from firstcontact.models import LabelledWindows, window_estimators
-from firstcontact.twin import (
-    CONDITIONS,
-)
-from firstcontact_lab.study._comparison import MASKED, NETWORK
-from firstcontact_lab.study._entrants import Entrant, Query, answer
+from firstcontact.twin import CONDITIONS
+from firstcontact_lab.study._comparison import MASKED, NETWORK, Competitor, Query, answer
 from firstcontact_lab.study._off_blocks import Answered, off_blocks
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
-from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts import generalise as part
 from firstcontact_lab.study.parts.generalise import (
     GENERALISE,
     objects_off_blocks,
     others_off_blocks,
 )
-from firstcontact_lab.study.settings import StudySettings
-
-PAPER_RIG = CONDITIONS["paper-rig"]
 
 SIZES = Sizes(blocks=4, held_out=2, objects=3, other_blocks=2, kinds=4)
 
 
 @pytest.fixture(scope="module")
 def small() -> RigSet:
-    return rig_set(1, PAPER_RIG, SIZES, [0, 2])
+    return rig_set(1, CONDITIONS["paper-rig"], SIZES, [0, 2])
 
 
 def test_a_set_has_every_use_and_shares_no_specimen_with_the_floor(small: RigSet) -> None:
@@ -52,25 +46,9 @@ def test_a_set_has_every_use_and_shares_no_specimen_with_the_floor(small: RigSet
         assert not set(sessions[small.indices(use)]) & set(sessions[small.indices(other)])
 
 
-def test_a_set_is_its_seeds(small: RigSet) -> None:
-    again, other = (rig_set(seed, PAPER_RIG, SIZES, [0, 2]) for seed in (1, 2))
-    assert np.array_equal(again.windows.X, small.windows.X)
-    assert not np.array_equal(other.moduli[:5], small.moduli[:5])
-
-
-def test_blocks_are_flat_and_objects_round(small: RigSet) -> None:
-    assert np.isinf(small.radii[small.indices(Use.BLOCKS)]).all()
-    assert (small.radii[small.indices(Use.OBJECTS)] < 0.05).all()
-
-
-@pytest.mark.parametrize("shore_a", [5.0, 28.0, 67.0, 90.0])
-def test_a_modulus_is_a_reading_and_back(shore_a: float) -> None:
-    assert gent_shore_a(gent_modulus(shore_a)) == pytest.approx(shore_a)
-
-
 def test_who_is_told_the_modulus_errs_by_the_label_alone(small: RigSet) -> None:
     ask = small.indices(Use.BLOCKS)
-    predictions = Query(Entrant("modulus", "told the modulus"), 0, ask[:0], ask)
+    predictions = Query(Competitor("modulus", "modulus"), 0, "any", ask[:0], ask)
     values = answer(predictions, [small], 0)
     assert np.abs(values - small.windows.y[ask]).max() < 12.0
     exact = replace(small, moduli=np.array([gent_modulus(s) for s in small.windows.y]))
@@ -80,7 +58,7 @@ def test_who_is_told_the_modulus_errs_by_the_label_alone(small: RigSet) -> None:
 def test_who_is_told_the_stiffness_learns_it_on_these_blocks(small: RigSet) -> None:
     learn, ask = small.indices(Use.BLOCKS), small.indices(Use.HELD)
     labelled_contacts = np.exp(small.windows.y / 20)
-    predictions = Query(Entrant("contact_stiffness", "told the stiffness"), 0, learn, ask)
+    predictions = Query(Competitor("contact_stiffness", "stiffness"), 0, "any", learn, ask)
     values = answer(predictions, [replace(small, stiffnesses=labelled_contacts)], 0)
     assert values == pytest.approx(small.windows.y[ask])
 
@@ -133,7 +111,7 @@ def test_intervals_are_over_sets() -> None:
 
 def test_every_competitor_is_scored(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(part, "BRIEF", SIZES)
-    subject = Subject(PAPER_RIG.name, Dataset(()))
+    subject = Subject(CONDITIONS["paper-rig"].name, Dataset(()))
     outcome = part.generalise(subject, StudySettings().quick(), Serial())
     results = outcome.results[GENERALISE]
     assert (results.sets, results.floor.sets) == (1, 1)
@@ -147,9 +125,3 @@ def test_every_competitor_is_scored(monkeypatch: pytest.MonkeyPatch) -> None:
     for table in (objects, remaining):
         assert all(len(row.cells) == len(table.head) for row in table.lines)
     assert [figure.key for figure in outcome.figures] == ["generalise"]
-
-
-def test_recordings_have_no_rigs_to_draw() -> None:
-    outcome = part.generalise(Subject("recordings", Dataset(())), StudySettings(), Serial())
-    assert outcome.results[GENERALISE] is None
-    assert not outcome.left_out

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Serial
-from firstcontact_lab.report.findings import Findings, PartResult
-from firstcontact_lab.report.state import State
-from firstcontact_lab.study import _protocol as protocol
+from firstcontact_lab.report.findings import PartResult, State
+from firstcontact_lab.report.run import Job, run_jobs
 from firstcontact_lab.study.detection import detection_splits
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.part import StudySettings
+from firstcontact_lab.study.run import plan
+from partial import study_state
 
 #: `make quick` draws the figures of a study.
 pytestmark = pytest.mark.usefixtures("unpainted", "own_estimators")
@@ -23,9 +24,7 @@ SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, 
 
 
 def study(dataset: Dataset, out: Path, name: str = "recordings") -> tuple[State, list]:
-    steps = protocol.plan([(name, lambda: dataset)], SMALL, Serial())
-    titles = [step.title for step in steps]
-    return State("firstcontact study", asdict(SMALL), True, [Findings(name)], titles), steps
+    return study_state(SMALL, quick=True), plan([(name, lambda: dataset)], SMALL, Serial())
 
 
 def results(out: Path) -> dict:
@@ -39,14 +38,14 @@ def study_folder(shore: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Pa
     state, steps = study(shore, out)
     seen: list[int] = []
 
-    def tick(title: str) -> None:
+    def tick(job: Job) -> None:
         if state.completed:
             tree = results(out)
             assert len(tree["pending"]) == len(steps) - state.completed
             assert "Still running" in (out / "report.html").read_text(encoding="utf-8")
             seen.append(state.completed)
 
-    protocol.run(steps, state, out, tick)
+    run_jobs(steps, state, out, tick)
     assert seen == list(range(1, len(steps)))
     return out
 
@@ -87,14 +86,6 @@ def test_floors_are_what_they_say(study_folder: Path, shore: Dataset) -> None:
     assert tree["blocks"]["svm"]["by_session"]["rmse"] < floor["rmse"]
 
 
-def test_offsets_are_those_of_the_pinches(study_folder: Path, shore: Dataset) -> None:
-    offsets = np.array([1e3 * p.offset for p in shore.pinches if p.offset is not None])
-    tree = results(study_folder)["offset_ms"]
-    assert tree["mean"] == pytest.approx(offsets.mean())
-    assert tree["sd"] == pytest.approx(offsets.std(ddof=1))
-    assert tree["share_below_15"] == pytest.approx((offsets < 15).mean())
-
-
 def test_with_and_without_the_second_contact_are_all_pinches(study_folder: Path) -> None:
     tree = results(study_folder)
     sides = tree["second_contact_in_window"]["svm"]["blocks"]
@@ -105,7 +96,7 @@ def test_the_page_needs_nothing_else(study_folder: Path) -> None:
     page = (study_folder / "report.html").read_text(encoding="utf-8")
     for tag in ("<script", "<link", 'src="http', "url(http", "@import"):
         assert tag not in page
-    assert page.count('src="data:image/svg+xml;base64,') >= 8
+    assert page.count('src="data:image/svg+xml;base64,') >= 5
     assert 'id="claims"' in page
     assert "Still running" not in page
 
@@ -116,7 +107,7 @@ def test_ranks_only_leave_shore_out_and_say_so(ranks: Dataset, tmp_path: Path) -
     titles = [step.title for step in steps]
     assert "short windows" in titles
     steps = [s for s in steps if "slow" not in s.title and s.title != "short windows"]
-    protocol.run(steps, state, tmp_path)
+    run_jobs(steps, state, tmp_path)
     tree = results(tmp_path)
     assert set(tree) >= {"data", "contact", "hardness_order", "left_out"}
     assert not set(tree) & {"blocks", "objects", "offset_ms", "window_length_ms", "inference_us"}
@@ -132,19 +123,13 @@ def test_without_known_contacts_the_threshold_finds_them(
     dataset = make_shore(each=10, objects=(), has_contacts=False)
     state, steps = study(dataset, tmp_path)
     wanted = ("data", "contact detection", "waveforms")
-    protocol.run([s for s in steps if s.title in wanted], state, tmp_path)
+    run_jobs([s for s in steps if s.title in wanted], state, tmp_path)
     tree = results(tmp_path)
     assert set(tree["contact"]) == {"not_found", "steady_state", "windows_start_at"}
     assert tree["contact"]["windows_start_at"] == "three_sigma"
     assert tree["contact"]["not_found"]["by"] == "three_sigma"
     assert "offset_ms" not in tree
     assert "peak_v" in tree
-
-
-def test_every_condition_is_timed_by_its_own_models() -> None:
-    steps = protocol.plan([(n, Dataset) for n in ("paper-rig", "everyday")], SMALL, Serial())
-    timed = [step.subject for step in steps if step.title == "inference time"]
-    assert timed == ["paper-rig", "everyday"]
 
 
 def test_an_interrupt_keeps_earlier_results(shore: Dataset, tmp_path: Path) -> None:
@@ -155,7 +140,7 @@ def test_an_interrupt_keeps_earlier_results(shore: Dataset, tmp_path: Path) -> N
 
     steps[1] = replace(steps[1], run=interrupt)
     with pytest.raises(KeyboardInterrupt):
-        protocol.run(steps, state, tmp_path)
+        run_jobs(steps, state, tmp_path)
     tree = results(tmp_path)
     assert "data" in tree
     assert not tree["study"]["complete"]
@@ -172,19 +157,6 @@ def test_detectors_are_judged_in_sessions_they_never_saw(shore: Dataset) -> None
         assert not shore.test[split.train].any()
 
 
-def test_detectors_learn_from_one_session_of_blocks_and_one_of_objects(shore: Dataset) -> None:
-    names = {False: "blocks", True: "objects"}
-    pinches = tuple(
-        replace(p, label=replace(p.label, session=names[bool(is_test)]))
-        for p, is_test in zip(shore, shore.test, strict=True)
-    )
-    splits = detection_splits(replace(shore, pinches=pinches), 0)
-    assert sorted(np.concatenate([s.test for s in splits])) == list(range(len(shore)))
-    for split in splits:
-        assert len(split.train)
-        assert not shore.test[split.train].any()
-
-
 def test_names_from_recordings_are_text_not_markup(shore: Dataset, tmp_path: Path) -> None:
     evil = "<script>alert(1)</script>"
     pinches = tuple(
@@ -195,7 +167,7 @@ def test_names_from_recordings_are_text_not_markup(shore: Dataset, tmp_path: Pat
     )
     state, steps = study(replace(shore, pinches=pinches, notes=(evil,)), tmp_path)
     wanted = ("data", "objects")
-    protocol.run([s for s in steps if s.title in wanted], state, tmp_path)
+    run_jobs([s for s in steps if s.title in wanted], state, tmp_path)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "<script" not in page
     assert "&lt;script&gt;" in page

@@ -1,4 +1,4 @@
-"""Part ``random_rigs``: random rigs, some unlike all in training, and the scores on them."""
+"""Parts on random rigs: rigs unlike all in training, and the scores on them."""
 
 from __future__ import annotations
 
@@ -6,35 +6,15 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Serial
-from firstcontact.twin import (
-    CONDITIONS,
-)
+from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.results import NOTHING
-from firstcontact_lab.rigs import FAMILIES
-from firstcontact_lab.study._random_rigs import (
-    BLOCK,
-    EVERYDAY,
-    OWN,
-    RANDOM,
-    STRUCTURES,
-    judged_rig,
-)
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.random_rigs import (
-    KEYS,
-    METHODS,
-    RANDOM_RIGS,
-    errors_table,
-    intervals_table,
-    measure,
-)
-from firstcontact_lab.study.settings import StudySettings
-
-PAPER_RIG = CONDITIONS["paper-rig"]
-
-
-def test_every_family_that_no_network_was_trained_on_is_judged() -> None:
-    assert set(FAMILIES) < set(STRUCTURES)
+from firstcontact_lab.study._random_rigs import BLOCK, EVERYDAY, FREE_SPEED, OWN, RANDOM, judged_rig
+from firstcontact_lab.study.part import StudySettings, Subject
+from firstcontact_lab.study.parts.closing_speed import CLOSING_SPEEDS, MEASUREMENTS, MODELS, SPEEDS
+from firstcontact_lab.study.parts.closing_speed import KEYS as SPEED_KEYS
+from firstcontact_lab.study.parts.closing_speed import PART as SPEED_PART
+from firstcontact_lab.study.parts.closing_speed import measure as measure_speeds
+from firstcontact_lab.study.parts.random_rigs import KEYS, METHODS, PART, RANDOM_RIGS, measure
 
 
 @pytest.mark.parametrize("name", ["gearbox", "compressive", "several"])
@@ -55,7 +35,7 @@ def test_no_session_or_object_is_both_learned_and_scored() -> None:
 
 
 def test_each_method_is_scored_against_the_network() -> None:
-    subject = Subject(PAPER_RIG.name, Dataset(()))
+    subject = Subject(CONDITIONS["paper-rig"].name, Dataset(()))
     results = NOTHING.replace(measure(subject, StudySettings().quick(), Serial()).entries)
     judged = results[RANDOM_RIGS]
     assert judged is not None
@@ -66,10 +46,38 @@ def test_each_method_is_scored_against_the_network() -> None:
     for scores in judged.methods.values():
         low, high = scores.intervals[f"{EVERYDAY} 5 ms"]
         assert low <= scores.scores[f"{EVERYDAY} 5 ms"] <= high
-    for table in (errors_table(results), intervals_table(results)):
+    for table in PART.made_tables(results):
         assert table is not None
         assert len(table.lines) == len(METHODS)
 
 
-def test_recordings_are_not_judged() -> None:
-    assert not measure(Subject("recordings", Dataset(())), StudySettings(), Serial()).entries
+def test_free_speeds_are_spread_over_their_range() -> None:
+    usual, free = (
+        np.log(rig.speeds[rig.uses == OWN]).std()
+        for rig in (judged_rig("edge", 0, 4, free_speed=free) for free in (False, True))
+    )
+    uniform = np.log(FREE_SPEED[1] / FREE_SPEED[0]) / np.sqrt(12)
+    assert free == pytest.approx(np.hypot(usual, uniform), rel=0.25)
+
+
+def test_each_measurement_is_scored_against_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ("not measured", "exact", "± 20 %, error not stated")
+    few = {name: MEASUREMENTS[name] for name in names}
+    monkeypatch.setattr("firstcontact_lab.study.parts.closing_speed.MEASUREMENTS", few)
+    subject = Subject(CONDITIONS["paper-rig"].name, Dataset(()))
+    results = NOTHING.replace(measure_speeds(subject, StudySettings().quick(), Serial()).entries)
+    judged = results[CLOSING_SPEEDS]
+    assert judged is not None
+    assert list(judged.scores) == list(SPEEDS)
+    for kind in SPEEDS:
+        for model in MODELS:
+            scores = judged.scores[kind][model]
+            assert tuple(scores) == names
+            assert set(scores["exact"].scores) == set(SPEED_KEYS)
+            assert all(gain == (0.0, 0.0) for gain in scores["not measured"].gains.values())
+            for one in scores.values():
+                low, high = one.intervals[SPEED_KEYS[0]]
+                assert low <= one.scores[SPEED_KEYS[0]] <= high
+    for table in SPEED_PART.made_tables(results):
+        assert table is not None
+        assert len(table.lines) == len(MODELS) * len(names)

@@ -1,7 +1,4 @@
-"""Scores of windows with and without the second contact.
-
-Only windows that begin at the first contact count.
-"""
+"""Windows with the second contact, and the force of the first finger before it."""
 
 from __future__ import annotations
 
@@ -9,9 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from excerpts import twin_pinches
 
-from firstcontact.core import Contact, Dataset
-from firstcontact_lab.study._subject import Subject
+from firstcontact.core import ChannelKind, Contact, Dataset, Pinch
+from firstcontact.twin import EVERYDAY_OBJECTS
+from firstcontact_lab.study.part import StudySettings, Subject
+from firstcontact_lab.study.parts.data import EARLY_FORCE, describe, early_force
 from firstcontact_lab.study.parts.objects import UNSEEN
 from firstcontact_lab.study.parts.second_contact import (
     SECOND_CONTACT,
@@ -19,7 +20,6 @@ from firstcontact_lab.study.parts.second_contact import (
     second_contact,
     second_table,
 )
-from firstcontact_lab.study.settings import StudySettings
 
 MS = 4.936
 
@@ -35,9 +35,7 @@ def moved(contact: Contact, ms: float) -> Contact:
     return replace(contact, sample=contact.sample + round(ms * MS))
 
 
-def test_windows_of_false_triggers_have_a_separate_row(
-    make_shore: Callable[..., Dataset],
-) -> None:
+def test_windows_of_false_triggers_have_a_separate_row(make_shore: Callable[..., Dataset]) -> None:
     dataset = make_shore(each=10, objects=(20.0, 50.0))
     held_out = np.flatnonzero(dataset.test)
     first = {int(i): dataset.pinches[i].first for i in held_out}
@@ -68,8 +66,35 @@ def test_windows_of_false_triggers_have_a_separate_row(
     assert any("misplaced" in row.cells[0].text for row in table.lines)
 
 
-def test_late_labels_let_windows_begin_earlier(make_shore: Callable[..., Dataset]) -> None:
-    dataset = make_shore(each=4, objects=())
-    study_subject = subject(dataset, {0: moved(dataset.pinches[0].first, -6.0)})
-    assert misplaced(study_subject, 0.0)[0]
-    assert not misplaced(study_subject, 0.004)[0]
+@pytest.fixture(scope="module")
+def pinch() -> Pinch:
+    return next(p for p in twin_pinches(EVERYDAY_OBJECTS[:1], 4, 1) if p.second is not None)
+
+
+def stepped(pinch: Pinch, before: float, after: float) -> Pinch:
+    """Return the pinch with a constant force before and after the second contact."""
+    first, second = (contact.sample - pinch.first_sample for contact in pinch.truth[:2])
+    data = pinch.data.copy()
+    for finger in {contact.finger for contact in pinch.truth}:
+        columns = list(pinch.layout.columns(ChannelKind.FORCE, finger))
+        data[:first, columns], data[first:second, columns], data[second:, columns] = (
+            0,
+            before,
+            after,
+        )
+    return replace(pinch, data=data)
+
+
+def test_the_force_is_a_share_of_the_later_force(pinch: Pinch) -> None:
+    for before in (0, 100, 250):
+        assert early_force(stepped(pinch, before, 1000)) == pytest.approx(before / 1000)
+    assert early_force(stepped(pinch, 0, 0)) is None
+    assert early_force(replace(pinch, truth=pinch.truth[:1])) is None
+
+
+def test_the_data_have_the_median_over_pinches(pinch: Pinch) -> None:
+    pinches = tuple(stepped(pinch, before, 1000) for before in (0, 100, 900))
+    force = describe(Subject("any", Dataset(pinches))).results[EARLY_FORCE]
+    assert force is not None
+    assert (force.n, force.median) == (3, pytest.approx(0.1))
+    assert force.median <= force.p95 <= 0.9

@@ -13,9 +13,8 @@ from firstcontact.cli.main import main
 from firstcontact.contact import DETECTORS
 from firstcontact.core import Block, Dataset
 from firstcontact.recording import Header, RecordingWriter, write_dataset
-from firstcontact_lab.study.noises import NOISE
 from firstcontact_lab.study.page import read_study
-from firstcontact_lab.study.sets import SET
+from firstcontact_lab.study.sets import NOISE, SET
 
 
 @pytest.fixture

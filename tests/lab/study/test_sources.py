@@ -9,11 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import wavfile
 
 from firstcontact.core import FINGERTIP_RATE, InputError, Serial
-from firstcontact_lab.study._sources import recorded, simulated
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.part import StudySettings
+from firstcontact_lab.study.run import recorded, simulated
 
 TINY = replace(StudySettings(), block_pinches=2, object_pinches=1, workers=1)
 
@@ -71,14 +70,6 @@ def test_what_an_earlier_study_left_is_not_swept_up(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=f"further .* {re.escape(str(made))}:"):
         recorded(tmp_path, out)
     assert len(recorded(tmp_path / "mine.mcap", out)) == len(recorded(made, out)) == 4
-
-
-def test_a_folder_to_import_may_hold_an_earlier_study(tmp_path: Path) -> None:
-    rng = np.random.default_rng(0)
-    wavfile.write(tmp_path / "a.wav", 8000, (1000 * rng.standard_normal(3000)).astype(np.int16))
-    (tmp_path / "labels.csv").write_text("file,shore_a\na.wav,20\n", encoding="utf-8")
-    for _ in range(2):
-        assert len(recorded(tmp_path, tmp_path / "firstcontact-study")) == 1
 
 
 def test_bad_input_leaves_nothing_behind(tmp_path: Path) -> None:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.contact import ThresholdDetector, closing_starts
-from firstcontact.contact._closing_start import StartMethod
+from firstcontact.contact import ThresholdDetector
 from firstcontact.core import FINGERTIP_RATE, Label
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._structures import (
     FREE,
     LEAD,
-    MOTORS,
     REST,
     StructuredRig,
     draw_blocks,
@@ -37,18 +35,6 @@ def rig(request: pytest.FixtureRequest) -> StructuredRig:
     return draw_structured(1, request.param)
 
 
-def test_motors_have_unlike_spectra() -> None:
-    n, pace = 4000, np.ones(4000)
-    size = draw_structured(2, "belt").size
-    spectra = []
-    for motor in MOTORS.values():
-        sound = motor(np.random.default_rng(3), n, pace, size)
-        spectrum = np.abs(np.fft.rfft(sound)) ** 2
-        spectra.append(spectrum[:2000].reshape(50, 40).sum(axis=1) / spectrum.sum())
-    alike = np.corrcoef(spectra) - np.eye(len(MOTORS))
-    assert alike.max() < 0.95
-
-
 def test_same_seed_gives_the_same_closings(rig: StructuredRig) -> None:
     again = draw_structured(1, rig.motor)
     one, other = draw_objects(rig, 2), draw_objects(again, 2)
@@ -69,17 +55,6 @@ def test_closing_is_quiet_until_the_contact_and_loud_after_it(rig: StructuredRig
         earlier = x[pinch.first.sample - 4 * start : pinch.first.sample]
         later = x[pinch.first.sample : pinch.first.sample + start]
         assert np.abs(later - earlier.mean()).max() > 3 * earlier.std()
-
-
-def test_motor_is_louder_than_the_idle_hand(rig: StructuredRig) -> None:
-    starts = closing_starts(draw_empty(rig, 3, 0.5))
-    assert {start.how for start in starts} == {StartMethod.CALIBRATION}
-    assert all(start.sample >= REST * FINGERTIP_RATE for start in starts)
-
-
-def test_objects_scatter_around_their_labels_and_blocks_do_not(rig: StructuredRig) -> None:
-    assert set(draw_blocks(rig, (20.0, 60.0), 1, 1).shore_a) == {20.0, 60.0}
-    assert draw_objects(rig, 3).test.all()
 
 
 def test_alarms_count_on_nothing_only(rig: StructuredRig) -> None:

@@ -13,35 +13,15 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from firstcontact.core import InputError
-from firstcontact.models import ESTIMATORS, Touches, window_estimators
 from firstcontact.models._regressor import fresh
-from firstcontact_lab.study.window_ladder import (
-    WindowLadder,
-    fit_window_ladder,
-    registered,
-    windows,
-)
+from firstcontact_lab.study.window_ladder import WindowLadder, fit_window_ladder, registered
 from ringing import LONGEST, SHORTEST, ringing
 
 TOUCHES, SHORE_A, SESSIONS = ringing(120)
-NAMES = [name for name, entry in window_estimators().items() if not entry.slow]
 
 
 def fitted(**options: Any) -> WindowLadder:
     return fit_window_ladder(registered("peak"), TOUCHES, SHORE_A, SESSIONS, **options)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_estimator_answers_at_every_length(name: str) -> None:
-    learn = registered(name, ESTIMATORS.find(name).quick)
-    model = fit_window_ladder(learn, TOUCHES, SHORE_A, SESSIONS)
-    assert model.lengths == (10, 15, 25, 39, 74)
-    for samples in model.lengths:
-        answers = model.predict(TOUCHES.until(samples))
-        assert not answers.out_of_range.any()
-        assert ((answers.low <= answers.value) & (answers.value <= answers.high)).all()
-        assert (answers.low >= 0).all()
-        assert (answers.high <= 100).all()
 
 
 @pytest.mark.parametrize("conditioned", [False, True])
@@ -116,18 +96,6 @@ def test_a_class_of_anybody_gets_copies_of_two_dimensions() -> None:
     assert {s[1] for s in seen} == {10, 15, 25, 39, 74}
 
 
-def test_a_class_with_a_seed_is_given_it() -> None:
-    seeds: list[Any] = []
-
-    class Seeded(Ridge):  # type: ignore[misc]
-        def __init__(self, random_state: int | None = None) -> None:
-            super().__init__(random_state=random_state)
-            seeds.append(random_state)
-
-    fit_window_ladder(registered(Seeded), TOUCHES, SHORE_A, SESSIONS, seed=5)
-    assert set(seeds) == {5}
-
-
 def test_a_pipeline_is_copied_for_every_training_and_given_the_seed() -> None:
     made = make_pipeline(StandardScaler(), Ridge(random_state=None), memory=None)
     fixed = make_pipeline(StandardScaler(), Ridge(random_state=3))
@@ -144,22 +112,6 @@ def test_a_pipeline_is_copied_for_every_training_and_given_the_seed() -> None:
     assert states == [5, 3]
 
 
-def test_any_instance_with_fit_and_predict_will_do() -> None:
-    class Mean:
-        value = 0.0
-
-        def fit(self, X: Any, y: Any) -> None:
-            self.value = float(y.mean())
-
-        def predict(self, X: Any) -> Any:
-            return np.full(len(X), self.value)
-
-    given = Mean()
-    answers = fit_window_ladder(registered(given), TOUCHES, SHORE_A, SESSIONS).predict(TOUCHES)
-    assert np.allclose(answers.value, SHORE_A.mean())
-    assert given.value == 0.0
-
-
 @pytest.mark.parametrize("answer", [np.nan, np.inf])
 def test_answers_that_are_no_numbers_are_refused(answer: float) -> None:
     class Bad:
@@ -170,20 +122,3 @@ def test_answers_that_are_no_numbers_are_refused(answer: float) -> None:
 
     with pytest.raises(InputError):
         fit_window_ladder(registered(Bad), TOUCHES, SHORE_A)
-
-
-def test_windows_are_the_signal_itself_unless_they_are_filtered() -> None:
-    plain, filtered = (windows(TOUCHES, 25, route)[:, :, 0] for route in (False, True))
-    assert np.array_equal(plain, TOUCHES.waves[:, :25])
-    straight = replace(
-        TOUCHES,
-        signals=np.tile(np.arange(TOUCHES.signals.shape[1], dtype=np.float32), (len(TOUCHES), 1)),
-    )
-    # A parabola through a line is that line, but where the end of the window stands in.
-    assert np.allclose(windows(straight, 25, True)[:, :-2, 0], straight.waves[:, :23], atol=1e-3)
-    assert filtered.shape == plain.shape
-
-
-def test_touches_of_nobody() -> None:
-    nobody: Touches = TOUCHES.take(np.zeros(len(TOUCHES), np.bool_))
-    assert len(fitted().predict(nobody)) == 0

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Label, Role
-from firstcontact.models import ESTIMATORS, choose_detector
+from firstcontact.models import ESTIMATORS
 from firstcontact.recording import Header, write_dataset
-from firstcontact_lab.report.results import read_results
-from firstcontact_lab.study import benchmark, recorded_benchmark
+from firstcontact_lab.report.results import SubjectResults
+from firstcontact_lab.study import benchmark
 from firstcontact_lab.study._rig_sets import Sizes
-from firstcontact_lab.study.benchmark_page import BenchmarkResults
+from firstcontact_lab.study.benchmark import BENCHMARK, RECORDINGS, RecordedData
+from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.parts.generalise import GENERALISE
 from trainings import LAYOUT, recordings, run, touch
 
 #: `tests/lab/study/test_off_blocks.py` renders such a figure.
@@ -46,16 +48,6 @@ class Picky(Loud):
     def fit(self, X, y):
         raise RuntimeError("no data\\nis good enough")
 
-class Leaving(Loud):
-    def fit(self, X, y):
-        raise SystemExit(0)
-
-class OddError(BaseException): ...
-
-class Odd(Loud):
-    def predict(self, X):
-        raise OddError
-
 class Sealed(Loud):
     # Refuses windows that it has learned from.
     def fit(self, X, y):
@@ -68,7 +60,6 @@ class Sealed(Loud):
         return super().predict(X)
 
 pipeline = make_pipeline(StandardScaler(), Ridge())
-number = 5
 """
 
 
@@ -76,9 +67,6 @@ number = 5
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "their_regressors.py").write_text(MINE, encoding="utf-8")
     (tmp_path / "their_slip.py").write_text("def fit(:\n", encoding="utf-8")
-    (tmp_path / "their_driver.py").write_text("raise RuntimeError('no board')\n", encoding="utf-8")
-    (tmp_path / "their_exit.py").write_text("raise SystemExit(0)\n", encoding="utf-8")
-    (tmp_path / "their_break.py").write_text("raise KeyboardInterrupt\n", encoding="utf-8")
     sizes = Sizes(blocks=6, held_out=3, objects=5, other_blocks=3, kinds=6)
     monkeypatch.setattr(benchmark, "QUICK", replace(benchmark.QUICK, sizes=sizes))
     monkeypatch.chdir(tmp_path)
@@ -91,21 +79,33 @@ def run_benchmark(name: str, *more: str) -> int:
     return run("benchmark", name, *words, *more)
 
 
+def written(folder: Path) -> SubjectResults:
+    return read_study(folder / "b" / "results.json").about
+
+
+def written_scores(folder: Path) -> RecordedData:
+    results = written(folder)[RECORDINGS]
+    assert results is not None
+    return results
+
+
 def test_a_pipeline_lands_in_the_table_beside_ours(folder: Path, capsys: Any) -> None:
     name = "their_regressors:pipeline"
     assert run_benchmark(name) == 0
     output = capsys.readouterr().out
     assert name in output
     assert "In-context network" in output
-    results = read_results(folder / "b" / "results.json", BenchmarkResults)
-    both = results.conditions["paper-rig"]
-    assert next(iter(both.generalise.estimators)) == results.contender == name
-    times = both.anytime[name]
+    results = written(folder)
+    generalised, by_time = results[GENERALISE], results[BENCHMARK]
+    assert generalised is not None
+    assert by_time is not None
+    assert next(iter(generalised.estimators)) == name
+    times = by_time[name]
     for scores in (times.rmse, times.coverage, times.width):
         assert list(scores) == ["2", "3", "5", "8", "15"]
     page = (folder / "b" / "report.html").read_text(encoding="utf-8")
     assert name in page
-    assert page.count("data:image/svg") == 2
+    assert page.count("data:image/svg") == 1
 
 
 @pytest.mark.parametrize(
@@ -114,17 +114,9 @@ def test_a_pipeline_lands_in_the_table_beside_ours(folder: Path, capsys: Any) ->
         ("their_regressors:Nobody", "cannot be imported"),
         ("not_there_at_all:Loud", "cannot be imported"),
         (":Loud", "cannot be imported"),
-        (".relative:Loud", "cannot be imported"),
         ("their_slip:Loud", "SyntaxError"),
-        ("their_driver:Loud", "no board"),
-        ("their_regressors:Picky", "Picky raised RuntimeError: no data is good enough"),
-        ("their_regressors:Leaving", "fit of their_regressors:Leaving raised SystemExit: 0"),
-        ("their_regressors:Odd", "predict of their_regressors:Odd raised OddError"),
-        ("their_exit:Loud", "SystemExit: 0"),
-        ("their_break:Loud", "KeyboardInterrupt"),
-        ("their_regressors:", "cannot be imported"),
+        ("their_regressors:Picky", "Picky.fit raised RuntimeError: no data is good enough"),
         ("their_regressors:Half", "is no regressor"),
-        ("their_regressors:number", "is no regressor"),
         ("their_regressors:Broken", "not a finite number"),
         ("their_regressors", "their_regressors"),
     ],
@@ -132,8 +124,7 @@ def test_a_pipeline_lands_in_the_table_beside_ours(folder: Path, capsys: Any) ->
 def test_who_cannot_be_asked_is_refused(folder: Path, capsys: Any, name: str, why: str) -> None:
     assert run_benchmark(name) == 2
     errors = capsys.readouterr().err
-    assert why in errors
-    assert errors.count("\n") == 1
+    assert why in errors.splitlines()[-1]
     assert not (folder / "b").exists()
 
 
@@ -146,12 +137,6 @@ def test_results_of_something_else_are_not_written_over(folder: Path, capsys: An
     assert run_benchmark("svm") == 2
     assert "choose another --out" in capsys.readouterr().err
     assert (folder / "b" / "report.html").read_text() == "mine"
-
-
-def test_other_words_are_refused(folder: Path) -> None:
-    for seed in (-1, 1 << 32):
-        assert run_benchmark("svm", "--seed", str(seed)) == 2
-    assert run("benchmark", "svm", "--condition", "tropical") == 2
 
 
 LOUD = "their_regressors:Loud"
@@ -183,9 +168,7 @@ def test_recordings_are_scored_on_the_same_held_out_sessions(folder: Path, capsy
     data = recordings(folder / "pinches", ("a", "b", "c", "d", "e"))
     assert scored(data, "their_regressors:Sealed") == 0
     text = capsys.readouterr().out
-    results = read_results(folder / "b" / "results.json", BenchmarkResults)
-    assert results.conditions == {}
-    computed = results.recordings
+    computed = written_scores(folder)
     assert (computed.path, computed.source, computed.pinches) == (str(data), "synthetic", 79)
     assert (computed.held_out.cluster, computed.held_out.clusters, computed.held_out.folds) == (
         "session", 5, 5,
@@ -205,43 +188,6 @@ def test_recordings_are_scored_on_the_same_held_out_sessions(folder: Path, capsy
         assert "bootstrap interval over 5 sessions" in displayed
         assert "In-context network" in displayed
         assert "Twin" not in displayed
-    assert page.count("data:image/svg") == 2
-
-
-@pytest.mark.usefixtures("quick_default")
-def test_specimens_are_held_out_where_no_session_is_named(folder: Path) -> None:
-    labels = [
-        block(shore, "", f"{shore:g} {copy}")
-        for shore in (10.0, 60.0)
-        for copy in range(2)
-        for _ in range(6)
-    ]
-    assert scored(recorded(folder / "pinches", labels)) == 0
-    results = read_results(folder / "b" / "results.json", BenchmarkResults).recordings
-    assert (results.held_out.cluster, results.held_out.clusters) == ("specimen", 4)
-    assert results.objects is None
-
-
-@pytest.mark.usefixtures("quick_default")
-def test_objects_of_a_session_to_learn_from_are_not_called_unseen(
-    folder: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def choose(*arguments: Any, **options: Any) -> tuple[Any, Any, str]:
-        return *choose_detector(*arguments, **options)[:2], "the detector is that of the package"
-
-    monkeypatch.setattr(recorded_benchmark, "choose_detector", choose)
-    labels = [block(s, i, f"{s:g}") for s in (10.0, 60.0) for i in "ab" for _ in range(6)]
-    labels += [Label("apple", 30.0, None, "apple", "a", Role.TEST)] * 2
-    assert scored(recorded(folder / "pinches", labels)) == 0
-    results = read_results(folder / "b" / "results.json", BenchmarkResults).recordings
-    assert results.objects is None
-    assert "'a'" in results.left_out
-    assert results.detector == "the detector is that of the package"
-    page = (folder / "b" / "report.html").read_text(encoding="utf-8")
-    text = capsys.readouterr().out
-    assert results.left_out in text
-    assert "The detector is that of the package." in text
-    assert "The detector is that of the package." in page
 
 
 @pytest.mark.usefixtures("quick_default")
@@ -262,26 +208,8 @@ def test_recordings_without_labels_or_sessions_are_refused(
     data = recorded(folder / "pinches", labels * 6)
     assert scored(data) == 2
     message = capsys.readouterr().err
-    assert str(data) in message
+    assert str(data) in message.splitlines()[-1]
     assert why in message
-    assert message.count("\n") == 1
-    assert not (folder / "b").exists()
-
-
-def test_an_unusable_folder_is_refused_before_anything_runs(
-    folder: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (folder / "b").write_text("a file")
-    monkeypatch.setattr("firstcontact_lab.study.recorded_benchmark._load", pytest.fail)
-    assert scored(folder) == 2
-    assert "--out" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("quick_default")
-def test_too_few_recorded_pinches_are_refused(folder: Path, capsys: Any) -> None:
-    labels = [block(s, i) for s in (10.0, 60.0) for i in "ab"] * 2
-    assert scored(recorded(folder / "pinches", labels)) == 2
-    assert str(folder / "pinches") in capsys.readouterr().err
     assert not (folder / "b").exists()
 
 

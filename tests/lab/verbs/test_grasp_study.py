@@ -62,21 +62,10 @@ def test_quick_runs_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "Quick study" in page
 
 
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [("--seed", "-1"), ("--seed", str(1 << 32)), ("--workers", "-1"), ("--workers", "100000")],
-)
+@pytest.mark.parametrize(("option", "value"), [("--seed", "-1"), ("--workers", "100000")])
 def test_numbers_that_make_no_sense_are_refused(
     option: str, value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["grasp-study", option, value, "--out", str(tmp_path / "x")]) == 2
     assert option in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
-
-
-def test_a_file_in_place_of_the_folder_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "taken").write_text("mine", encoding="utf-8")
-    assert main(["grasp-study", "--quick", "--out", str(tmp_path / "taken")]) == 2
-    assert "choose another --out" in capsys.readouterr().err

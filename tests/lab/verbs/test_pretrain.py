@@ -47,16 +47,7 @@ def test_a_small_one_from_nothing_and_the_same_again(
     assert both[0] == both[1]
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("--rigs", "9"),
-        ("--epochs", "0"),
-        ("--seed", "-1"),
-        ("--seed", str(1 << 32)),
-        ("--workers", "-1"),
-    ],
-)
+@pytest.mark.parametrize("words", [("--rigs", "9"), ("--seed", "-1")])
 def test_what_cannot_be_asked_for_is_refused(
     tmp_path: Path, capsys: Any, words: tuple[str, str]
 ) -> None:

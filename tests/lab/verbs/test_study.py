@@ -138,9 +138,3 @@ def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:
     for workers in (-1, 100_000):
         with pytest.raises(InputError, match=f"--workers is {workers}"):
             Study(workers=workers).run()
-
-
-def test_a_folder_that_cannot_be_made_is_one_sentence(arrays: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match=r"cannot be made .*--out"):
-        Study(recordings=arrays, out=tmp_path / "file" / "out", quick=True).run()

@@ -8,27 +8,14 @@ import numpy as np
 from msgspec.structs import asdict
 
 from firstcontact.core import Contact, Dataset, Pinch, Record
-from firstcontact.models import (
-    DURATION,
-    quantiles,
-    resampler_lookahead,
-    right_and_not_early,
-)
+from firstcontact.models import DURATION, quantiles, resampler_lookahead, right_and_not_early
 from firstcontact.signal import Conditioner, samples_in
-from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import (
-    Cell,
-    Row,
-    Table,
-    matrix,
-    optional,
-)
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects
+from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 from firstcontact_lab.study.parts.contacts import Accepted
 from firstcontact_lab.study.parts.data import is_twin
-from firstcontact_lab.study.settings import StudySettings
 
 
 class Answers(Record, frozen=True, kw_only=True):
@@ -52,11 +39,11 @@ def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
     """Measure the time from the known contact to a complete window, by window length."""
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if answer_sample and not subject.detections:
-        return PartResult(
-            left_out=["Time to an estimate: windows start at known contacts, not at detected ones."]
+        return missing(
+            "Time to an estimate: windows start at known contacts, not at detected ones."
         )
     if not answer_sample:
-        return PartResult(left_out=["Time to an estimate: no pinch has a known first contact."])
+        return missing("Time to an estimate: no pinch has a known first contact.")
     by_length = {
         duration: _times(subject, duration, settings.early)
         for duration in sorted({*settings.durations, DURATION})

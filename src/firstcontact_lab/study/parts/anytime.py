@@ -29,7 +29,7 @@ from firstcontact.models import (
     rig_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import (
@@ -42,18 +42,16 @@ from firstcontact_lab.report.tables import (
     format_cell,
     optional,
 )
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, titled
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, titled
 from firstcontact_lab.study.parts.answer_time import before_second, waits
 from firstcontact_lab.study.parts.objects import UNSEEN
 from firstcontact_lab.study.scores import (
     AnytimeScores,
     anytime_scores,
     join_by_time,
+    learns_one_value,
     predictions_by_time,
 )
-from firstcontact_lab.study.settings import StudySettings
-from firstcontact_lab.study.splits import learns_one_value
 
 
 class FixedWindow(Record, frozen=True, kw_only=True):
@@ -102,19 +100,25 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     model = pretrained()
     rate = subject.dataset.layout.rate
     if not is_same_rate(rate, model.rate):
-        return _none(f"the network takes {model.rate:g} Hz, but the pinches have {rate:g} Hz")
+        return missing(
+            f"{_TITLE}: the network takes {model.rate:g} Hz, but the pinches have {rate:g} Hz."
+        )
     if len(subject.levels) < 2:
-        return _none("conditioning needs training pinches of two Shore A levels or more")
+        return missing(
+            f"{_TITLE}: conditioning needs training pinches of two Shore A levels or more."
+        )
     labelled = LabelledTouches.cut(subject.dataset, subject.starts)
     home = conditioning_contacts(labelled, subject)
     if home is None:
-        return _none("too few contacts were found for conditioning")
+        return missing(f"{_TITLE}: too few contacts were found for conditioning.")
     long_enough = labelled.touches.answerable
     learn = ~subject.dataset.test[labelled.rows]
     objects = labelled.take(long_enough & ~learn)
     folds = _folds(home, settings)
     if not folds and not len(objects):
-        return _none("there are no unseen objects, and no sessions that could be held out")
+        return missing(
+            f"{_TITLE}: there are no unseen objects, and no sessions that could be held out."
+        )
     # The job with all contacts takes the longest, and goes first.
     everyone = np.arange(len(home))
     splits = [Split("all", everyone, everyone[:0]), *folds]
@@ -149,10 +153,6 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
         other_estimators=by_estimator,
     )
     return PartResult([ANYTIME(results)])
-
-
-def _none(why: str) -> PartResult:
-    return PartResult(left_out=[f"{_TITLE}: {why}."])
 
 
 def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> LabelledTouches | None:

@@ -29,10 +29,9 @@ from firstcontact.models import (
     window_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.charts import Dot, Panel, box_figure, dot_figures
-from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import canvas, uri
+from firstcontact_lab.report.style import box_figure, canvas, uri
 from firstcontact_lab.report.tables import (
     ABSENT,
     SHARE_TOLERANCE,
@@ -43,11 +42,9 @@ from firstcontact_lab.report.tables import (
     lifted,
     matrix,
 )
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, distinct
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.contacts import is_learned
-from firstcontact_lab.study.settings import StudySettings
-from firstcontact_lab.study.splits import learns_one_value, never_learned, random_90_10
+from firstcontact_lab.study.scores import learns_one_value, never_learned, random_90_10
 
 
 class WindowCounts(Record, frozen=True, kw_only=True):
@@ -109,11 +106,9 @@ def blocks(
 ) -> PartResult:
     """Score these estimators in the random split, by session, and with each Shore A left out."""
     if len(subject.levels) < 2:
-        return PartResult(
-            left_out=[
-                "Shore A discrimination and regression: the pinches to learn from have fewer "
-                "than two known Shore A levels."
-            ]
+        return missing(
+            "Shore A discrimination and regression: the pinches to learn from have fewer "
+            "than two known Shore A levels."
         )
     data = _learnable(subject, subject.windows(DURATION))
     splits, left_out = _splits(data, settings)
@@ -334,30 +329,6 @@ _CAPTIONS = {
 }
 
 
-def accuracy_figures(subjects: Subjects) -> list[Figure]:
-    """Draw the accuracy of all estimators on held-out sessions, and chance as a line."""
-    panels = []
-    for title, results in subjects.items():
-        dots, classes = [], 0
-        for name in names.estimators(results[BLOCKS]):
-            scores = results[BLOCKS][name].by_session
-            accuracy = None if scores is None else bounded(scores, "accuracy")
-            if scores is not None and accuracy is not None:
-                look = names.estimator(name)
-                dots.append(Dot.from_bounded(look.title, accuracy, look.colour))
-                classes = len(scores.classes or ())
-        lines = (("chance", 1.0 / classes),) if classes else ()
-        panels.append(Panel(title, tuple(dots), lines))
-    return dot_figures(
-        "accuracy",
-        "Accuracy in held-out sessions",
-        "Bars are 95 % intervals over sessions.",
-        "Share of correctly classified blocks",
-        panels,
-        1.02,
-    )
-
-
 def able(slow: bool) -> list[str]:
     """Return the names of installed estimators that train slowly, or that train quickly."""
     entries = window_estimators().items()
@@ -430,5 +401,4 @@ PART = Part(
         lambda results: block_table(results, LEVEL, (_RMSE, _BIAS)),
     ],
     _rows,
-    figures=accuracy_figures,
 )

@@ -8,33 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record, Runner
-from firstcontact.models import (
-    Bounded,
-    CombinedModel,
-    Ends,
-    adapt_combined,
-    bootstrap_interval,
-    pretrained,
-    resampled_sums,
-)
-from firstcontact.twin import (
-    CONDITIONS,
-)
+from firstcontact.models import CombinedModel, adapt_combined, pretrained
+from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import Cell, Line, Table, format_cell
+from firstcontact_lab.report.tables import Cell, Line, Table
 from firstcontact_lab.study._random_rigs import (
     EVERYDAY,
     OWN,
     RANDOM,
     STRUCTURES,
     JudgedRig,
+    RigScores,
+    families_and_jobs,
     judged_rig,
+    rig_scores,
 )
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 from firstcontact_lab.study.scores import predictions_by_time
-from firstcontact_lab.study.settings import StudySettings
 
 Values = NDArray[np.float64]
 #: Seed of the rigs, and rigs of each family. No choice was made on rigs of this seed.
@@ -68,60 +59,29 @@ KEYS = tuple(
 )
 
 
-class SpeedScores(Record, frozen=True, kw_only=True):
-    """Scores of a model with one kind of speed measurement, by ``KEYS``."""
-
-    scores: dict[str, float]
-    intervals: dict[str, Ends]
-    gains: dict[str, Ends]
-
-
 class ClosingSpeeds(Record, frozen=True, kw_only=True):
     """Scores with a measured closing speed, on simulated rigs."""
 
     seed: int
     rigs: int
     families: list[str]
-    scores: dict[str, dict[str, dict[str, SpeedScores]]]
+    scores: dict[str, dict[str, dict[str, RigScores]]]
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Score both models with each measurement, on random rigs instead of the subject's data."""
     if subject.name != CONDITIONS["paper-rig"].name:
         return PartResult()
-    names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
-    rigs = 1 if settings.brief else RIGS
-    jobs = [(name, number) for number in range(rigs) for name in names]
-    scores = {}
+    names, rigs, jobs = families_and_jobs(settings.brief, RIGS)
+    scores: dict[str, dict[str, dict[str, RigScores]]] = {}
     for kind in SPEEDS:
         rows = np.array(runner.map(_scores_of_rig, jobs, SEED, kind == "free"))
-        means = _root_mean_squares(rows.mean(axis=0))
-        resampled = _root_mean_squares(resampled_sums(rows, settings.seed) / len(rows))
         scores[kind] = {
-            model: {
-                name: _entry(means[i, j], resampled[:, i, j], resampled[:, i, 0], len(rows))
-                for j, name in enumerate(MEASUREMENTS)
-            }
-            for i, model in enumerate(MODELS)
+            model: dict(zip(MEASUREMENTS, of_model, strict=True))
+            for model, of_model in zip(MODELS, rig_scores(rows, KEYS, settings.seed), strict=True)
         }
     results = ClosingSpeeds(seed=SEED, rigs=rigs, families=names, scores=scores)
     return PartResult([CLOSING_SPEEDS(results)])
-
-
-def _entry(means: Values, resampled: Values, reference: Values, rigs: int) -> SpeedScores:
-    ends, gains = (
-        bootstrap_interval(values, rigs).T.tolist() for values in (resampled, resampled - reference)
-    )
-    return SpeedScores(
-        scores=dict(zip(KEYS, means.tolist(), strict=True)),
-        intervals=dict(zip(KEYS, map(tuple, ends), strict=True)),
-        gains=dict(zip(KEYS, map(tuple, gains), strict=True)),
-    )
-
-
-def _root_mean_squares(means: Values) -> Values:
-    """Return scores from means over rigs, shape (..., keys). Mean squared errors become RMSE."""
-    return np.where([key.endswith("ms") for key in KEYS], np.sqrt(means), means)
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
@@ -166,29 +126,20 @@ def _scores(rig: JudgedRig) -> list[list[float]]:
 
 
 CLOSING_SPEEDS = Field.optional("closing_speed", ClosingSpeeds)
-#: Columns of the tables: title and key.
+#: Columns of the tables: title, key and unit.
 _COLUMNS = [
-    ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms"),
-    ("5 ms", f"{EVERYDAY} 5 ms"),
-    ("15 ms", f"{EVERYDAY} 15 ms"),
-    ("Random objects, 2 ms", f"{RANDOM} 2 ms"),
-    ("5 ms", f"{RANDOM} 5 ms"),
-    ("15 ms", f"{RANDOM} 15 ms"),
-    ("Coverage, everyday, 5 ms", f"{EVERYDAY} coverage"),
+    ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms", "shore"),
+    ("5 ms", f"{EVERYDAY} 5 ms", "shore"),
+    ("15 ms", f"{EVERYDAY} 15 ms", "shore"),
+    ("Random objects, 2 ms", f"{RANDOM} 2 ms", "shore"),
+    ("5 ms", f"{RANDOM} 5 ms", "shore"),
+    ("15 ms", f"{RANDOM} 15 ms", "shore"),
+    ("Coverage, everyday, 5 ms", f"{EVERYDAY} coverage", "share"),
 ]
 
 
-def usual_table(results: SubjectResults) -> Table | None:
-    """Return a table of errors on rigs that close at about the same speed in all pinches."""
-    return _table(results[CLOSING_SPEEDS], "usual")
-
-
-def free_table(results: SubjectResults) -> Table | None:
-    """Return a table of errors on rigs whose speed differs from pinch to pinch."""
-    return _table(results[CLOSING_SPEEDS], "free")
-
-
-def _table(judged: ClosingSpeeds | None, kind: str) -> Table | None:
+def _table(results: SubjectResults, kind: str) -> Table | None:
+    judged = results[CLOSING_SPEEDS]
     if judged is None:
         return None
     caption = (
@@ -198,21 +149,11 @@ def _table(judged: ClosingSpeeds | None, kind: str) -> Table | None:
         "model without a measurement."
     )
     lines = [
-        Line([Cell(f"{title}, {name}"), *(_cell(scores, key) for _, key in _COLUMNS)])
+        Line([Cell(f"{title}, {name}"), *(scores.cell(key, unit) for _, key, unit in _COLUMNS)])
         for model, title in MODELS.items()
         for name, scores in judged.scores[kind][model].items()
     ]
-    return Table(caption, ["", *(title for title, _ in _COLUMNS)], lines)
-
-
-def _cell(scores: SpeedScores, key: str) -> Cell:
-    is_error = key.endswith("ms")
-    bounded = Bounded(scores.scores[key], scores.intervals[key])
-    cell = format_cell(bounded, "shore" if is_error else "share")
-    low, high = scores.gains[key]
-    if not is_error or low == high == 0.0:
-        return cell
-    return Cell(cell.text, f"{cell.small} [{low:+.2f} to {high:+.2f}]")
+    return Table(caption, ["", *(title for title, _, _ in _COLUMNS)], lines)
 
 
 PART = Part(
@@ -224,7 +165,7 @@ PART = Part(
         "closing speed of each pinch, on the rig's own blocks and on the objects. The model takes "
         "a speed without a stated error as exact."
     ),
-    [usual_table, free_table],
+    [lambda results: _table(results, "usual"), lambda results: _table(results, "free")],
     needs=(),
     by_default=False,
 )

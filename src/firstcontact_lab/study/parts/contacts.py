@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.contact import (
     DETECTORS,
@@ -15,18 +16,23 @@ from firstcontact.contact import (
     describe_starts,
     untrained_name,
 )
-from firstcontact.core import ByName, Contact, Dataset, Record, Runner, percent
-from firstcontact.models import TOLERANCE, DetectionScores, Group, Split, score_decisions
+from firstcontact.core import INK, ByName, Dataset, Record, Runner, percent
+from firstcontact.models import (
+    TOLERANCE,
+    DetectionScores,
+    Group,
+    Split,
+    resampler_lookahead,
+    score_decisions,
+)
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import SHARE_TOLERANCE, Claim, Row, Table, lifted, row_table
-from firstcontact_lab.study._contact_figures import delay_figure, detectors_figure
-from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.detection import detection_splits, judge_detectors, trigger_delays
-from firstcontact_lab.study.part import Part, Step, Subjects, distinct
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.data import DATA
-from firstcontact_lab.study.settings import StudySettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +98,8 @@ class ContactConditions(Record, frozen=True, kw_only=True):
 ContactResults = ByName[DetectionScores, ContactConditions]
 
 
+#: Triggers further from the contact than this, ms, are counted at the edges.
+EDGE = 15.0
 #: Start of windows if the chosen detector cannot be trained: the labelled contacts.
 KNOWN = "known"
 
@@ -136,40 +144,65 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         for name, given in decisions.items():
             step = DETECTORS[name].step
             scores[name] = score_decisions(given, dataset, step, settings.early)
-        example = _example(dataset, detections)
         delays = {
             name: 1e3 * trigger_delays(dataset, [decision.first for decision in given])[1]
             for name, given in decisions.items()
         }
         figures.append(delay_figure(dataset, delays, settings.early))
-        figures.append(
-            detectors_figure(
-                subject.dataset.pinches[example],
-                {name: given[example].windows for name, given in decisions.items()},
-                starts[example].sample,
-                settings.early,
-            )
-        )
     else:
         left_out.append("Scores of contact detection: no pinch has a known first contact.")
     return PartResult([CONTACT(ByName(scores, about))], figures, left_out)
+
+
+def delay_figure(
+    dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
+) -> Figure:
+    """Draw a histogram for each detector: time from the known contact to the first decision."""
+    late = f" (labels may come up to {1e3 * early:g} ms late)" if early else ""
+    waited = 1e3 * resampler_lookahead(dataset)
+    counted = f" The resampler's look-ahead of {waited:.1f} ms is counted." if waited else ""
+    zero = "label" if early else "known contact"
+    rate = dataset.layout.rate
+    with canvas(len(delays), 1, (6.2, 1.2 + 1.4 * len(delays)), sharex=True) as (figure, axes):
+        for ax, (name, values) in zip(axes[:, 0], delays.items(), strict=True):
+            detections = values[np.isfinite(values)] + waited
+            # Each bar covers a whole number of samples, the same number in each bar.
+            width = 1e3 * max(1, round(0.0005 * rate)) / rate
+            reach = np.ceil(EDGE / width - 0.5) + 0.5
+            bins = width * np.arange(-reach, reach + 1)
+            ax.hist(
+                np.clip(detections, bins[0], bins[-1]), bins=bins, color=names.detector(name).colour
+            )
+            ax.axvline(0, color=INK, lw=1, ls="--")
+            n_early = int((detections < -EDGE).sum())
+            missed = int(sum(p.first is not None for p in dataset.pinches) - len(detections))
+            ax.set_title(names.detector(name).title)
+            ax.text(
+                0.05,
+                0.93,
+                f"{n_early:,} earlier than −{EDGE:g} ms\n{missed:,} never",
+                transform=ax.transAxes,
+                va="top",
+                fontsize=8,
+            )
+            ax.set_ylabel("Pinches")
+            ax.grid(axis="x", visible=False)
+        axes[-1, 0].set_xlabel(f"First decision after the {zero} (ms)")
+        axes[-1, 0].set_xlim(-EDGE - 1, EDGE + 1)
+        image = uri(figure)
+    return Figure(
+        "delays",
+        "Time of the first detection",
+        f"Decisions left of the line ({zero}) came too early{late}. The outermost bars contain all "
+        f"decisions beyond the axis.{counted}",
+        image,
+    )
 
 
 def _describe_folds(splits: Sequence[Split]) -> DetectionFolds:
     shares = sorted(set().union(*(s.shares for s in splits)))
     held_out = "pinches" if Group.SESSION in shares else "sessions"
     return DetectionFolds(n=len(splits), held_out=held_out, shares=[str(s) for s in shares])
-
-
-def _example(dataset: Dataset, detections: Sequence[Contact | None]) -> int:
-    """Return the index of the middle pinch among those with a known and a detected contact."""
-    able = [
-        i
-        for i, (p, c) in enumerate(zip(dataset.pinches, detections, strict=True))
-        if p.first is not None and c is not None
-    ]
-    able = able or [i for i, p in enumerate(dataset.pinches) if p.first is not None]
-    return able[len(able) // 2]
 
 
 CONTACT: Field[ContactResults] = Field("contact", ContactResults, ByName({}, ContactConditions()))

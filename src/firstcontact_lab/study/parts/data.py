@@ -11,19 +11,16 @@ from firstcontact.core import (
     BLUE,
     GREY,
     INK,
-    ORANGE,
     RED,
     ChannelKind,
-    Finger,
     Pinch,
     Record,
-    finger_name,
     percent,
 )
 from firstcontact.models import DURATION, distinct_specimens
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import canvas, uri, vibration_axis
+from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import (
     SHARE_TOLERANCE,
     Cell,
@@ -34,8 +31,7 @@ from firstcontact_lab.report.tables import (
     Value,
     optional,
 )
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects
+from firstcontact_lab.study.part import Part, Step, Subject, Subjects
 
 
 class DataSummary(Record, frozen=True, kw_only=True):
@@ -120,11 +116,6 @@ def describe(subject: Subject) -> PartResult:
             n=len(offsets),
         )
         figures.append(offset_figure(offsets))
-        middle = min(
-            (p for p in dataset.pinches if p.offset is not None),
-            key=lambda p: abs(1e3 * (p.offset or 0.0) - float(offsets.mean())),
-        )
-        figures.append(timing_figure(middle))
     else:
         left_out.append(
             "Offset between the contacts: no pinch has a known first and second contact."
@@ -143,70 +134,6 @@ def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
     if len(unique) <= most:
         return unique
     return [*unique[:most], f"... and {len(unique) - most} more notes of this kind."]
-
-
-COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE, None: BLUE}
-
-
-def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110) -> Figure:
-    """Draw the vibration of both fingers around the contacts, and their force if recorded."""
-    rows = 2 if pinch.layout.has_force else 1
-    rate = pinch.layout.rate
-    assert pinch.first is not None
-    zero = pinch.first.sample - pinch.first_sample
-    time = 1e3 * (np.arange(len(pinch.data)) - zero) / rate
-    visible = (time >= -1e3 * before_s) & (time <= 1e3 * after_s)
-    with canvas(rows, 1, (6.2, 4.4 if rows == 2 else 3.2), sharex=True) as (figure, axes):
-        for column, finger in enumerate(pinch.layout.vibration_fingers):
-            volts = pinch.vibration()[:, column]
-            axes[0, 0].plot(
-                time[visible],
-                volts[visible],
-                color=COLOURS[finger],
-                lw=1.1,
-                label=finger_name(finger),
-            )
-        axes[0, 0].set_ylabel(vibration_axis(pinch.layout)[0])
-        axes[0, 0].legend(loc="lower right", ncols=2)
-        if rows == 2:
-            for finger in Finger:
-                if pinch.layout.columns(ChannelKind.FORCE, finger):
-                    total = pinch.force(finger).mean(axis=1)
-                    axes[1, 0].plot(time[visible], total[visible], color=COLOURS[finger])
-            axes[1, 0].set_ylabel("Force array,\nmean of taxels (V)")
-        axes[-1, 0].set_xlabel("Time after the first contact (ms)")
-        for number, contact in enumerate(pinch.truth[:2]):
-            at = 1e3 * (contact.sample - pinch.truth[0].sample) / rate
-            for ax in axes[:, 0]:
-                ax.axvline(at, color=COLOURS[contact.finger], lw=1, ls="--")
-            axes[0, 0].annotate(
-                ("first contact", "second contact")[number],
-                (at, 1.0),
-                xycoords=("data", "axes fraction"),
-                xytext=(2 if number == 0 else -2, 3),  # above the axes: no trace is there
-                textcoords="offset points",
-                ha="right" if number == 0 else "left",
-                fontsize=8,
-                color=INK,
-            )
-        image = uri(figure)
-    sensor = pinch.layout.vibration[0].sensor
-    content = f"{sensor} and force" if rows == 2 else sensor
-    name = pinch.label.specimen or pinch.label.object or "an object"
-    share = early_force(pinch)
-    force = (
-        ""
-        if share is None
-        else f" Just before the second contact, the first finger has {percent(share)} of its later "
-        "force: one finger alone only feels the object's inertia and its holder."
-    )
-    return Figure(
-        "timing",
-        "One pinch, both fingers",
-        f"The pinch with the offset closest to the mean ({name}): {content}. Dashed lines are the "
-        f"known contacts.{force}",
-        image,
-    )
 
 
 def offset_figure(offsets: NDArray[np.float64]) -> Figure:

@@ -18,16 +18,14 @@ from firstcontact_lab.study._comparison import (
     BRIEF,
     MASKED,
     NETWORK,
+    Competitor,
     Generalised,
     compared,
     rig_sets,
 )
-from firstcontact_lab.study._entrants import Entrant
 from firstcontact_lab.study._off_blocks import OffBlocks
 from firstcontact_lab.study._rig_sets import Sizes
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 
 #: Number of sets on which estimators that train slowly are scored. Their training is brief.
 SLOW_SETS = 1
@@ -41,11 +39,11 @@ def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> Par
     late = _late(subject, settings.early)
     seeds = settings.rig_seeds
     sets = rig_sets(seeds, CONDITIONS[subject.name], sizes, late, runner)
-    results = compared(partial(_entrants, settings), sets, seeds, settings.seed, runner)
+    results = compared(partial(_competitors, settings), sets, seeds, settings.seed, runner)
     return PartResult([GENERALISE(results)], [generalise_figure(results)])
 
 
-def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
+def _competitors(settings: StudySettings, place: int) -> list[Competitor]:
     """Return all competitors for the set with index ``place``."""
     out = []
     for name, entry in window_estimators().items():
@@ -54,7 +52,7 @@ def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
         if entry.slow and (settings.brief or place >= SLOW_SETS):
             continue
         options = entry.quick if entry.slow or settings.brief else {}
-        out.append(Entrant(name, "trained", {"estimator": name, **options}))
+        out.append(Competitor(name, "window", {"estimator": name, **options}))
     return [*out, MASKED, *NETWORK]
 
 

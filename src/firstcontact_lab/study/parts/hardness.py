@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import BLUE, GREY, INK, RED, Record, Runner, percent
+from firstcontact.core import INK, Record, Runner
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
@@ -27,30 +27,21 @@ from firstcontact.models import (
 )
 from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, shades, uri
-from firstcontact_lab.report.tables import (
-    Cell,
-    Row,
-    Table,
-    Value,
-    matrix,
-    optional,
-)
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import (
-    Part,
-    Step,
-    Subjects,
-    with_ranks,
-)
+from firstcontact_lab.report.tables import Cell, Row, Table, Value, matrix, optional
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, with_ranks
 from firstcontact_lab.study.parts.blocks import BLOCKS
 from firstcontact_lab.study.parts.contacts import is_learned
 from firstcontact_lab.study.parts.objects import OBJECTS
-from firstcontact_lab.study.scores import RankCorrelation, rank_correlation
-from firstcontact_lab.study.settings import StudySettings
-from firstcontact_lab.study.splits import learns_one_value, never_learned, random_folds
+from firstcontact_lab.study.scores import (
+    RankCorrelation,
+    learns_one_value,
+    never_learned,
+    random_folds,
+    rank_correlation,
+)
 
 
 class Material(Record, frozen=True, kw_only=True):
@@ -123,28 +114,20 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
 def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Measure how well scores order the materials, also if a material is left out of training."""
     if not subject.has_known_contacts:
-        return PartResult(left_out=["Hardness order: no pinch has a known first contact."])
+        return missing("Hardness order: no pinch has a known first contact.")
     dataset = subject.dataset
     rank = dataset.hardness_rank
     is_known = np.isfinite(rank) & (dataset.objects != "")
     data = subject.labelled_windows(DURATION, np.where(is_known, rank, np.nan))
     if len(np.unique(data.y)) < 2 or len(np.unique(data.objects)) < 3:
-        return PartResult(
-            left_out=[
-                "Hardness order: the pinches with a window have fewer than three materials, or "
-                "fewer than two hardness ranks."
-            ]
+        return missing(
+            "Hardness order: the pinches with a window have fewer than three materials, or "
+            "fewer than two hardness ranks."
         )
     centroid = spectral_centroid(data.X, data.rate)
     seed = settings.seed
     questions, left_out = _questions(data, settings)
-    predicted = dict(
-        zip(
-            questions,
-            held_out(runner, list(questions.values()), seed),
-            strict=True,
-        )
-    )
+    predicted = dict(zip(questions, held_out(runner, list(questions.values()), seed), strict=True))
     ranked = predicted.get((HELD, "rank"))
     by_material = _by_material(data, centroid, ranked)
     order = np.array([material.rank for material in by_material.values()])
@@ -178,11 +161,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         leave_one_material_out=left_out_material if regression or left_out_classes else None,
         random_folds=mixed or None,
     )
-    figures = [hardness_figure(data, centroid)]
-    for model in names.estimators(mixed):
-        if model in left_out_classes:
-            figures.append(materials_figure(left_out_classes[model], mixed[model]))
-    return PartResult([HARDNESS(order_found)], figures, left_out)
+    return PartResult([HARDNESS(order_found)], [hardness_figure(data, centroid)], left_out)
 
 
 def _questions(
@@ -249,8 +228,7 @@ def _by_material(
 def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
     """Draw the spectral centroid of every pinch, one row per material."""
     materials = sorted(
-        set(data.objects.tolist()),
-        key=lambda m: (float(data.y[data.objects == m].mean()), m),
+        set(data.objects.tolist()), key=lambda m: (float(data.y[data.objects == m].mean()), m)
     )
     ranks = np.unique(data.y)
     colours = dict(zip(ranks.tolist(), shades(len(ranks)), strict=True))
@@ -286,52 +264,6 @@ def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
         "Each point is a pinch; bars are the means of materials, from which the rank correlation "
         "is computed. The score was chosen before any result was seen: a harder surface is "
         "expected further to the right.",
-        image,
-    )
-
-
-def materials_figure(left_out: ClassificationScores, random: ClassificationScores) -> Figure:
-    """Draw the accuracy with each material left out, and in random folds."""
-    chance = left_out.best_constant
-    with canvas(size=(6.2, 2.6)) as (figure, axes):
-        ax = axes[0, 0]
-        rows = [
-            ("material left out", left_out, BLUE),
-            ("random folds (not to be trusted)", random, GREY),
-        ]
-        for row, (_, scores, colour) in enumerate(rows):
-            ax.barh(row, 100 * scores.accuracy, color=colour, height=0.55)
-            ends = scores.intervals.get("accuracy")
-            if ends:
-                ax.plot([100 * e for e in ends], [row, row], color=INK, lw=1.2)
-            ax.text(
-                2,
-                row,
-                percent(scores.accuracy, 0),
-                va="center",
-                color="white",
-                fontweight="bold",
-                fontsize=9,
-            )
-        ax.axvline(100 * chance, color=RED, ls="--", lw=1.2)
-        ax.text(
-            100 * chance + 1,
-            1.62,
-            f"best constant {percent(chance, 0)}",
-            color=RED,
-            fontsize=8.5,
-            va="top",
-        )
-        ax.set_yticks(range(len(rows)), [name for name, _, _ in rows])
-        ax.set(xlabel="Accuracy of the hardness class (%)", xlim=(0, 100), ylim=(-0.5, 1.7))
-        ax.grid(axis="y", visible=False)
-        image = uri(figure)
-    return Figure(
-        "materials",
-        "A material left out",
-        "With random folds a model can recognise the material on which it was trained. With the "
-        "whole material left out, it has to recognise the hardness. Lines are 95 % intervals over "
-        "materials.",
         image,
     )
 

@@ -21,12 +21,10 @@ from firstcontact.models import (
     resampler_lookahead,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 
 _Ascending = Annotated[
     tuple[Annotated[float, msgspec.Meta(ge=0, le=1e4)], ...],
@@ -78,13 +76,19 @@ _TITLE = "Estimate in force"
 def in_force(subject: Subject, settings: StudySettings) -> PartResult:
     """Score the last estimates that were available before the second contact."""
     if not settings.delays:
-        return _none("give a file with --delays") if "in_force" in settings.parts else PartResult()
+        return (
+            missing(f"{_TITLE}: give a file with --delays.")
+            if "in_force" in settings.parts
+            else PartResult()
+        )
     if not subject.detections or subject.adapted is None:
-        return _none("contacts are not detected, or no model is conditioned on the pinches")
+        return missing(
+            f"{_TITLE}: contacts are not detected, or no model is conditioned on the pinches."
+        )
     delays = read_delays(Path(settings.delays))
     has_second = np.array([p.second is not None for p in subject.dataset.pinches])
     if not has_second.any():
-        return _none("no pinch has a known second contact")
+        return missing(f"{_TITLE}: no pinch has a known second contact.")
     samples = last_samples(subject, delays, settings.seed)
     labelled = LabelledTouches.cut(subject.dataset, subject.detections)
     objects = labelled.take(subject.dataset.test[labelled.rows] & (samples[labelled.rows] > 0))
@@ -112,10 +116,6 @@ def in_force(subject: Subject, settings: StudySettings) -> PartResult:
             signal_ms=1e3 * float(np.median(elapsed)),
         )
     return PartResult([IN_FORCE(results)])
-
-
-def _none(why: str) -> PartResult:
-    return PartResult(left_out=[f"{_TITLE}: {why}."])
 
 
 def last_samples(subject: Subject, delays: LiveDelays, seed: int) -> NDArray[np.intp]:

@@ -39,27 +39,12 @@ from firstcontact.models import (
     window_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.names import NETWORK_TITLES
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import (
-    ABSENT,
-    Cell,
-    Row,
-    Table,
-    Value,
-    lifted,
-    matrix,
-)
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import (
-    Part,
-    Step,
-    Subjects,
-    distinct,
-)
+from firstcontact_lab.report.tables import ABSENT, Cell, Row, Table, Value, lifted, matrix
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.anytime import conditioned_model, conditioning_contacts
-from firstcontact_lab.study.settings import StudySettings
 from firstcontact_lab.study.timing import InferenceTime, time_calls, time_inference
 
 
@@ -140,10 +125,8 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
     if len(np.unique(blocks.y)) < 2:
-        return PartResult(
-            left_out=[
-                "Inference time: windows of two Shore A levels or more are needed to train a model."
-            ]
+        return missing(
+            "Inference time: windows of two Shore A levels or more are needed to train a model."
         )
     # The outputs of a slow estimator hardly change its time: one task is enough.
     jobs = [
@@ -220,9 +203,7 @@ _TIMES = (
     _P99,
     Row[InferenceTime]("p99 with preempted calls", lambda t: t.p99_with_preempted, "us"),
     Row[InferenceTime](
-        "training library, median",
-        lambda t: None if t.reference is None else t.reference_p50,
-        "us",
+        "training library, median", lambda t: None if t.reference is None else t.reference_p50, "us"
     ),
     _SPEEDUP,
 )

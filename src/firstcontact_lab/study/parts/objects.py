@@ -27,29 +27,13 @@ from firstcontact.models import (
 )
 from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.charts import box_figure
-from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import (
-    ERROR_TOLERANCE,
-    Cell,
-    Claim,
-    Row,
-    Table,
-    lifted,
-    matrix,
-)
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import (
-    Part,
-    Step,
-    Subjects,
-    distinct,
-)
+from firstcontact_lab.report.style import box_figure
+from firstcontact_lab.report.tables import ERROR_TOLERANCE, Cell, Claim, Row, Table, lifted, matrix
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.blocks import WindowCounts, able
-from firstcontact_lab.study.scores import MeanErrors, over_objects
-from firstcontact_lab.study.settings import StudySettings
-from firstcontact_lab.study.splits import learns_one_value, unseen_objects
+from firstcontact_lab.study.scores import MeanErrors, learns_one_value, over_objects, unseen_objects
 
 
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):
@@ -80,15 +64,13 @@ def objects(
     """Fit these estimators to all pinches of role ``train``, and score pinches of role ``test``."""
     reason = why_not_unseen(subject)
     if reason:
-        return PartResult(left_out=[reason])
+        return missing(reason)
     data = subject.windows(DURATION)
     splits = object_splits(subject, data)
     if not splits:
-        return PartResult(
-            left_out=[
-                "Unseen objects: no unseen object has a window, or the training pinches with a "
-                "window have fewer than two Shore A levels."
-            ]
+        return missing(
+            "Unseen objects: no unseen object has a window, or the training pinches with a "
+            "window have fewer than two Shore A levels."
         )
     reference = ESTIMATORS.default
     questions = [

@@ -13,17 +13,13 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Record, Runner
 from firstcontact.models import (
-    Bounded,
     CombinedModel,
-    Ends,
     InContextModel,
     Touches,
     adapt_combined,
     adapt_network,
-    bootstrap_interval,
     combine,
     pretrained,
-    resampled_sums,
 )
 from firstcontact.signal import samples_in
 from firstcontact.twin import (
@@ -31,19 +27,19 @@ from firstcontact.twin import (
 )
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import Cell, Line, Table, format_cell
+from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table
 from firstcontact_lab.study._random_rigs import (
     BLOCK,
     EVERYDAY,
     OWN,
     RANDOM,
-    STRUCTURES,
     JudgedRig,
+    RigScores,
+    families_and_jobs,
     judged_rig,
+    rig_scores,
 )
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 from firstcontact_lab.study.window_ladder import WindowLadder, fit_window_ladder, registered
 
 Values = NDArray[np.float64]
@@ -84,51 +80,25 @@ METHODS = {
 }
 
 
-class RandomRigScores(Record, frozen=True, kw_only=True):
-    """Scores of one method, by ``KEYS``: RMSE in Shore A, and coverage and width of intervals."""
-
-    scores: dict[str, float]
-    intervals: dict[str, Ends]
-    gains: dict[str, Ends]
-
-
 class RandomRigs(Record, frozen=True, kw_only=True):
     """Scores of the methods on simulated rigs."""
 
     seed: int
     rigs: int
     families: list[str]
-    methods: dict[str, RandomRigScores]
+    methods: dict[str, RigScores]
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Score all methods on the same contacts of random rigs, not on the subject's data."""
     if subject.name != CONDITIONS["paper-rig"].name:
         return PartResult()
-    names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
-    rigs = 1 if settings.brief else RIGS
-    jobs = [(name, number) for number in range(rigs) for name in names]
+    names, rigs, jobs = families_and_jobs(settings.brief, RIGS)
     rows = np.array(runner.map(_scores_of_rig, jobs, SEED))
-    resampled = _scores_from_means(resampled_sums(rows, settings.seed) / len(rows))
-    scores = _scores_from_means(rows.mean(axis=0))
-    methods = {}
-    for place, name in enumerate(METHODS):
-        ends = bootstrap_interval(resampled[:, place], len(rows))
-        gain = bootstrap_interval(resampled[:, place] - resampled[:, 0], len(rows))
-        methods[name] = RandomRigScores(
-            scores=dict(zip(KEYS, scores[place].tolist(), strict=True)),
-            intervals=dict(zip(KEYS, zip(*ends.tolist(), strict=True), strict=True)),
-            gains=dict(zip(KEYS, zip(*gain.tolist(), strict=True), strict=True)),
-        )
-    return PartResult(
-        [RANDOM_RIGS(RandomRigs(seed=SEED, rigs=rigs, families=names, methods=methods))]
-    )
-
-
-def _scores_from_means(means: Values) -> Values:
-    """Return scores from means over rigs, shape (..., keys). Mean squared errors become RMSE."""
-    is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in KEYS])
-    return np.where(is_error, np.sqrt(means), means)
+    (scores,) = rig_scores(rows[:, None], KEYS, settings.seed)
+    methods = dict(zip(METHODS, scores, strict=True))
+    results = RandomRigs(seed=SEED, rigs=rigs, families=names, methods=methods)
+    return PartResult([RANDOM_RIGS(results)])
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
@@ -252,19 +222,10 @@ _WITH_INTERVALS = (
 )
 
 
-def errors_table(results: SubjectResults) -> Table | None:
-    """Return a table of the errors of single pinches, by time after the contact and by use."""
-    return _table(results[RANDOM_RIGS], _COLUMNS, "RMSE of one pinch")
-
-
-def intervals_table(results: SubjectResults) -> Table | None:
-    """Return a table of errors of three pooled pinches, and of intervals at 5 ms."""
-    return _table(results[RANDOM_RIGS], _MORE, "Three pinches pooled and 90 % intervals, 5 ms")
-
-
 def _table(
-    judged: RandomRigs | None, columns: list[tuple[str, str, str]], title: str
+    results: SubjectResults, columns: list[tuple[str, str, str]], title: str
 ) -> Table | None:
+    judged = results[RANDOM_RIGS]
     if judged is None:
         return None
     caption = (
@@ -275,21 +236,13 @@ def _table(
     lines = []
     for name, scores in judged.methods.items():
         cells = [
-            _cell(scores, key, unit)
+            scores.cell(key, unit)
             if (unit == "shore" and not key.endswith("width")) or name in _WITH_INTERVALS
-            else Cell("–")
+            else Cell(ABSENT)
             for _, key, unit in columns
         ]
         lines.append(Line([Cell(METHODS[name]), *cells]))
     return Table(caption, ["", *(title for title, _, _ in columns)], lines)
-
-
-def _cell(scores: RandomRigScores, key: str, unit: str) -> Cell:
-    cell = format_cell(Bounded(scores.scores[key], scores.intervals[key]), unit)
-    low, high = scores.gains[key]
-    if unit != "shore" or low == high == 0.0:
-        return cell
-    return Cell(cell.text, f"{cell.small} [{low:+.2f} to {high:+.2f}]")
 
 
 PART = Part(
@@ -301,7 +254,10 @@ PART = Part(
         "structure. Each method learns from the same 30, 60 or 100 block pinches of a rig. "
         "Contacts are placed 3 samples late (SD 2.5), and labels have an SD of 2 Shore A."
     ),
-    [errors_table, intervals_table],
+    [
+        lambda results: _table(results, _COLUMNS, "RMSE of one pinch"),
+        lambda results: _table(results, _MORE, "Three pinches pooled and 90 % intervals, 5 ms"),
+    ],
     needs=(),
     by_default=False,
 )

@@ -18,15 +18,12 @@ from firstcontact.models import (
 )
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report import names
-from firstcontact_lab.report.charts import Dot, Panel, dot_figures
-from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 from firstcontact_lab.study.parts.blocks import SESSION
 from firstcontact_lab.study.parts.objects import PUBLISHED, UNSEEN
-from firstcontact_lab.study.settings import StudySettings
 
 
 class SecondContact(Record, frozen=True, kw_only=True):
@@ -54,7 +51,7 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
     room = samples_to_spare(subject)
     astray = misplaced(subject, settings.early)
     if not np.isfinite(room).any():
-        return PartResult(left_out=["Second contact in the window: second contacts are not known."])
+        return missing("Second contact in the window: second contacts are not known.")
     scores_by_side: dict[str, dict[str, dict[str, RegressionScores]]] = {}
     for (model, split), (data, predicted) in subject.predictions.items():
         side = {SESSION: "blocks", UNSEEN: "objects"}.get(split)
@@ -75,9 +72,7 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
                 )
                 scores_by_side.setdefault(model, {}).setdefault(side, {})[name] = scores
     if not scores_by_side:
-        return PartResult(
-            left_out=["Second contact in the window: no split by session or of unseen objects."]
-        )
+        return missing("Second contact in the window: no split by session or of unseen objects.")
     sides = {model: SecondContact(**side_scores) for model, side_scores in scores_by_side.items()}
     return PartResult([SECOND_CONTACT(sides)])
 
@@ -108,47 +103,17 @@ def samples_to_spare(subject: Subject) -> Values:
 
 
 SECOND_CONTACT = Field.optional("second_contact_in_window", dict[str, SecondContact])
-#: Contents of a window that the figure shows.
-_DRAWN = ("with", "without")
 _SCORES: Sequence[Row[RegressionScores]] = (
     Row("RMSE", lambda s: bounded(s, "rmse"), "shore"),
     Row("Pinches", lambda s: s.n),
 )
 
 
-def second_figures(subjects: Subjects) -> list[Figure]:
-    """Draw the RMSE with and without the second contact in the window."""
-    panels = []
-    for title, results in subjects.items():
-        dots = []
-        divided = results[SECOND_CONTACT]
-        for name, side, content, scores in by_side(divided or {}):
-            error = bounded(scores, "rmse")
-            if name in PUBLISHED and content in _DRAWN and scores.n > 1 and error is not None:
-                look = names.estimator(name)
-                dots.append(
-                    Dot.from_bounded(f"{side}, {look.title}, {content}", error, look.colour)
-                )
-        panels.append(Panel(title, tuple(dots)))
-    return dot_figures(
-        "second",
-        "With and without the second contact in the window",
-        "Windows of 15 ms with or without the second contact. Blocks are of other sessions. Bars "
-        "are 95 % intervals.",
-        "RMSE (Shore A)",
-        panels,
-    )
-
-
 def second_table(results: SubjectResults) -> Table | None:
     """Return a table of errors with and without the second contact in the window."""
     divided = results[SECOND_CONTACT]
     entries = [
-        (
-            Cell(f"{side.capitalize()}, {names.estimator(name).title}, {content}"),
-            scores,
-            False,
-        )
+        (Cell(f"{side.capitalize()}, {names.estimator(name).title}, {content}"), scores, False)
         for name, side, content, scores in by_side(divided or {})
         if name in PUBLISHED
     ]
@@ -171,6 +136,5 @@ PART = Part(
         )
     ],
     tables=[second_table],
-    figures=second_figures,
     needs=("blocks", "objects"),
 )

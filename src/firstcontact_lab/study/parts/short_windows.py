@@ -6,17 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firstcontact.core import (
-    BLUE,
-    GREY,
-    INK,
-    ORANGE,
-    RED,
-    Record,
-    Runner,
-    counted,
-    percent,
-)
+from firstcontact.core import BLUE, GREY, ORANGE, RED, Record, Runner, counted, percent
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
@@ -29,19 +19,15 @@ from firstcontact.models import (
     leave_one_out,
     window_estimators,
 )
-from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import canvas, shades, uri
+from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import ABSENT, Cell, Line, Row, Table, optional
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, with_ranks
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, with_ranks
 from firstcontact_lab.study.parts.contacts import is_learned
 from firstcontact_lab.study.parts.hardness import SCORE, spectral_centroid
-from firstcontact_lab.study.scores import RankCorrelation, rank_correlation
-from firstcontact_lab.study.settings import StudySettings
-from firstcontact_lab.study.splits import never_learned
+from firstcontact_lab.study.scores import RankCorrelation, never_learned, rank_correlation
 
 #: Lengths of windows that headlines and overviews show, ms.
 SHOWN_MS = ("3", "15")
@@ -56,6 +42,13 @@ class Reading(Record, frozen=True, kw_only=True):
     n: int
     material_held_out: dict[str, float]
 
+    @property
+    def title(self) -> tuple[str, str]:
+        """Estimator, and description of the windows."""
+        signal = "behind the published smoothing" if self.conditioned else "signal as sent"
+        start = "labelled" if self.known_contacts else "detected"
+        return names.estimator(self.estimator).title, f"{signal}, {start} contacts"
+
 
 class RealMaterial(Record, frozen=True, kw_only=True):
     """Scores of one material that was left out of training."""
@@ -68,7 +61,7 @@ class RealMaterial(Record, frozen=True, kw_only=True):
     sessions: dict[str, dict[str, float]] | None = None
 
 
-class RealSet(Record, frozen=True, kw_only=True):
+class ShortWindows(Record, frozen=True, kw_only=True):
     """Order and classes of hardness in one set of recordings."""
 
     n: int
@@ -104,14 +97,12 @@ class _Variant:
 def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Score the hardness class and the hardness order of left-out materials, from short windows."""
     if not subject.has_known_contacts:
-        return PartResult(
-            left_out=["Short windows of materials left out: no pinch has a known first contact."]
-        )
+        return missing("Short windows of materials left out: no pinch has a known first contact.")
     ways = _ways(subject)
     full = {reading: _windows(subject, reading, DURATION) for reading in ways}
     data = full[ways[0]]
     if lacking := _lacking(data):
-        return PartResult(left_out=[f"Short windows of materials left out: {lacking}."])
+        return missing(f"Short windows of materials left out: {lacking}.")
     lengths = BRIEF if settings.brief else TIMES
     questions = {
         (reading, ms): Question(
@@ -147,8 +138,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
         if reading == ways[0]
     }
     real = _set(subject, data, readings, first_reading, by_session, ranks, settings.seed)
-    figures = [accuracy_figure(real), by_material_figure(real), order_figure(real)]
-    return PartResult([REAL({subject.set_name: real})], figures)
+    return PartResult([REAL({subject.set_name: real})], [accuracy_figure(real)])
 
 
 def _ways(subject: Subject) -> list[_Variant]:
@@ -227,7 +217,7 @@ def _set(
     by_session: dict[str, dict[tuple[str, str], float]],
     ranks: dict[str, float],
     seed: int,
-) -> RealSet:
+) -> ShortWindows:
     conditioned = _windows(subject, _Variant("", True, readings[0].known_contacts), DURATION)
     raw_hz, smooth_hz = _centroids(data), _centroids(conditioned)
     materials = [m for m in ranks if m in smooth_hz]
@@ -245,7 +235,7 @@ def _set(
         return out or None
 
     raw = correlation(raw_hz)
-    return RealSet(
+    return ShortWindows(
         n=len(data),
         materials=len(ranks),
         material_held_out=readings[0].material_held_out,
@@ -282,7 +272,7 @@ def _most(order: Values) -> float:
     return float(spearmanr(np.sort(order), np.arange(len(order))).statistic)
 
 
-def accuracy_figure(real: RealSet) -> Figure:
+def accuracy_figure(real: ShortWindows) -> Figure:
     """Draw the accuracy of each reading (kind of windows) against the window length."""
     lengths = [float(ms) for ms in real.material_held_out]
     with canvas(size=(6.2, 4.0)) as (figure, axes):
@@ -297,7 +287,7 @@ def accuracy_figure(real: RealSet) -> Figure:
                 marker="o",
                 ms=6 if first else 4,
                 lw=2.4 if first else 1.3,
-                label=_label(reading),
+                label=", ".join(reading.title),
                 zorder=3 if first else 2,
             )
         ax.axhline(100 * real.chance, color=RED, ls=":", lw=1.2, label="constant prediction")
@@ -314,92 +304,13 @@ def accuracy_figure(real: RealSet) -> Figure:
     )
 
 
-def by_material_figure(real: RealSet) -> Figure:
-    """Draw the accuracy of each material at each window length, as a map with numbers."""
-    lengths = list(real.material_held_out)
-    order = _sorted(real)
-    shares = np.array(
-        [[100 * material.accuracy.get(ms, np.nan) for ms in lengths] for _, material in order]
-    )
-    with canvas(size=(6.2, 1.3 + 0.42 * len(order))) as (figure, axes):
-        ax = axes[0, 0]
-        ax.imshow(shares, cmap="cividis", vmin=0, vmax=100, aspect="auto")
-        for (row, column), share in np.ndenumerate(shares):
-            if np.isfinite(share):
-                dark = INK if share > 60 else "white"
-                ax.text(column, row, f"{share:.0f}", ha="center", va="center", color=dark)
-        ax.set_xticks(range(len(lengths)), [f"{ms} ms" for ms in lengths])
-        ax.set_yticks(
-            range(len(order)), [_named(m, material) for m, material in order], fontsize=8.5
-        )
-        ax.set(xlabel="Length of the window; numbers are % correctly classified")
-        ax.grid(visible=False)
-        image = uri(figure)
-    return Figure(
-        "short-materials",
-        "Hardness class of each material that was left out of training",
-        f"{_label(real.readings[0])}. Softest above. A row near 0 % is a material that sounds "
-        "like the materials of another class.",
-        image,
-    )
-
-
-def order_figure(real: RealSet) -> Figure:
-    """Draw the mean spectral centroid of each material, without and with the published filters."""
-    order = _sorted(real)[::-1]
-    ranks = sorted({material.rank for _, material in order})
-    colours = dict(zip(ranks, shades(len(ranks)), strict=True))
-    with canvas(size=(6.2, 1.6 + 0.42 * len(order))) as (figure, axes):
-        ax = axes[0, 0]
-        for row, (_, material) in enumerate(order):
-            ends = [material.conditioned_centroid_hz, material.centroid_hz]
-            ax.plot(ends, [row, row], color=GREY, lw=1.2, zorder=1)
-            ax.scatter(ends[1], row, s=60, color=[colours[material.rank]], zorder=2, lw=0)
-            ax.scatter(
-                ends[0], row, s=42, facecolor="white", edgecolor=[colours[material.rank]], lw=1.8,
-                zorder=2,
-            )  # fmt: skip
-        ax.scatter([], [], s=60, color=GREY, label="signal as sent")
-        ax.scatter([], [], s=42, facecolor="white", edgecolor=GREY, lw=1.8,
-                   label="behind the published smoothing")  # fmt: skip
-        ax.set_yticks(
-            range(len(order)), [_named(m, material) for m, material in order], fontsize=8.5
-        )
-        ax.set(xlabel="Spectral centroid of the first 15 ms (Hz)", ylim=(-0.6, len(order) - 0.4))
-        ax.set_xlim(left=0)
-        ax.grid(axis="y", visible=False)
-        figure.legend(loc="outside lower center", ncols=2)
-        image = uri(figure)
-    return Figure(
-        "short-order",
-        "Order of the materials, with and without the published smoothing",
-        "Means of the materials, softest above, coloured by rank. Nothing was fitted; a harder "
-        "material is expected further to the right.",
-        image,
-    )
-
-
-def _label(reading: Reading) -> str:
-    signal = "published smoothing" if reading.conditioned else "signal as sent"
-    start = "labelled" if reading.known_contacts else "detected"
-    return f"{names.estimator(reading.estimator).title}, {signal}, {start} contacts"
-
-
 def _colour(reading: Reading, first: Reading) -> str:
     if reading.estimator != first.estimator:
         return names.estimator(reading.estimator).colour if not reading.conditioned else GREY
     return ORANGE if reading.conditioned else BLUE
 
 
-def _sorted(real: RealSet) -> list[tuple[str, RealMaterial]]:
-    return sorted(real.by_material.items(), key=lambda i: (i[1].rank, i[0]))
-
-
-def _named(material: str, entry: RealMaterial) -> str:
-    return f"{figure_label(material.replace('_', ' '))}  (rank {entry.rank:g})"
-
-
-REAL = Field.optional("real", dict[str, RealSet])
+REAL = Field.optional("real", dict[str, ShortWindows])
 
 
 def _text(subjects: Subjects) -> str:
@@ -417,14 +328,7 @@ def _text(subjects: Subjects) -> str:
     return text
 
 
-def reading_title(reading: Reading) -> tuple[str, str]:
-    """Return the estimator of a reading, and a description of its windows."""
-    signal = "behind the published smoothing" if reading.conditioned else "signal as sent"
-    start = "labelled" if reading.known_contacts else "detected"
-    return names.estimator(reading.estimator).title, f"{signal}, {start} contacts"
-
-
-def real_set(results: SubjectResults) -> RealSet | None:
+def real_set(results: SubjectResults) -> ShortWindows | None:
     """Return the results on the recorded set; None if there are none."""
     return next(iter((results[REAL] or {}).values()), None)
 
@@ -438,7 +342,7 @@ def short_table(results: SubjectResults) -> Table | None:
     lines = []
     for place, reading in enumerate(real.readings):
         cells = [Cell(percent(reading.material_held_out[ms])) for ms in lengths]
-        name = Cell(*reading_title(reading))
+        name = Cell(*reading.title)
         lines.append(Line([name, *cells, Cell(f"{reading.n:,}")], place > 0))
     caption = (
         f"Balanced accuracy of the hardness class by window length, with each of {real.materials} "
@@ -459,7 +363,7 @@ def materials_table(results: SubjectResults) -> Table | None:
 
     lines = []
     worst, _ = real.worst(lengths[-1])
-    for material, entry in _sorted(real):
+    for material, entry in sorted(real.by_material.items(), key=lambda i: (i[1].rank, i[0])):
         name = material.replace("_", " ")
         about = f"rank {entry.rank:g}, {counted(entry.n, 'pinch')}"
         hertz = [Cell(f"{hz:.0f} Hz") for hz in (entry.centroid_hz, entry.conditioned_centroid_hz)]
@@ -470,7 +374,7 @@ def materials_table(results: SubjectResults) -> Table | None:
             if material == worst
         ]
     head = ["", *(f"{ms} ms" for ms in lengths), "Centroid as sent", "behind smoothing"]
-    title, windows = reading_title(real.readings[0])
+    title, windows = real.readings[0].title
     caption = (
         f"Share of correctly classified windows of each left-out material. {title}, {windows}."
     )
@@ -479,7 +383,7 @@ def materials_table(results: SubjectResults) -> Table | None:
     return Table(caption, head, lines)
 
 
-def _order(real: RealSet) -> str:
+def _order(real: ShortWindows) -> str:
     """Return a sentence about the order of hardness."""
     smooth = real.conditioned_order
     if real.rho is None or real.p is None or smooth.rho is None:

@@ -39,9 +39,7 @@ from firstcontact_lab.study._structures import (
     draw_objects,
     draw_structured,
 )
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects
-from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 
 Values = NDArray[np.float64]
 #: Number of rigs of each kind of motor, and numbers of pinches of each rig.

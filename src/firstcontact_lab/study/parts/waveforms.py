@@ -7,15 +7,11 @@ from numpy.typing import NDArray
 
 from firstcontact.core import INK, Record
 from firstcontact.models import DURATION, LabelledWindows
-from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, shades, uri, vibration_unit
 from firstcontact_lab.report.tables import ERROR_TOLERANCE, Row
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import (
-    Part,
-    Step,
-)
+from firstcontact_lab.study.part import Part, Step, Subject
 
 
 class PeakVoltage(Record, frozen=True, kw_only=True):
@@ -29,19 +25,16 @@ class PeakVoltage(Record, frozen=True, kw_only=True):
 def waveforms(subject: Subject) -> PartResult:
     """Draw the median vibration of each level of Shore A, and the peak amplitudes by Shore A."""
     if len(subject.levels) < 2:
-        return PartResult(
-            left_out=["Responses by stiffness: the training pinches have only one Shore A level."]
-        )
+        return missing("Responses by stiffness: the training pinches have only one Shore A level.")
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
     if len(blocks) < 2:
-        return PartResult(left_out=["Responses by stiffness: no contact was found."])
+        return missing("Responses by stiffness: no contact was found.")
     unit = vibration_unit(subject.dataset.layout)
     peaks = np.abs(blocks.X[:, :, 0]).max(axis=1).astype(np.float64)
     by_level = {f"{level:g}": _peaks(peaks[blocks.y == level]) for level in np.unique(blocks.y)}
     return PartResult(
-        [PEAK(by_level)],
-        [response_figure(blocks, unit), peak_figure(blocks.y, peaks, unit)],
+        [PEAK(by_level)], [response_figure(blocks, unit), peak_figure(blocks.y, peaks, unit)]
     )
 
 
@@ -102,12 +95,7 @@ def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: 
         ax.set_xticks(levels)
         ax.legend(loc="upper left")
         image = uri(figure)
-    return Figure(
-        "peaks",
-        "Peak amplitude against stiffness",
-        "Each point is a pinch.",
-        image,
-    )
+    return Figure("peaks", "Peak amplitude against stiffness", "Each point is a pinch.", image)
 
 
 PEAK = Field.optional("peak_v", dict[str, PeakVoltage])

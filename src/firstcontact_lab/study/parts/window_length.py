@@ -23,11 +23,9 @@ from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix
-from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, titled
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, titled
 from firstcontact_lab.study.parts.objects import object_splits, specimen_names
-from firstcontact_lab.study.settings import StudySettings
-from firstcontact_lab.study.splits import learns_one_value
+from firstcontact_lab.study.scores import learns_one_value
 
 
 class WindowErrors(Record, frozen=True, kw_only=True):

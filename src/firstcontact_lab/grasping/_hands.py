@@ -1,15 +1,17 @@
-"""Detector and model of a simulated hand, from its own block pinches."""
+"""Simulated hands: a plant that obeys a policy, a hand's own detector and model, slip detection."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
-from firstcontact.core import Command, Dataset, Label, Pinch, Serial
-from firstcontact.grasp import Grip
+from firstcontact.core import Command, Dataset, Label, Pinch, Serial, fingertip_layout
+from firstcontact.grasp import Grip, Hand, HandLimits
 from firstcontact.models import (
     InContextModel,
     adapt_combined,
@@ -18,12 +20,60 @@ from firstcontact.models import (
     pretrained,
 )
 from firstcontact.twin import BLOCKS, Drive, GraspPlant, condition, draw_pinch, draw_specimen
-from firstcontact_lab.grasping._closing import LAYOUT
 
-#: Condition of the twin.
+LAYOUT = fingertip_layout()
+#: Number of samples of a block, as the device sends them.
+BLOCK = 5
+#: Condition of the twin. It names the sessions of training pinches "blocks-01" and so on.
 CONDITION = "paper-rig"
 #: Time after the first contact with a block at which its closing ends, s; longer than any window.
 AFTER = 0.060
+
+
+class Order(NamedTuple):
+    """Command that was sent ``at`` seconds after the first sample of the closing."""
+
+    at: float
+    command: Command
+
+
+class PlantHand(Hand):
+    """Hand that sends its commands to the simulated plant."""
+
+    name = "plant"
+    limits = HandLimits(speed=0.25, force=12.0, rate=math.inf, watchdog=math.inf)
+
+    def __init__(self, plant: GraspPlant) -> None:
+        self.orders: list[Order] = []
+        self._plant = plant
+
+    def send(self, command: Command) -> None:
+        """Send the command. It takes effect one latency of the drive after the newest sample."""
+        self.orders.append(Order(self._plant.now, command))
+        self._plant.command(command)
+
+    def release(self) -> None:
+        """Open the hand."""
+        self.send(Command(-self.limits.speed, 0.0))
+
+    def close(self) -> None:
+        """Leave the plant as it is, because a simulated hand has no connection to close."""
+
+
+class SlipWatch:
+    """Ideal slip detector that reports a slip one latency after its start, then every latency."""
+
+    def __init__(self, latency: float) -> None:
+        self._latency = latency
+        self._reported = -math.inf
+
+    def slips(self, plant: GraspPlant) -> bool:
+        """Return True if the detector reports a slip at the plant's newest sample."""
+        since = plant.slipping_since
+        if since is None or plant.now - max(since, self._reported) < self._latency:
+            return False
+        self._reported = plant.now
+        return True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +92,10 @@ class HandSeed:
 
     seed: int
     speed: float
+
+
+#: Hands by seed and approach speed.
+OwnHands = dict[tuple[int, float], OwnHand]
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
@@ -67,10 +121,10 @@ def _block(hand: HandSeed, place: int, number: int) -> Pinch:
     plant = GraspPlant(draw, Drive(), specimen)
     plant.command(Command(hand.speed, Grip().searching))
     data: list[NDArray[np.int16]] = []
-    end: int | None = None
-    while not plant.ended and (end is None or plant.sample < end):
+    end = math.inf
+    while not plant.ended and plant.sample < end:
         data.append(plant.advance(50))
-        if end is None and plant.contacts:
+        if end == math.inf and plant.contacts:
             end = plant.contacts[0].sample + round(AFTER * LAYOUT.rate)
     label = Label(specimen.name, specimen.shore_a, specimen=specimen.name, session=session)
     return Pinch(np.concatenate(data), LAYOUT, label, 0, plant.contacts)

@@ -1,13 +1,37 @@
-"""Splits of the study declare the groups that both sides share."""
+"""Scores and splits of the study against closed forms."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.models import Group
-from firstcontact_lab.study.splits import random_90_10, random_folds, unseen_objects
+from firstcontact.models import Group, per_object
+from firstcontact_lab.study.scores import (
+    RankCorrelation,
+    over_objects,
+    random_90_10,
+    random_folds,
+    rank_correlation,
+)
+
+
+def test_each_object_counts_once_whatever_its_pinches() -> None:
+    truth = np.array([10.0, 10.0, 10.0, 40.0])
+    names = np.array(["a", "a", "a", "b"])
+    means = over_objects(per_object(truth, np.array([11.0, 13.0, 12.0, 44.0]), names, names))
+    assert means.rmse == pytest.approx(np.sqrt((2**2 + 4**2) / 2))
+    assert means.n == 2
+
+
+def test_permutation_p_is_exact_for_few() -> None:
+    """Two of the 24 orders of four values correlate as strongly, one with the opposite sign."""
+    computed = rank_correlation(np.arange(4.0), np.array([1.0, 3.0, 7.0, 9.0]), 0)
+    assert computed.rho == pytest.approx(1.0)
+    assert computed.p == pytest.approx(2 / 24)
+    assert computed.exact
+    assert rank_correlation(np.array([1.0, 1.0, 1.0]), np.arange(3.0), 0) == RankCorrelation(n=3)
 
 
 @given(st.integers(2, 9), st.integers(0, 5))
@@ -28,19 +52,3 @@ def test_random_splits_do_not_depend_on_whether_levels_are_whole_numbers(
     for split in (random_folds, lambda y, seed: random_90_10(np.repeat(y, 10), seed)):
         whole, fractional = (split(y, seed) for y in (levels, levels - 0.5))
         assert [s.test.tolist() for s in whole] == [s.test.tolist() for s in fractional]
-
-
-def test_roles_decide_who_is_unseen() -> None:
-    split = unseen_objects(np.array([False, True, False]))
-    assert split.train.tolist() == [0, 2]
-    assert split.test.tolist() == [1]
-    assert not split.shares
-
-
-def test_the_same_seed_gives_the_same_split() -> None:
-    levels = np.repeat([1.0, 2.0, 3.0], 30)
-    first, second = random_90_10(levels, 7)[0], random_90_10(levels, 7)[0]
-    assert first.test.tolist() == second.test.tolist()
-    assert first.test.tolist() != random_90_10(levels, 8)[0].test.tolist()
-    assert len(first.test) == 9
-    assert np.unique(levels[first.test], return_counts=True)[1].tolist() == [3, 3, 3]

@@ -1,4 +1,4 @@
-"""Table of the time of an estimate: signal and computing, on the board and on this machine."""
+"""Tables of the report, from results with known content."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact_lab.study.parts.inference import board_table, read_board
+from firstcontact_lab.report.tables import Table
+from firstcontact_lab.study.parts.contacts import contact_table
+from firstcontact_lab.study.parts.inference import board_table, inference_table, read_board
 from partial import results
 
 FORM = {
@@ -53,21 +55,6 @@ def test_classifier_and_network_have_separate_times() -> None:
     assert [row[-1] for row in computed] == ["15.05 ms", "2.40 ms"]
 
 
-def test_the_cheapest_and_the_dearest_form_are_displayed() -> None:
-    board = {f"svr_{n}": {**FORM, "instructions": 1000 * n} for n in (20, 10, 40, 30)}
-    assert [row[3] for row in cells(board=board)] == ["10,000", "40,000"]
-
-
-def test_what_was_not_timed_here_has_no_time() -> None:
-    assert cells(board={"a": FORM})[0][-1] == "15.25 ms"  # of the board, no column of this machine
-    assert board_table(results(inference_us={"svm": HERE})) is None
-
-
-def test_detectors_and_whole_models_are_no_answers(tmp_path: Path) -> None:
-    path = file(tmp_path, {"a": FORM, "detector": {"instructions": 5}, "whole": {"blocks": 1.0}})
-    assert list(read_board(path)) == ["a"]
-
-
 @pytest.mark.parametrize(
     ("models", "kind"),
     [
@@ -80,3 +67,51 @@ def test_another_file_is_refused(tmp_path: Path, models: dict[str, Any], kind: s
     with pytest.raises(InputError, match=kind) as predictions:
         read_board(file(tmp_path, models))
     assert "make embedded" in str(predictions.value)
+
+
+SCORES = {
+    "n": 10,
+    "window_accuracy": 0.99,
+    "pinch_success": 0.9,
+    "decided_within_3_ms": 0.4,
+    "delay_ms": {"median": 4.0, "p95": 5.0},
+}
+
+
+def texts(table: Table | None) -> dict[str, list[str]]:
+    assert table is not None
+    return {row.cells[0].text: [cell.text for cell in row.cells[1:]] for row in table.lines}
+
+
+def test_late_labels_and_look_ahead_are_stated() -> None:
+    contact = {"svm": {**SCORES, "lookahead_ms": 2.03}, "early_ms": 4.0}
+    table = contact_table(results(contact=contact))
+    assert "median delay of the decision after its label" in texts(table)
+    assert "placed −7 to +3 ms from its label" in texts(table)
+    assert "and decided −4 to +3 ms from its label" in texts(table)
+    assert table is not None
+    assert "±3" not in " ".join(c.text + c.small for row in table.lines for c in row.cells)
+    assert "up to 4 ms late" in table.caption
+    assert "2.0 ms of the resampler" in table.caption
+
+
+def test_every_timed_model_has_a_row() -> None:
+    entry = {
+        "p50": 5.0,
+        "p99": 9.0,
+        "calls": 100,
+        "preempted": 3,
+        "p99_with_preempted": 4200.0,
+        "load": 8.25,
+        "cores": 2,
+        "reference": "scikit-learn",
+        "reference_p50": 50.0,
+        "speedup": 10.0,
+    }
+    tree = {"svm": {**entry, "support_vectors": 800, "classification": entry}, "cnn": entry}
+    table = inference_table(results(inference_us=tree))
+    assert list(texts(table)) == ["SVM", "SVM, classification", "CNN"]
+    assert table is not None
+    assert table.lines[0].cells[0].small == "800 support vectors; 3 calls preempted; scikit-learn"
+    assert [cell.text for cell in table.lines[0].cells[1:]] == ["5 µs", "9 µs", "10.0 ×"]
+    assert "Load of the machine: 8.2 on 2 cores." in table.caption

@@ -1,0 +1,202 @@
+"""Picks of household objects: the approach until both fingers touch, and full closings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Block, Command, Estimate
+from firstcontact.grasp import POLICIES, ByStiffness, FinalForce, Grip, Policy, Truth, make_policy
+from firstcontact.streaming import (
+    AnytimePredictor,
+    ContactEvent,
+    ContactWithdrawn,
+    Grasping,
+    Pipeline,
+)
+from firstcontact.twin import (
+    Drive,
+    GraspPlant,
+    Lift,
+    TwinObject,
+    condition,
+    draw_household_specimen,
+    draw_pinch,
+    household_named,
+)
+from firstcontact_lab.grasping._hands import (
+    BLOCK,
+    CONDITION,
+    LAYOUT,
+    OwnHand,
+    OwnHands,
+    PlantHand,
+    SlipWatch,
+)
+
+#: Longest closing, with the slowest lift, s.
+LONGEST_PICK = 2.0
+#: Kinds of lift, by name.
+LIFTS = {"abrupt": Lift(), "gradual": Lift(duration=1.0)}
+#: Number of samples between two checks for a slip.
+LOOK = 10
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Pick:
+    """One attempt of a hand to pick up an object."""
+
+    kind: str
+    hand: int
+    specimen: int
+
+
+def pick_specimen(pick: Pick) -> TwinObject:
+    """Return the specimen of a pick, with its mass, friction and breaking force."""
+    kind = household_named(pick.kind)
+    return draw_household_specimen(pick.hand, condition(CONDITION), kind, pick.specimen)
+
+
+def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> GraspPlant:
+    """Return the simulated hand, ready to close on the object of a pick."""
+    specimen = pick_specimen(pick)
+    rig = condition(CONDITION)
+    draw = draw_pinch(pick.hand, rig, f"household-{pick.specimen}", specimen, pick.kind)
+    target = specimen if breaks else replace(specimen, fragility=None)
+    return GraspPlant(draw, Drive(), target, lift=lift, longest=LONGEST_PICK)
+
+
+def make_pipeline(hand: OwnHand) -> Pipeline:
+    """Return the live pipeline with the detector and the model of a hand."""
+    return Pipeline(LAYOUT, hand.detector, AnytimePredictor(hand.model), clock=lambda: 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Approached:
+    """State of a closing when both fingers touch, and what the pipeline reported until then.
+
+    ``heard`` and ``offset`` are the times from the first contact to the decision on the second
+    contact, and to the second contact itself, s.
+    """
+
+    plant: GraspPlant
+    estimate: Estimate | None
+    answers: tuple[Estimate, ...]
+    heard: float | None
+    offset: float | None
+
+
+class _WaitingHand(PlantHand):
+    """Hand that passes commands on to the plant until both fingers touch, and then ignores them."""
+
+    def __init__(self, plant: GraspPlant, policy: ByStiffness) -> None:
+        super().__init__(plant)
+        self._policy = policy
+
+    def send(self, command: Command) -> None:
+        if not self._policy.both:
+            super().send(command)
+
+
+def approached(pick: Pick, speed: float, hand: OwnHand) -> Approached:
+    """Simulate the approach to an object, which cannot break, until both fingers touch."""
+    plant = make_plant(pick, breaks=False)
+    policy = ByStiffness(Grip(), approach=speed)
+    grasping = Grasping(policy, _WaitingHand(plant, policy), LAYOUT)
+    pipeline = make_pipeline(hand)
+    answers: list[Estimate] = []
+    first: float | None = None
+    heard: float | None = None
+    while not policy.both and not plant.ended:
+        start = plant.sample
+        block = Block(plant.advance(BLOCK), start)
+        for event in pipeline.update(block, 0.0):
+            match event:
+                case Estimate() if event.final:
+                    answers = [a for a in answers if a.elapsed <= event.elapsed]
+                case Estimate():
+                    answers.append(event)
+                case ContactEvent() if event.first:
+                    first = event.contact.sample / LAYOUT.rate
+                case ContactEvent() if heard is None and first is not None:
+                    heard = event.contact.decided / LAYOUT.rate - first
+                case ContactWithdrawn():
+                    answers, first, heard = [], None, None
+            grasping.on_event(event)
+        grasping.after_block(block)
+    one, two = plant.outcome.first_contact, plant.outcome.second_contact
+    offset = None if one is None or two is None else two - one
+    return Approached(plant, policy.estimate, tuple(answers), heard, offset)
+
+
+@dataclass(frozen=True, slots=True)
+class FullJob:
+    """Full closing to simulate: pick, policy with its settings, lift and slip detector."""
+
+    pick: Pick
+    policy: str
+    settings: Mapping[str, float]
+    lift: str = "abrupt"
+    detection: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FullRow:
+    """Outcome of a full closing. ``steady``: time to a steady grasp, s; None if there is none."""
+
+    job: FullJob
+    dropped: bool
+    damaged: bool
+    steady: float | None
+    estimates: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """Course of a full closing: state of the plant at its end, forces (N), and outcome."""
+
+    plant: GraspPlant
+    forces: NDArray[np.float64]
+    row: FullRow
+
+
+def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
+    """Simulate a full closing, and return its outcome."""
+    return play(job, hands).row
+
+
+def household_policy(kind: type[Policy], name: str, settings: Mapping[str, float]) -> FinalForce:
+    """Return a policy with its settings, for the household object with this name."""
+    numbers = household_named(name).numbers
+    truth = Truth(numbers.shore_a.value, numbers.mass.value)
+    policy = make_policy(kind, Grip(), truth, settings)
+    if not isinstance(policy, FinalForce):
+        raise TypeError(
+            f"{kind.name} is not a policy for household objects: derive it from FinalForce"
+        )
+    return policy
+
+
+def play(job: FullJob, hands: OwnHands) -> Course:
+    """Simulate a full closing, with the live pipeline and the grasp loop."""
+    plant = make_plant(job.pick, lift=LIFTS[job.lift])
+    policy = household_policy(POLICIES[job.policy], job.pick.kind, job.settings)
+    grasping = Grasping(policy, PlantHand(plant), LAYOUT)
+    pipeline = make_pipeline(hands[job.pick.hand, job.settings["approach"]])
+    watch = None if job.detection is None else SlipWatch(job.detection)
+    while not plant.ended:
+        start = plant.sample
+        listening = not policy.both
+        block = Block(plant.advance(BLOCK if listening else LOOK), start)
+        if listening:
+            for event in pipeline.update(block, 0.0):
+                grasping.on_event(event)
+        grasping.after_block(block)
+        if watch is not None and watch.slips(plant):
+            grasping.loop.slipped(plant.now)
+    outcome, estimates = plant.outcome, grasping.loop.counts.estimates
+    row = FullRow(job, outcome.dropped, outcome.broken, outcome.time_to_grasp, estimates)
+    return Course(plant, plant.forces, row)

@@ -1,0 +1,457 @@
+"""Report of the grasp study, made from its results and film."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from firstcontact.core import GREY, INK
+from firstcontact.grasp import POLICIES, Task
+from firstcontact.grasp import Part as Role
+from firstcontact.models import bounded
+from firstcontact_lab.grasping._judgement import baseline, candidate
+from firstcontact_lab.grasping._payload import variants
+from firstcontact_lab.grasping.results import (
+    CEILING,
+    FIRMEST,
+    USED,
+    Between,
+    Filmed,
+    FrontPoints,
+    Household,
+    ObjectErrors,
+    Payload,
+)
+from firstcontact_lab.grasping.sentences import percent, policy_title, sentences
+from firstcontact_lab.report.findings import Figure, State
+from firstcontact_lab.report.page import Page
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, uri
+from firstcontact_lab.report.tables import Cell, Line, Row, Table, Value, format_cell, matrix
+from firstcontact_lab.study.part import Part
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+T = TypeVar("T")
+
+HOUSEHOLD = Field.optional("household", Household)
+PAYLOAD = Field.optional("payload", Payload)
+FILM = Field.optional("film", Filmed)
+
+#: Approximate Shore A of the firmest object in the training of the network.
+MET = 80.0
+CONTROLS = {
+    "mass_permuted": "Weights of other objects",
+    "damage_permuted": "Damage limits of other objects",
+    "both_permuted": "Both (must be 0 within its interval)",
+}
+#: Size of the figure as a separate picture and in the report, inch.
+SIZE = (7.4, 4.6)
+#: Largest share of drops and of damage in the figure, %.
+MOST_DAMAGE, MOST_DROPS = 40.0, 60.0
+#: Distance below which two points are drawn side by side, %.
+APART = 0.35
+
+
+def fronts_picture(household: Household, image: Path) -> None:
+    """Draw the fronts of all policies, and write them as a PNG."""
+    with canvas(size=SIZE) as (figure, axes):
+        _draw_fronts(axes[0, 0], household)
+        figure.savefig(image, format="png", dpi=150, metadata={"Software": None})
+
+
+def _draw_fronts(axis: Axes, household: Household) -> None:
+    percent = 100 * household.damage
+    axis.axvline(percent, color=GREY, linewidth=0.9, linestyle=":")
+    axis.text(percent + 1.0, MOST_DROPS, "a tenth damaged", va="top", fontsize=8, color="#52606D")
+    lines = {
+        name: policy
+        for name, policy in POLICIES.items()
+        if policy.task is Task.HOUSEHOLD and name in household.fronts
+    }
+    for place, (name, policy) in enumerate(lines.items()):
+        line = "--" if policy.has_reflex() else ":" if policy.part is Role.LIMIT else "-"
+        _draw_front(axis, household.fronts[name], policy.colour, line, policy.title)
+        between = household.drops_between[name]
+        axis.errorbar(
+            percent + APART * (place - (len(lines) - 1) / 2), 100 * between.value,
+            yerr=[
+                [100 * max(between.value - between.low, 0)],
+                [100 * max(between.high - between.value, 0)],
+            ],
+            color=policy.colour, marker="o", markersize=5, capsize=3, linewidth=1.1, zorder=3,
+        )  # fmt: skip
+    if CEILING in household.fronts:
+        _draw_front(axis, household.fronts[CEILING], INK, "*-.", "ceiling: each specimen known")
+    axis.set_xlim(0, MOST_DAMAGE)
+    axis.set_ylim(0, MOST_DROPS)
+    axis.set_xlabel("Damaged (% of closings)")
+    axis.set_ylabel("Dropped (% of closings)")
+    axis.text(0.6, 0.6, "better", va="bottom", fontsize=8, color="#52606D")
+    axis.legend(loc="upper right")
+
+
+def _draw_front(axis: Axes, points: FrontPoints, colour: str, line: str, title: str) -> None:
+    damaged = np.maximum.accumulate(100 * np.array(points.damaged))
+    axis.plot(
+        damaged, 100 * np.array(points.dropped), line, color=colour, label=title, linewidth=1.8
+    )
+
+
+def _table(caption: str, titles: Mapping[str, str], rows: Sequence[Row[str]]) -> Table:
+    """Return a table with one line per key of ``titles``."""
+    lines = [(Cell(title), key, False) for key, title in titles.items()]
+    return matrix(caption, rows, lines) or Table(caption, [""], [])
+
+
+def _of(records: Mapping[str, T], value: Callable[[T], Value]) -> Callable[[str], Value]:
+    """Return a function that returns a value of the record with a name; None without a record."""
+    return lambda name: value(records[name]) if name in records else None
+
+
+def policies_table(household: Household) -> Table:
+    """Return the table of drops and successes of each policy."""
+
+    def drops(name: str) -> Value:
+        between = household.drops_between.get(name)
+        return household.drops_at_10_damage[name] if between is None else between.bounded
+
+    return _table(
+        "Share of objects that each policy drops if its forces are scaled until "
+        f"{percent(household.damage)} are damaged. In the last column the forces are not scaled. "
+        "The intervals come from drawing hands, and kinds of object within each group (soft or "
+        "firm, fragile or robust), with replacement. In rows with a reflex the hand lifts "
+        "gradually, and a slip is detected after 100 ms. A label with noise is the true Shore A "
+        "plus a normal error of the stated RMSE.",
+        {name: policy_title(name) for name in household.drops_at_10_damage},
+        [
+            Row("Dropped", drops, "whole"),
+            Row("Fewer than blind", _of(household.fewer, lambda b: b.bounded), "whole"),
+            Row("Neither dropped nor damaged", household.success.__getitem__, "whole"),
+        ],
+    )
+
+
+def reflex_table(household: Household) -> Table:
+    """Return the table of drops with a slip reflex, with and without stiffness."""
+    reflexes = household.slip_reflex
+    return _table(
+        "Drops and success of policies with a slip reflex: alone, and with the stiffness "
+        "estimate. Drops are at equal damage. The support disappears immediately (abrupt) or "
+        "within a second (gradual). After the stated latency of the detection, the brake needs "
+        "20 ms and the force must build up.",
+        {name: name for name in reflexes},
+        [
+            Row("Reflex alone", _of(reflexes, lambda r: r.blind.bounded), "whole"),
+            Row("Stiffness, too", _of(reflexes, lambda r: r.stiffness.bounded), "whole"),
+            Row("Fewer", _of(reflexes, lambda r: r.fewer.bounded), "whole"),
+            Row("Success, alone", _of(reflexes, lambda r: r.success.blind), "whole"),
+            Row("Success, both", _of(reflexes, lambda r: r.success.stiffness), "whole"),
+        ],
+    )
+
+
+def _gains(
+    caption: str, gains: Mapping[str, Between], unit: str, titles: Mapping[str, str]
+) -> Table:
+    row = Row[str]("Fewer drops than blind", _of(gains, lambda b: b.bounded), unit)
+    return _table(caption, titles, [row])
+
+
+def controls_table(household: Household) -> Table:
+    """Return the table of the gain from stiffness that remains in each control."""
+    return _gains(
+        "Controls: reduction of drops if each object gets the weight or the damage limit of "
+        "another object, drawn at random. Both policies are tuned again. Mean and middle 95 % of "
+        "the permutations.",
+        household.controls,
+        "gain",
+        {name: CONTROLS.get(name, name) for name in household.controls},
+    )
+
+
+def sensitivity_table(household: Household) -> Table:
+    """Return the table of the gain from stiffness if objects' estimated properties change."""
+    return _gains(
+        "Reduction of drops if the estimated numbers of the household have other values. Both "
+        "policies are tuned again. The last row has the smallest and the largest value of its "
+        "draws instead of an interval.",
+        household.sensitivity,
+        "whole",
+        {name: name[0].upper() + name[1:] for name in household.sensitivity},
+    )
+
+
+def closings_table(household: Household) -> Table:
+    """Return the table of the outcomes of full closings."""
+    closings = household.closings
+    return _table(
+        "Closings that are simulated in full at the tuned settings, with the live estimates and "
+        "their deadline. Steady: share with a constant force, a quarter above the holding force. "
+        "As tabulated: share with the outcome that the table of closings, used for tuning, "
+        "predicts.",
+        {name: policy_title(name) for name in closings},
+        [
+            Row("Success", _of(closings, lambda c: bounded(c, "success")), "whole"),
+            Row("Dropped", _of(closings, lambda c: bounded(c, "dropped")), "whole"),
+            Row("Damaged", _of(closings, lambda c: bounded(c, "damaged")), "whole"),
+            Row("Steady", _of(closings, lambda c: c.steady), "whole"),
+            Row("Time to a steady grasp", _of(closings, lambda c: c.steady_ms), "whole ms"),
+            Row("Estimate by the deadline", _of(closings, lambda c: c.in_time), "whole"),
+            Row("As tabulated", _of(closings, lambda c: c.as_table), "whole"),
+        ],
+    )
+
+
+def _window_title(window: str) -> str:
+    return window if window == USED else f"{window} ms"
+
+
+def estimates_table(household: Household) -> Table:
+    """Return the table of errors and times of the live estimates."""
+    estimates = household.estimates
+    lines = [
+        Line([Cell(title), *(format_cell(values.get(w), unit) for w in estimates.rmse)])
+        for title, values, unit in (
+            ("RMSE, all objects (Shore A)", estimates.rmse, "one"),
+            (f"RMSE, objects up to {FIRMEST:g} Shore A", estimates.bearing, "one"),
+            ("Window complete before the second contact", estimates.decided, "whole"),
+        )
+    ]
+    return Table(
+        f"Live estimates of the judged pinches. {_firm(household)}On held-out pinches of the "
+        f"hands' own blocks the RMSE is {estimates.block_rmse:.1f}. "
+        f"{percent(estimates.unanswered)} of pinches had no estimate before the second contact, "
+        f"and {percent(estimates.heard)} of second contacts were detected.",
+        ("", *map(_window_title, estimates.rmse)),
+        lines,
+    )
+
+
+def _firm(household: Household) -> str:
+    """Return a sentence about objects firmer than the training data; "" if there are none."""
+    answered = [entry for entry in household.by_object.values() if entry.bias is not None]
+    firm = [entry for entry in answered if entry.shore_a > MET]
+    if not firm:
+        return ""
+    labels = [entry.shore_a for entry in firm]
+    read = median(entry.shore_a + (entry.bias or 0.0) for entry in firm)
+    part, total = (sum(e.answered * e.rmse[USED] ** 2 for e in of) for of in (firm, answered))
+    return (
+        f"The network was not trained on objects much firmer than {MET:g} Shore A. For {len(firm)} "
+        f"objects of {min(labels):g} to {max(labels):g} the median prediction is {read:.0f}. They "
+        f"contribute {percent(part / total)} of the squared error. "
+    )
+
+
+def objects_table(household: Household) -> Table:
+    """Return the table of errors, drops and damage of each object."""
+    objects = household.by_object
+
+    def outcome(policy: str) -> Callable[[ObjectErrors], Value]:
+        return lambda o: f"{percent(o.drops[policy])} / {percent(o.damage[policy])}"
+
+    def error(window: str) -> Callable[[ObjectErrors], Value]:
+        return lambda o: o.rmse.get(window)
+
+    return _table(
+        "By object: RMSE for each window, mean error of the estimates that were used, and the "
+        "shares dropped / damaged with settings tuned without the object's family.",
+        {name: name for name in objects},
+        [
+            Row("Shore A", _of(objects, lambda o: f"{o.shore_a:g}")),
+            *(Row(_window_title(w), _of(objects, error(w))) for w in household.estimates.rmse),
+            Row("Mean error", _of(objects, lambda o: o.bias), "bias"),
+            *(Row(p.title, _of(objects, outcome(p.name))) for p in (baseline(), candidate())),
+        ],
+    )
+
+
+def tuned_tables(household: Household) -> list[Table]:
+    """Return a table of the chosen settings of each policy."""
+    made = []
+    on = household.tuned_on
+    for name, chosen in household.tuned.items():
+        policy = POLICIES.get(name)
+        if policy is None:
+            continue
+        lines = [
+            Line(
+                [
+                    Cell(str(fold + 1)),
+                    *(
+                        Cell(f"{tunable.scale * one.settings[key]:g} {tunable.unit}")
+                        for key, tunable in policy.tunables.items()
+                    ),
+                    Cell(f"{one.settings['scale']:.2f}"),
+                    Cell(str(one.tried)),
+                    Cell(f"{percent(one.drops)} / {percent(one.damage)}"),
+                ]
+            )
+            for fold, one in enumerate(chosen)
+        ]
+        caption = (
+            f"Settings of {policy.title}, one row for each fold. The families of the fold were "
+            f"left out of the choice. It used {on.picks} pinches by the hands {on.hands[0]} to "
+            f"{on.hands[-1]}; none of these pinches is judged. Last column: shares dropped / "
+            "damaged in these pinches."
+        )
+        titles = [tunable.title for tunable in policy.tunables.values()]
+        made.append(Table(caption, ("Fold", *titles, "Scale", "Tried", "There"), lines))
+    return made
+
+
+def payload_table(results: SubjectResults) -> Table | None:
+    """Return the table of the payload task."""
+    payload = results[PAYLOAD]
+    if payload is None:
+        return None
+    policies, ms = payload.policies, payload.latency
+
+    def group(key: str, name: str) -> Callable[[str], Value]:
+        return lambda policy: bounded(policies[policy][ms].get(name), key)
+
+    return _table(
+        "Earlier task: hold a known payload of 0.2 kg with little peak force on soft blocks, "
+        f"{payload.data.closings} closings at {ms} ms brake latency. Stiffness helps little here, "
+        "because the same force holds the payload for every object.",
+        {key: variant.title for key, variant in variants().items()},
+        [
+            Row("Peak, soft", group("peak_n", "soft"), "newton"),
+            Row("Time to grasp", group("time_ms", "lasting"), "whole ms"),
+            Row("Dropped", lambda name: policies[name][ms]["all"].dropped, "whole"),
+            Row("Brittle broken", group("broken", "brittle"), "whole"),
+        ],
+    )
+
+
+def household_tables(results: SubjectResults) -> list[Table]:
+    """Return all tables of the household part."""
+    household = results[HOUSEHOLD]
+    if household is None:
+        return []
+    return [
+        policies_table(household),
+        reflex_table(household),
+        controls_table(household),
+        closings_table(household),
+        estimates_table(household),
+        sensitivity_table(household),
+        objects_table(household),
+        *tuned_tables(household),
+    ]
+
+
+def fronts_figure(household: Household) -> Figure:
+    """Return the figure of the trade-off between drops and damage, by policy."""
+    with canvas(size=SIZE) as (figure, axes):
+        _draw_fronts(axes[0, 0], household)
+        image = uri(figure)
+    return Figure(
+        "fronts",
+        "Dropped and damaged objects, from cautious to bold",
+        f"Each line is one policy from cautious (left) to bold, on {household.picks} pinches of "
+        f"{household.objects} objects by {household.hands} hands. Blind presses every object with "
+        "the same force; stiffness uses the estimate from the first contact; a reflex presses "
+        "harder on slip (gradual lift, slip detected after 100 ms). Points have 95 % intervals "
+        "over objects and hands. The ceiling is the best choice for each single specimen, found "
+        "by search.",
+        image,
+    )
+
+
+def film_figure(filmed: Filmed, film: Path) -> Figure:
+    """Return the figure that shows the film."""
+    return Figure(
+        "film",
+        f"{' and '.join(filmed.objects).capitalize()}, picked up by the same hand",
+        "Left: without stiffness; right: with it. Both policies were tuned without the families of "
+        f"these objects. Hand {filmed.hand}, specimen {filmed.specimen}. Dotted line: second "
+        "contact; dashed line: the object is lifted, 450 ms after the first contact.",
+        f"data:image/gif;base64,{base64.b64encode(film.read_bytes()).decode()}",
+    )
+
+
+GRASP_PARTS: Mapping[str, Part] = {
+    "household": Part("household", "What stiffness saves", tables=household_tables),
+    "film": Part("film", "Film"),
+    "payload": Part("payload", "A known payload", tables=[payload_table]),
+}
+
+
+def grasp_page(state: State) -> Page:
+    """Return the front of the report of a grasp study so far."""
+    results = state.findings[0].results
+    household = results[HOUSEHOLD]
+    size = "running"
+    if household is not None:
+        size = f"{household.objects} objects, {household.hands} hands, {household.picks} judged "
+        size += "pinches"
+    return Page(
+        title="First contact: grasping (twin results)",
+        heading="First contact: what stiffness is worth to a hand",
+        intro="Does a hand that knows early how stiff an object is drop and crush less of what "
+        "people pick up? The twin's hand closes on household objects, from raspberry to hammer, "
+        "with the live detector and the network in the loop. These are results of the twin: they "
+        "follow from its assumptions, and do not show what a real hand reaches.",
+        badges=[
+            "Twin results",
+            size,
+            state.started,
+            state.elapsed,
+            f"seed {state.settings['seed']}",
+        ],
+        warning="Quick study with few pinches: do not quote its numbers",
+        outcome=sentences(household) if household else [],
+        how=[(title, [text]) for title, text in _how(state, household, results[PAYLOAD]).items()],
+    )
+
+
+def _how(state: State, household: Household | None, payload: Payload | None) -> dict[str, str]:
+    how = {"Seed": str(state.settings["seed"]), "Time": state.elapsed}
+    how["Time"] += f" with {state.settings['workers']} workers"
+    if household is not None:
+        how = {**_household_how(household), **how}
+    if payload is not None:
+        errors = [f"{ms} ms window {rmse:.1f}" for ms, rmse in payload.models.rmse.items()]
+        how["Earlier task"] = (
+            f"{_listed(payload.data.objects)}; each in {payload.data.sessions} sessions. Its "
+            f"models were trained on {payload.data.training} pinches. RMSE on held-out sessions: "
+            f"{', '.join(errors)} Shore A."
+        )
+    return how
+
+
+def _listed(values: Sequence[object]) -> str:
+    return ", ".join(map(str, values))
+
+
+def _household_how(household: Household) -> dict[str, str]:
+    tuned, judged = household.tuned_on, household.judged_on
+    families = "; ".join(map(_listed, tuned.families))
+    return {
+        "Every policy": "slows down at the first contact, and presses with one force after the "
+        "second. Only this force depends on what the policy knows. The estimate is the live "
+        "pipeline's last one before the second contact. A command acts 20 ms after the block of "
+        "samples that caused it.",
+        "Tuned on": f"{tuned.picks} pinches by the hands {_listed(tuned.hands)}, specimen "
+        f"{_listed(tuned.specimens)} of each object; {tuned.budget} settings of each policy, or "
+        "all if there are fewer. Their outcomes come from a table of simulated closings with each "
+        "approach speed, force and object. The best setting has the fewest drops at 7, 10 and 13 % "
+        "damage. Each pinch represents specimens whose needed and tolerated forces scatter by a "
+        "fifth. Nothing else was tuned.",
+        "Judged on": f"{judged.picks} pinches by the hands {_listed(judged.hands)}, specimens "
+        f"{_listed(judged.specimens)}. Families of similar objects are divided into {tuned.folds} "
+        "folds, and each fold is judged with settings tuned without it. "
+        f"Families: {families}. Each other object is a family by itself.",
+        "Models of a hand": "come from its own pinches of five blocks, at the judged approach "
+        "speed, with contacts from its detector.",
+        "Fronts": "come from a table of simulated closings of the judged pinches. The table of "
+        "full closings states how often a policy in the loop has the same outcome.",
+    }

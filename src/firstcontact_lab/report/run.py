@@ -1,0 +1,207 @@
+"""Run of a study: its locked folder, its steps in order, and its files after each step.
+
+The folder of another study is never overwritten.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import logging
+import os
+import shutil
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from firstcontact.core import InputError, Runner, parallel, write_json, write_text
+from firstcontact_lab.report.findings import Findings, PartResult, State
+from firstcontact_lab.report.page import render
+from firstcontact_lab.report.results import read_options, write_results
+
+_log = logging.getLogger("firstcontact_lab.report")
+
+#: Marker file for recordings that a study made and may replace.
+MARK = "made-by-study.json"
+RESULTS, REPORT = "results.json", "report.html"
+_REMEDY = "choose another --out, or move it away"
+
+
+@contextmanager
+def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
+    """Make and lock the folder of a study. The lock ends with the ``with`` statement."""
+    made = not out.exists()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        handle = os.open(out, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError as error:
+        raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(
+                f"{out}: another study is running in this folder: wait until it ends, or choose "
+                "another --out"
+            ) from None
+        except OSError:
+            pass  # a disk without locks
+        _claim(out, options)
+        yield
+    except InputError:
+        if made:
+            with suppress(OSError):  # a folder with files in it stays
+                out.rmdir()
+        raise
+    finally:
+        os.close(handle)
+
+
+def _claim(out: Path, options: Mapping[str, Any]) -> None:
+    """Raise an InputError if the folder has results that were made with other settings."""
+    results = out / RESULTS
+    if not results.exists():
+        if (out / REPORT).exists():
+            raise InputError(f"{out / REPORT} was not made by a study: {_REMEDY}")
+        return
+    try:
+        existing = read_options(results, _REMEDY)
+    except (InputError, OSError):
+        raise InputError(f"{results} was not made by a study of this version: {_REMEDY}") from None
+    mine = json.loads(json.dumps(options))
+    if existing != mine:
+        differs = sorted(k for k in {*existing, *mine} if existing.get(k) != mine.get(k))
+        raise InputError(
+            f"{out} holds the results of another study (other {', '.join(differs)}): choose "
+            "another --out, or remove it"
+        )
+
+
+def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
+    """Return an empty folder with a mark file. Remove the outputs of an earlier study."""
+    check_fresh(directory)
+    if directory.exists():
+        shutil.rmtree(directory)
+    write_json(directory / MARK, mark)
+    return directory
+
+
+def check_fresh(directory: Path) -> None:
+    """Raise an InputError if the folder exists and was not made by :func:`fresh`."""
+    if directory.exists() and not (directory / MARK).exists():
+        raise InputError(f"{directory} was not made by a study: {_REMEDY}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Job:
+    """One step of a part for one subject. The study ends if a *vital* step fails."""
+
+    subject: str
+    part: str
+    title: str
+    run: Callable[[], PartResult]
+    vital: bool = False
+    cost: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """Name of the step with its subject."""
+        return f"{self.subject}: {self.title}"
+
+    def measure(self) -> PartResult:
+        """Run the step. If the input does not permit it, return the reason as left out."""
+        try:
+            return self.run()
+        except InputError as error:
+            if self.vital:
+                raise
+            _log.info("%s left out: %s", self.name, error)
+            return PartResult(left_out=[f"{self.title[:1].upper() + self.title[1:]}: {error}."])
+
+
+def run_steps(
+    out: Path,
+    state: State,
+    workers: int,
+    plan: Callable[[Runner], list[Job]],
+    check: Callable[[], object] = lambda: None,
+) -> Path:
+    """Run the planned jobs in the folder ``out``, and return the report.
+
+    ``check`` raises an InputError before anything runs if the sources cannot be used.
+    """
+    from tqdm import tqdm
+
+    # In a log, which is no terminal, a line every ten seconds is enough.
+    often = 0.1 if sys.stderr.isatty() else 10.0
+    with ExitStack() as opened:
+        opened.enter_context(sole_use(out, state.options))
+        opened.enter_context(warnings.catch_warnings())
+        # Other workers take the jobs of a worker that ended early.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
+        check()
+        bar = opened.enter_context(tqdm(bar_format=_BAR, miniters=0, mininterval=often))
+        finished = step_cost = 0.0
+
+        def within(count: int, total: int) -> None:
+            bar.update(finished + step_cost * count / total - bar.n)
+
+        with parallel(workers, within) as runner:
+            jobs = plan(runner)
+            bar.reset(total=sum(job.cost for job in jobs))
+
+            def tick(job: Job) -> None:
+                nonlocal finished, step_cost
+                finished = bar.n = sum(done.cost for done in jobs[: state.completed])
+                step_cost = job.cost
+                bar.set_description(job.name)
+
+            run_jobs(jobs, state, out, tick)
+            bar.n = bar.total
+            bar.set_description("done")
+    return out / REPORT
+
+
+_BAR = "{desc}{percentage:3.0f} %|{bar}| {elapsed}, {remaining} left"
+
+
+def run_jobs(
+    jobs: Sequence[Job], state: State, out: Path, tick: Callable[[Job], object] = lambda job: None
+) -> None:
+    """Run all jobs. Write ``report.html`` and ``results.json`` after each job."""
+    state.steps = [job.name for job in jobs]
+    by_name = {name: Findings(name) for name in dict.fromkeys(job.subject for job in jobs)}
+    state.findings = list(by_name.values())
+    title = ""
+    try:
+        for job in jobs:
+            title = job.name
+            tick(job)
+            began = time.monotonic()
+            by_name[job.subject].add(job.part, job.measure())
+            state.part_seconds[title] = time.monotonic() - began
+            state.completed += 1
+            write(state, out)
+    except KeyboardInterrupt:
+        state.interrupted = True
+        if state.completed:
+            write(state, out)
+        raise
+    except Exception as error:
+        state.stopped = f"{title}: {str(error) or type(error).__name__}"
+        if state.completed:
+            # Show the error that ended the study, not an error while the report is written.
+            with suppress(OSError):
+                write(state, out)
+        raise
+
+
+def write(state: State, out: Path) -> None:
+    """Write the report and the results of a study so far."""
+    write_results(out / RESULTS, state.results())
+    write_text(out / REPORT, render(state))

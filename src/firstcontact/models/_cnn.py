@@ -244,8 +244,6 @@ Inputs = NDArray[np.float32]
 #: Smith and Topin: Super-Convergence, 2018 (arXiv:1708.07120).
 LEARNING_RATE = 4e-3
 RISE = 0.25
-#: Schedule of the paper: rate of Adam, epochs between halvings, and epochs in all.
-PUBLISHED_RATE, HALVE_EVERY, PUBLISHED_EPOCHS = 1e-3, 5, 40
 #: Largest batch, least number of batches in an epoch, and smallest batch, which takes precedence.
 #: Small batches train better in few epochs, but the windows of a batch are normalised together.
 BATCH = 64
@@ -269,7 +267,6 @@ class Cnn(Estimator):
     quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 8})
 
     epochs: int = 12
-    published: bool = False
 
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
@@ -286,7 +283,7 @@ class Cnn(Estimator):
     def _fit(self, sets: Sequence[TrainingSet], seed: int) -> list[CnnModel]:
         from firstcontact.models._efficientnet import export
 
-        epochs = PUBLISHED_EPOCHS if self.published else self.epochs
+        epochs = self.epochs
         prepared = [self._prepared(*each) for each in sets]
         groups: dict[object, list[int]] = {}
         for place, (spec, *_, inputs, targets) in enumerate(prepared):
@@ -296,7 +293,7 @@ class Cnn(Estimator):
         models: dict[int, CnnModel] = {}
         for places in groups.values():
             examples = [prepared[place][-2:] for place in places]
-            networks = _train(examples, epochs, self.published, seed)
+            networks = _train(examples, epochs, seed)
             for place, network in zip(places, networks, strict=True):
                 spec, scale, target, inputs, _ = prepared[place]
                 training = np.array([epochs, _batch(len(inputs))], dtype=np.float64)
@@ -361,9 +358,7 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
     return torch.from_numpy(layout).contiguous(memory_format=torch.channels_last)
 
 
-def _train(
-    examples: Sequence[tuple[Inputs, Inputs]], epochs: int, published: bool, seed: int
-) -> list[EfficientNet]:
+def _train(examples: Sequence[tuple[Inputs, Inputs]], epochs: int, seed: int) -> list[EfficientNet]:
     """Train networks. The seed and the number of threads determine the weights."""
     import torch
 
@@ -379,19 +374,14 @@ def _train(
     trained.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     X = [as_input(inputs) for inputs, _ in examples]
     Y = [torch.from_numpy(targets) for _, targets in examples]
-    rate = PUBLISHED_RATE if published else LEARNING_RATE
-    optimiser = torch.optim.Adam(trained.parameters(), lr=rate, fused=True)
+    optimiser = torch.optim.Adam(trained.parameters(), lr=LEARNING_RATE, fused=True)
     loss = torch.nn.MSELoss()
     # Windows that do not fill a batch are left out of an epoch: the normalisation needs whole
     # batches.
     batch = _batch(len(X[0]))
     steps = len(X[0]) // batch
-    halving = HALVE_EVERY * steps
     schedule = torch.optim.lr_scheduler.LambdaLR(
-        optimiser,
-        (lambda step: 0.5 ** (step // halving))
-        if published
-        else partial(_one_cycle, steps=epochs * steps),
+        optimiser, partial(_one_cycle, steps=epochs * steps)
     )
     for epoch in range(epochs):
         for start in range(0, steps * batch, batch):

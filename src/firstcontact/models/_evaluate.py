@@ -52,29 +52,27 @@ from firstcontact.signal import resample_dataset
 class GroupScores:
     """Scores of one predictor on a group of pinches, such as those not seen in training.
 
+    Mappings are by elapsed time (s). Window models have no ``out_of_range``, and models without
+    intervals no ``coverage``, ``width`` and ``level``.
+
     Parameters
     ----------
-    title
-        Title of the group, such as "not seen in training".
-    predictor
-        Name of the estimator, or of the network.
+    title, predictor
+        Title of the group, and name of the estimator.
     n
         Number of pinches.
     scores
-        Scores by elapsed time (s), with bootstrap intervals. They are errors in Shore A or ranks,
-        or the accuracy.
+        Errors in Shore A or ranks, or the accuracy, with bootstrap intervals.
     coverage, width
-        Share of truths inside the interval, and mean width of the interval, by elapsed time (s).
-        Empty for a model without intervals.
+        Share of truths inside the interval, and mean width of the interval.
     out_of_range
-        Share of contacts that are marked out of range, by elapsed time (s). Empty for window
-        models.
+        Share of contacts that are marked out of range.
     objects
         Errors of each specimen at the latest time.
     constant
         Error of a constant prediction, the mean of the group's pinches; None for classes.
     level
-        Level of the model's intervals; None without intervals.
+        Level of the model's intervals.
     """
 
     title: str

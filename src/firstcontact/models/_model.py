@@ -161,24 +161,7 @@ class Model:
         require_dataset(data)
         if len(self.estimators) > 1 or estimator is not None:
             return self.only(estimator or self.estimators[0]).predict(data, at, contacts)
-        given: list[Contact | None] | None
-        if isinstance(contacts, str):
-            is_known = at_known_contacts(contacts, data)
-            given = [p.first for p in data.pinches] if is_known else None
-        else:
-            try:
-                given = list(contacts)
-            except TypeError:
-                raise InputError(
-                    f'{contacts!r} is no list of contacts: give one, "detected" or "known"',
-                    parameter="contacts",
-                ) from None
-        if given is not None and len(given) != len(data):
-            raise InputError(
-                f"{len(given)} contacts are given for {len(data)} pinches: give one for each "
-                "pinch, None if it has no contact",
-                parameter="contacts",
-            )
+        given = _given_contacts(contacts, data)
         if not self.moments:
             raise InputError(
                 "the model holds a detector only: train with an estimator", parameter="model"
@@ -223,12 +206,7 @@ class Model:
         return replace(self, predictors=predictors)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the model folder atomically. An earlier model in it is replaced.
-
-        Returns
-        -------
-        Path
-            The folder.
+        """Write the model folder atomically, and return it. An earlier model is replaced.
 
         Raises
         ------
@@ -258,6 +236,23 @@ class Model:
                 "train` wrote"
             )
         return self.detector
+
+
+def _given_contacts(
+    contacts: Contacts | Sequence[Contact | None], data: Dataset
+) -> list[Contact | None] | None:
+    """Return the contact of each pinch; None if a detector shall find them."""
+    if isinstance(contacts, str):
+        is_known = at_known_contacts(contacts, data)
+        return [p.first for p in data.pinches] if is_known else None
+    given = list(contacts)
+    if len(given) != len(data):
+        raise InputError(
+            f"{len(given)} contacts are given for {len(data)} pinches: give one for each pinch, "
+            "None if it has no contact",
+            parameter="contacts",
+        )
+    return given
 
 
 def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -> Model:

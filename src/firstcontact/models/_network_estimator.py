@@ -407,7 +407,6 @@ def _held_out_scores(made: Adapted) -> dict[str, float]:
 
 
 def _against_network(made: Adapted) -> list[str]:
-    """Return sentences that compare a model built on the network with the network alone."""
     kind = made.model.kind
     if kind not in made.scores:
         return []

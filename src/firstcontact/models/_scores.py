@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
@@ -225,15 +224,10 @@ def classification_scores(
     The interval is that of :func:`share_interval`. ``seed`` is unused: the parameters are those of
     :func:`regression_scores`.
     """
-    from sklearn.metrics import confusion_matrix
-
     right = truth == predicted
     classes = np.unique(np.concatenate([truth, predicted]))
-    numbers = range(len(classes))  # scikit-learn refuses classes with fractional values
-    with warnings.catch_warnings(action="ignore"):  # it warns if there is one class
-        confusion = confusion_matrix(
-            np.searchsorted(classes, truth), np.searchsorted(classes, predicted), labels=numbers
-        )
+    confusion = np.zeros((len(classes), len(classes)), np.intp)
+    np.add.at(confusion, (np.searchsorted(classes, truth), np.searchsorted(classes, predicted)), 1)
     return ClassificationScores(
         accuracy=float(right.mean()),
         n=len(right),

@@ -46,18 +46,10 @@ class Split:
     shares: frozenset[Group] = field(default_factory=frozenset)
 
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
-        """Refuse a split if a group that ``shares`` does not declare is on both sides.
+        """Refuse a split with undeclared groups on both sides, by a ValueError.
 
-        Parameters
-        ----------
-        sessions, specimens
-            Session and specimen of each pinch, shape (pinches,). All unknown names ("") count as
-            one group.
-
-        Raises
-        ------
-        ValueError
-            A pinch, session or specimen is on both sides, or a side is empty.
+        ``sessions`` and ``specimens`` name those of each pinch. All unknown names ("") count as one
+        group.
         """
         if not len(self.train) or not len(self.test):
             raise ValueError(f"split {self.name!r} has an empty side")

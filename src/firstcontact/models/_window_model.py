@@ -161,10 +161,9 @@ class WindowModel(ABC):
 
     @abstractmethod
     def outputs(self, X: Windows) -> NDArray[Any]:
-        """Return outputs for usable windows (n, samples, channels).
+        """Return outputs for usable windows (n, samples, channels), shape (n, outputs).
 
-        The shape is (n, outputs): one output for regression, and for classification the input of
-        :meth:`choose`. Outputs need not be finite.
+        There is one output for regression, and the input of :meth:`choose` for classification.
         """
 
     def output(self, window: Windows) -> NDArray[Any]:

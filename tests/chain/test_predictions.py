@@ -28,7 +28,7 @@ from firstcontact.chain import (
     touch_inputs,
 )
 from firstcontact.core import FINGERTIP_RATE, InputError
-from firstcontact.models import ANY, InContextModel, Rig, load_model, pretrained
+from firstcontact.models import InContextModel, Rig, load_model, pretrained
 from firstcontact.models._rig import RigSpeeds
 from firstcontact.streaming._twin import SHIPPED
 from ringing import ringing
@@ -46,9 +46,9 @@ def models() -> dict[str, InContextModel]:
     quick = replace(rig, speeds=RigSpeeds(0.13, 0.3, 0.1))
     return {
         "unknown": pretrained(),
-        "deaf": pretrained().conditioned_on({ANY: replace(rig, pitch=None)}),
-        "alone": pretrained().conditioned_on({ANY: rig}),
-        "speeds": pretrained().conditioned_on({ANY: quick, 1: replace(quick, sign=-1.0)}),
+        "deaf": pretrained().conditioned_on({Rig.ANY: replace(rig, pitch=None)}),
+        "alone": pretrained().conditioned_on({Rig.ANY: rig}),
+        "speeds": pretrained().conditioned_on({Rig.ANY: quick, 1: replace(quick, sign=-1.0)}),
         "combined": network.model,
     }
 

@@ -12,13 +12,7 @@ import pytest
 
 from firstcontact.contact import detect, load_detector
 from firstcontact.core import Dataset
-from firstcontact.models import (
-    CARD,
-    WEIGHTS,
-    cut_touches,
-    pretrained,
-    read_card,
-)
+from firstcontact.models import CARD, WEIGHTS, Touches, pretrained, read_card
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
 from saved import load_network
@@ -66,7 +60,7 @@ def test_recordings_make_a_model_that_knows_the_rig(
     assert any(name.startswith("held out") for name in part.record.scores)
     assert load_detector(out).name
     dataset = load_dataset(blocks)
-    touches, which = cut_touches(dataset, [p.first for p in dataset.pinches])
+    touches, which = Touches.cut(dataset, [p.first for p in dataset.pinches])
     mine, unknown = (
         np.nanmean(np.abs(model.predict(touches).value - dataset.shore_a[which]))
         for model in (load_network(out), pretrained())

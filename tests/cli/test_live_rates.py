@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import ClosingSpeed, Dataset, Label
-from firstcontact.models import NetworkPredictor, load_model, pretrained
+from firstcontact.models import RigPredictor, load_model, pretrained
 from firstcontact.recording import Header, read_recording, write_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import (
@@ -134,7 +134,7 @@ def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
     path = recorded(resample_dataset(pinches, FAST), tmp_path / "fast")
     alone = LiveOutput(capsys, path, "--model", fast_model)
     model = load_model(fast_model)
-    network = NetworkPredictor(pretrained())
+    network = RigPredictor(pretrained())
     folder = replace(model, predictors=(network, *model.predictors)).save(tmp_path / "both")
     both = LiveOutput(capsys, path, "--model", folder)
     assert (alone.code, both.code) == (0, 0), both.messages

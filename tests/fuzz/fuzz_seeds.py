@@ -204,24 +204,18 @@ def _models(folder: Path, seeds: Seeds) -> None:
 def _anytime(folder: Path, seeds: Seeds) -> None:
     """Write models conditioned on a random rig, with a detector."""
     from firstcontact.contact import load_detector
-    from firstcontact.models import (
-        ANY,
-        GENERAL,
-        STAGES,
-        TOKEN,
-        Model,
-        NetworkPredictor,
-        Rig,
-        pretrained,
-    )
+    from firstcontact.models import Model, Rig, RigPredictor, pretrained
 
     rng = np.random.default_rng(3)
-    tokens, general = rng.standard_normal((len(STAGES), 3, TOKEN)), rng.standard_normal(GENERAL)
+    tokens, general = (
+        rng.standard_normal((len(Rig.STAGES), 3, Rig.TOKEN)),
+        rng.standard_normal(Rig.GENERAL),
+    )
     rig = Rig(0.4, 1.0, None, None, tokens, general)
-    model = pretrained().conditioned_on({ANY: rig, 0: rig})
+    model = pretrained().conditioned_on({Rig.ANY: rig, 0: rig})
     detector = load_detector(seeds.models[0])
     out = folder / "in_context"
-    seeds.anytime.append(Model(detector, (NetworkPredictor(model),)).save(out))
+    seeds.anytime.append(Model(detector, (RigPredictor(model),)).save(out))
 
 
 def _wav(folder: Path) -> None:

@@ -11,12 +11,11 @@ import pytest
 from firstcontact.contact import Detector, SvmDetector, detect
 from firstcontact.core import Dataset, Label, Pinch
 from firstcontact.models import (
-    ANY,
     InContextModel,
     Rig,
     Task,
+    Touches,
     WindowPredictor,
-    cut_touches,
     make_estimator,
     pretrained,
 )
@@ -87,8 +86,8 @@ def models(training: Dataset, detector: Detector) -> list[WindowPredictor]:
 def anytime(training: Dataset, detector: Detector) -> InContextModel:
     """Network of the package, conditioned on the rig of these pinches."""
     contacts = [next(iter(detect(detector, p)), None) for p in training.pinches]
-    touches, rows = cut_touches(training, contacts)
-    return pretrained().conditioned_on({ANY: Rig.fit(touches, training.shore_a[rows])})
+    touches, rows = Touches.cut(training, contacts)
+    return pretrained().conditioned_on({Rig.ANY: Rig.fit(touches, training.shore_a[rows])})
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ import numpy as np
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Health, RecorderStatus
-from firstcontact.models import in_words, parse_radius
+from firstcontact.models import parse_radius, radius_text
 from firstcontact.recording import Marker
 from firstcontact.streaming import (
     Ask,
@@ -234,7 +234,7 @@ class Requests:
 
     def set_shape(self, text: str) -> str:
         self.calls.append(f"shape {text}")
-        return in_words(parse_radius(text))
+        return radius_text(parse_radius(text))
 
     def new_object(self) -> None:
         self.calls.append("new")

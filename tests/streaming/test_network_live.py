@@ -18,14 +18,7 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-from firstcontact.models import (
-    InContextModel,
-    Model,
-    NetworkPredictor,
-    WindowPredictor,
-    cut_touches,
-    moments,
-)
+from firstcontact.models import InContextModel, Model, RigPredictor, Touches, WindowPredictor
 from firstcontact.models._rig import RigSpeeds
 from firstcontact.streaming import (
     AnytimePredictor,
@@ -57,8 +50,8 @@ def made_after(contact: Contact, samples: int) -> list[int]:
     When a contact is decided late, only the newest complete moment is estimated.
     """
     decided = contact.decided - contact.sample + 1
-    complete = [n for n in moments(RATE) if n <= min(decided, samples)]
-    return complete[-1:] + [n for n in moments(RATE) if decided < n <= samples]
+    complete = [n for n in Touches.moments(RATE) if n <= min(decided, samples)]
+    return complete[-1:] + [n for n in Touches.moments(RATE) if decided < n <= samples]
 
 
 def touched(pinch: Pinch, first: Contact, second: Contact | None) -> Pinch:
@@ -72,7 +65,7 @@ def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: InContextM
     assert len(pinches) == len(fresh)
     for finished, pinch in zip(pinches, fresh.pinches, strict=True):
         first, second = (*detect(detector, pinch), None)[:2]
-        touches, rows = cut_touches(Dataset((touched(pinch, first, second),)), [first])
+        touches, rows = Touches.cut(Dataset((touched(pinch, first, second),)), [first])
         assert list(rows) == [0]
         expected = made_after(first, int(touches.valid[0]))
         assert [count_samples(e) for e in finished.estimates] == expected
@@ -103,7 +96,7 @@ def test_a_measured_speed_is_used_live_as_offline(
         assert other.closing_speed is None
         first, second = (*detect(detector, pinch), None)[:2]
         measured = replace(touched(pinch, first, second), closing_speed=speed)
-        touches, _ = cut_touches(Dataset((measured,)), [first])
+        touches, _ = Touches.cut(Dataset((measured,)), [first])
         for estimate in pinch_event.estimates:
             offline = knowing.predict(touches.until(count_samples(estimate)))
             assert estimate.value == pytest.approx(offline.value[0], abs=1e-3)
@@ -118,7 +111,7 @@ def test_live_is_what_the_model_predicts(
     fresh: Dataset, detector: Detector, anytime: InContextModel, models: list[WindowPredictor]
 ) -> None:
     """The network predicts unless the caller names another estimator."""
-    model = Model(detector, (*models, NetworkPredictor(anytime)))
+    model = Model(detector, (*models, RigPredictor(anytime)))
     for estimator in (None, "svm"):
         predictor = live_predictor(model, estimator)
         process = [
@@ -182,7 +175,7 @@ def test_it_stops_at_the_second_contact(
         assert all(count_samples(e) <= offset for e in finished_pinch.estimates)
         assert all(e.complete <= remaining[0].decided for e in running)
         withdrawn += len(running) - len(finished_pinch.estimates)
-        short += offset < moments(RATE)[-1]
+        short += offset < Touches.moments(RATE)[-1]
     # Offsets of these pinches are such that the second contact cuts some short.
     assert short > 0
     assert withdrawn > 0
@@ -200,7 +193,7 @@ def test_the_final_one_without_a_second_contact_is_the_longest(
     events = run(pipeline(detector, anytime), [Block(data, pinch.first_sample)])
     (finished_pinch,) = [e for e in events if isinstance(e, PinchDone)]
     assert len(finished_pinch.contacts) == 1
-    expected = made_after(finished_pinch.contacts[0], moments(RATE)[-1])
+    expected = made_after(finished_pinch.contacts[0], Touches.moments(RATE)[-1])
     assert [count_samples(e) for e in finished_pinch.estimates] == expected
     assert (finished_pinch.verdict, finished_pinch.in_force) == (
         Verdict.IN_TIME,
@@ -244,7 +237,7 @@ def test_a_shape_is_the_models_input_from_the_next_contact_on(
     ):
         assert entry.final is not None
         assert entry.final.shape == ("" if np.isnan(radius) else "flat")
-        touches, _ = cut_touches(
+        touches, _ = Touches.cut(
             Dataset((touched(pinch, entry.contacts[0], None),)), entry.contacts[:1]
         )
         touches = replace(touches, radii=np.array([radius])).until(count_samples(entry.final))

@@ -23,7 +23,7 @@ from firstcontact.core import (
     merge_blocks,
 )
 from firstcontact.device import TransportDelay
-from firstcontact.models import in_words
+from firstcontact.models import radius_text
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
 from firstcontact.streaming._events import (
@@ -307,7 +307,7 @@ class Pipeline:
         pinch.contacts.append(contact)
         if is_first:
             pinch.closing_speed, radius = self._touched[e.sample]
-            pinch.shape = in_words(radius)
+            pinch.shape = radius_text(radius)
             pinch.unmeasured = contact if pinch.closing_speed is None else None
         yield ContactEvent(contact, is_first, pinch.epoch, self._now)
         if pinch.second is contact and self._windows is not None:

@@ -55,11 +55,11 @@ class AnytimePredictor(Predictor):
     uses_shape = True
 
     def __init__(self, model: InContextModel) -> None:
-        from firstcontact.models import moments
+        from firstcontact.models import Touches
 
         self.model = model
         self.name, self.rate, self.level = model.kind, model.rate, model.level
-        self.moments = tuple(n / model.rate for n in moments(model.rate))
+        self.moments = tuple(n / model.rate for n in Touches.moments(model.rate))
         #: True if the rig's own pinches had measured speeds. Without them, speeds cannot be used.
         self.uses_speed = any(rig.speeds is not None for rig in model.rigs.values())
         self.constants = model.constants()

@@ -18,7 +18,7 @@ from typing import Any
 
 from firstcontact.core import Calibration, Contact, InputError, merge_blocks
 from firstcontact.device import Arrival, Recorder, RecorderStatus, Source, drain
-from firstcontact.models import Model, in_words, parse_radius
+from firstcontact.models import Model, parse_radius, radius_text
 from firstcontact.recording import Header, PinchMark
 from firstcontact.streaming._events import Ask, Event, PinchDone
 from firstcontact.streaming._grasping import Grasping, HandRequests
@@ -248,7 +248,7 @@ class LiveSession:
         if not self.uses_shape:
             raise InputError("only the network uses the shape of objects: leave the shape out")
         self.pipeline.radius = parse_radius(text)
-        return in_words(self.pipeline.radius)
+        return radius_text(self.pipeline.radius)
 
     def hand_asks(self) -> tuple[Ask, ...]:
         """Return the possible requests to the hand; empty without a hand."""

@@ -113,9 +113,3 @@ def test_invalid_contact_lists_are_refused(tmp_path, text, problem):
         read_contacts(path)
     with pytest.raises(InputError, match=r"none\.csv"):
         read_contacts(tmp_path / "none.csv")
-
-
-def test_contact_list_is_read(tmp_path):
-    path = tmp_path / "contacts.csv"
-    path.write_text("pinch, finger, time_s\n3, Index, 1.25\n3, thumb, 1.5\n")
-    assert read_contacts(path) == {(3, Finger.INDEX): 1.25, (3, Finger.THUMB): 1.5}

@@ -1,4 +1,4 @@
-"""The guided protocol on a simulated hand that closes on command."""
+"""Tests of guided recordings and their plans."""
 
 from collections import Counter
 
@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from memory_source import CALIBRATION, LAYOUT, RATE, Hand, MemorySource, arrivals, samples
 
-from firstcontact.chain import EventKind
-from firstcontact.collect import Guide, Item, Screen, make_header, run_session, so_far
-from firstcontact.contact import ThresholdDetector, contact_chain, detect
-from firstcontact.core import Block, Finger, InputError, Layout
+from firstcontact.collect import Guide, Item, Screen, make_header, read_plan, run_session, so_far
+from firstcontact.contact import ThresholdDetector, detect
+from firstcontact.core import Block, Finger, InputError, Label, Layout, Role
 from firstcontact.device import Arrival
 from firstcontact.recording import Marker, load_dataset, read_recording
 
@@ -57,19 +56,6 @@ def test_blocks_of_any_size_give_the_same_pinches(length):
     assert [(j.mark, j.faults) for j in judgements] == [(j.mark, j.faults) for j in expected]
 
 
-def test_mark_includes_the_detector_warm_up():
-    # Cut out at its mark, a pinch gives the detector what it had in the stream.
-    hand, touches = closings(3, seed=2)
-    _, judgements = guided(hand)
-    data = hand.raw()
-    for judged, touch in zip(judgements, touches, strict=True):
-        mark = judged.mark
-        chain = contact_chain(ThresholdDetector(10.0), LAYOUT)
-        block = Block(data[mark.first_sample : mark.end], mark.first_sample)
-        first = next(e for e in chain.take(block) if e.kind == EventKind.CONTACT_FOUND)
-        assert abs(first.sample - min(touch.contacts.values())) < samples(0.002)
-
-
 @pytest.mark.parametrize(
     ("settings", "fault_text"),
     [
@@ -113,16 +99,6 @@ def test_a_new_epoch_ends_a_pinch():
     judgements = judge(Guide(LAYOUT, (BLOCK,), "1", CALIBRATION), blocks)
     assert [bool(j.faults) for j in judgements] == [True, False]
     assert judgements[1].mark.epoch == 1
-
-
-def test_closings_without_contact_are_no_pinches():
-    hand = Hand()
-    hand.pause()
-    hand.phase(0.5, 3.0)
-    hand.pause()
-    hand.close()
-    _, judgements = guided(hand)
-    assert [j.faults for j in judgements] == [()]
 
 
 def test_without_strips_contacts_come_from_the_detector():
@@ -245,14 +221,55 @@ def test_a_write_error_ends_the_session(tmp_path):
     assert read_recording(tmp_path / "a.mcap").samples == 1500
 
 
-def test_recordings_of_other_sessions_or_layouts_are_refused(tmp_path):
-    path, *_ = record(tmp_path, closings(1)[0], (BLOCK,))
-    descriptor = MemorySource().descriptor
-    other_descriptor = type(descriptor)(Layout(LAYOUT.channels[:2], RATE), source="synthetic")
-    with pytest.raises(InputError, match=path.name) as error:
-        so_far(tmp_path, "1", other_descriptor)
-    assert error.value.parameter == "out"
-    path.rename(tmp_path / "session-2.mcap")
-    with pytest.raises(InputError, match=r"session-2\.mcap .*'1'") as error:
-        so_far(tmp_path, "2", descriptor)
-    assert error.value.parameter == "session"
+def test_a_plan_is_read(tmp_path):
+    path = tmp_path / "plan.csv"
+    path.write_text(
+        "object,shore,specimen,pinches,role\nblock 29,29,b29,20,train\nApfel 🍎,,,5,test\n",
+        encoding="utf-8",
+    )
+    assert read_plan(path) == (
+        Item("block 29", 20, 29.0, "b29", Role.TRAIN),
+        Item("Apfel 🍎", 5, None, "", Role.TEST),
+    )
+    assert read_plan(path)[1].label("2") == Label(
+        "Apfel 🍎", None, None, "Apfel 🍎", "2", Role.TEST
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("object,pinches,colour\na,1,red\n", "'colour'"),
+        ("object,shore\na,1\n", "'pinches'"),
+        ("object,pinches\n", "plan.csv"),
+        ("object,pinches\na,many\n", "line 2: pinches"),
+        ("object,pinches\na,1_0\n", "line 2: pinches"),
+        ("object,pinches,shore\na,1,soft\n", "line 2: shore"),
+        ("object,pinches,role\na,1,both\n", "line 2: role"),
+        ("object,pinches\na,0\n", "line 2: a"),
+        ("object,pinches\n,3\n", "line 2"),
+        ("object,pinches,shore\na,1,120\n", "line 2: a: the value of shore"),
+        ("object,pinches\na,1\na,2\n", "line 3: a"),
+        ("object,pinches\na,1,5\nb\n", "line 3: pinches"),
+    ],
+)
+def test_invalid_plans_are_refused(tmp_path, text, problem):
+    path = tmp_path / "plan.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=problem):
+        read_plan(path)
+
+
+def test_missing_or_binary_plan_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"none\.csv"):
+        read_plan(tmp_path / "none.csv")
+    (tmp_path / "bytes.csv").write_bytes(b"object,pinches\n\xff\xfe,3\n")
+    with pytest.raises(InputError, match=r"bytes\.csv"):
+        read_plan(tmp_path / "bytes.csv")
+
+
+@pytest.mark.parametrize("names", [("b\udcff", ""), ("b", "b\udcff")])
+def test_names_outside_utf_8_are_refused(names):
+    # as a command line has them that is not UTF-8
+    with pytest.raises(InputError):
+        Item(names[0], 1, None, names[1])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import resource
 import signal
 import subprocess
@@ -148,23 +147,6 @@ def test_key_after_undo_labels_the_reopened_onset(labelling: Labelling, chromium
 
 
 @needs_browser
-def test_page_counts_open_onsets_before_the_end(labelling: Labelling, chromium: Any) -> None:
-    from selenium.webdriver.common.keys import Keys
-
-    chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "10 undecided")
-    press(chromium, " ", Keys.END, " ")
-    until(chromium, lambda d: "8 before it are undecided" in text(d, "said"))
-    press(chromium, Keys.TAB)
-    until(chromium, lambda d: "onset 2 of 10" in text(d, "place"))
-    chromium.execute_script("window.confirm = (said) => { window.asked = said; return false; }")
-    press(chromium, "f")
-    until(chromium, lambda d: d.execute_script("return window.asked"))
-    assert "8 of 10 onsets are undecided" in chromium.execute_script("return window.asked")
-    assert not labelling.session.written
-
-
-@needs_browser
 def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
@@ -187,40 +169,6 @@ def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium:
     press(chromium, " ")
     assert label("eraser") == "40"
     until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
-
-
-@needs_browser
-def test_axis_values_stand_beside_the_signal(labelling: Labelling, chromium: Any) -> None:
-    chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "10 undecided")
-    until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
-    labels = chromium.execute_script(
-        "const pen = CanvasRenderingContext2D.prototype, write = pen.fillText, said = [];"
-        "pen.fillText = (text) => said.push(text); draw(); pen.fillText = write; return said;"
-    )
-    values = [float(s.replace("−", "-")) for s in labels if not re.search("[a-z]", s)]
-    at = int(taps(10)[0])
-    signal = labelling.data[at - 160 : at + 161]
-    assert len(values) > 3
-    assert signal.min() <= min(values) <= signal.min() / 2
-    assert signal.max() / 2 <= max(values) <= signal.max()
-    assert "disc, V" in labels
-
-
-@needs_browser
-def test_page_reloads_a_signal_that_left_its_cache(tmp_path: Path, chromium: Any) -> None:
-    from selenium.webdriver.common.keys import Keys
-
-    labelling = Labelling(tmp_path, 60, every=0.12)
-    chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "60 undecided")
-    chromium.execute_script("mostSignals = 20")
-    for _ in range(6):
-        press(chromium, *([Keys.ARROW_RIGHT] * 10))
-        until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
-    press(chromium, Keys.HOME)
-    until(chromium, lambda d: d.execute_script("return state.shown === 0"))
-    labelling.close()
 
 
 @needs_browser

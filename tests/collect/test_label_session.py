@@ -158,31 +158,6 @@ def test_journal_of_other_recordings_is_refused(tmp_path: Path) -> None:
         session(tmp_path)
 
 
-def test_refused_journal_is_unchanged(tmp_path: Path) -> None:
-    labelling = session(tmp_path)
-    send(labelling, do="accept", number=0)
-    labelling.close()
-    journal = tmp_path / "out" / "labels.jsonl"
-    line = json.dumps({"do": "accept", "number": 99, "object": ""})
-    journal.write_text(f'{journal.read_text()}{line}\n{{"do": "acc')
-    content = journal.read_bytes()
-    with pytest.raises(InputError, match=r"labels\.jsonl"):
-        session(tmp_path)
-    assert journal.read_bytes() == content
-
-
-def test_undo_and_add_return_their_onset(tmp_path: Path) -> None:
-    labelling = session(tmp_path)
-    send(labelling, do="accept", number=2)
-    send(labelling, do="reject", number=5)
-    assert send(labelling, do="undo")["at"] == 5
-    assert send(labelling, do="undo")["at"] == 2
-    added = send(labelling, do="add", number=1, sample=5000)["at"]
-    assert added == 8
-    assert send(labelling, do="undo")["at"] == 1
-    labelling.close()
-
-
 MARKS = [Mark(k, 0, 0, 0, 100 * k, 100 * k) for k in range(5)]
 ACTIONS = st.builds(
     Action,
@@ -283,16 +258,6 @@ def test_finish_writes_labels_without_the_page(tmp_path: Path) -> None:
     (pinch,) = load_dataset(tmp_path / "out" / "taps.mcap").pinches
     assert pinch.first is not None
     assert abs(pinch.first.sample - taps(8)[3]) <= 2
-
-
-def test_request_keywords_are_valid_object_names(tmp_path: Path) -> None:
-    labelling = session(tmp_path)
-    for name in ("ask", '"ask": 1', "\\", "do"):
-        assert send(labelling, do="label", number=0, object=name)["marks"][0]["object"] == name
-    labelling.close()
-    reopened = session(tmp_path)
-    assert reopened.marks.ordered()[0].object == "do"
-    reopened.close()
 
 
 def test_action_is_undone_if_the_disk_is_full(tmp_path: Path) -> None:

@@ -96,17 +96,14 @@ class ReplaySource(Source):
 
     @property
     def name(self) -> str:
-        """Path of the file."""
         return str(self._recording.path)
 
     @property
     def descriptor(self) -> Descriptor:
-        """Metadata from the recording's header."""
         return self._descriptor
 
     @property
     def health(self) -> Health:
-        """Counts of samples delivered, and of samples missing in the recording."""
         epoch = self._end.epoch if self._end else 0
         return Health(
             connected=not self._ended,
@@ -118,14 +115,9 @@ class ReplaySource(Source):
 
     @property
     def ended(self) -> bool:
-        """True if all samples were delivered."""
         return self._ended
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all blocks due by now. If there is none, wait for the next, at most ``timeout`` s.
-
-        ``least`` has no effect.
-        """
         if not self._is_open:
             raise self._not_open()
         self._check_readable(timeout, is_drained=self._is_drained)
@@ -142,22 +134,18 @@ class ReplaySource(Source):
         return self._take(time.monotonic())
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the recorded closing speed of the pinch that holds ``sample``."""
         for mark in self._recording.pinches:
             if mark.epoch == epoch and mark.first_sample <= sample < mark.end:
                 return mark.closing_speed
         return None
 
     def mark(self, text: str) -> None:
-        """Raise InputError: a recording does not change."""
         raise InputError(f"{self.name} is a recording: it takes no markers")
 
     def order(self, text: str) -> None:
-        """Raise InputError: a recording has no hand."""
         raise InputError(f"{self.name} is a recording: it takes no orders")
 
     def close(self) -> None:
-        """End the replay."""
         self._closed.set()
         self._ended = True
 

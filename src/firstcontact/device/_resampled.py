@@ -48,12 +48,10 @@ class ResampledSource(Source):
 
     @property
     def name(self) -> str:
-        """Name of the source."""
         return self._source.name
 
     @property
     def descriptor(self) -> Descriptor:
-        """Descriptor of the source, with the new rate and the delay of the filter."""
         descriptor = self._source.descriptor
         layout = replace(descriptor.layout, rate=self._rate, groups=())
         delay = descriptor.delay + self._resampler.delay
@@ -61,7 +59,6 @@ class ResampledSource(Source):
 
     @property
     def health(self) -> Health:
-        """State and counts of the source up to now, in samples of the new rate."""
         health = self._source.health
         return replace(
             health,
@@ -76,7 +73,6 @@ class ResampledSource(Source):
 
     @property
     def ended(self) -> bool:
-        """True if the source has ended and everything was read."""
         return self._source.ended and not self._waiting
 
     @property
@@ -84,7 +80,6 @@ class ResampledSource(Source):
         return bool(self._markers or self._pinches)
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all samples that arrived since the last call, as :meth:`Source.read` does."""
         until = time.monotonic() + timeout
         while not self._source.ended:
             patience = max(until - time.monotonic(), 0.0)
@@ -95,19 +90,15 @@ class ResampledSource(Source):
         return self._leftovers() or self._source.read(timeout)  # refuses if it was closed
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the closing speed that the source states for a sample."""
         return self._source.closing_speed(round(sample / self._share), epoch)
 
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample of the source."""
         self._source.mark(text)
 
     def order(self, text: str) -> None:
-        """Send an order to a simulated hand."""
         self._source.order(text)
 
     def close(self) -> None:
-        """Close the source. Received samples stay readable."""
         self._source.close()
 
     def __enter__(self) -> Self:

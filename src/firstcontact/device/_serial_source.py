@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from typing import Self
 
 from firstcontact.core import InputError, check_text
@@ -104,31 +105,17 @@ class SerialSource(QueuedSource):
 
     @property
     def descriptor(self) -> Descriptor:
-        """Metadata of the device."""
         if self._assembler.descriptor is None:
             raise self._not_open()
         return self._assembler.descriptor
 
     @property
     def health(self) -> Health:
-        """Current state and counts of the device."""
         with self._changed:
-            counts = self._assembler.counts
-            epoch = max(self._assembler.epoch, 0)
-            return Health(
-                connected=self._connected,
-                epoch=epoch,
-                samples=counts.samples,
-                lost_samples=counts.lost_samples,
-                overflow_samples=counts.overflow_samples,
-                lost_frames=counts.lost_frames,
-                bad_frames=self._assembler.decoder.bad + counts.malformed_frames,
-                doubled_frames=counts.doubled_frames,
-                late_answers=counts.late_answers,
-                unheard_samples=counts.unheard_samples,
-                reconnects=epoch,
-                host_rate=self._clock.rate,
-            )
+            counts = asdict(self._assembler.counts)
+            counts["bad_frames"] = self._assembler.decoder.bad + counts.pop("malformed_frames")
+            epoch, rate = max(self._assembler.epoch, 0), self._clock.rate
+            return Health(self._connected, epoch, reconnects=epoch, host_rate=rate, **counts)
 
     def __enter__(self) -> Self:
         self._transport = SerialTransport(self.port)
@@ -145,7 +132,6 @@ class SerialSource(QueuedSource):
         return self
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all samples received since the last call. See :meth:`Source.read`."""
         self._check_readable(timeout, is_drained=self._is_drained)
         until = time.monotonic() + timeout
         remaining = timeout
@@ -180,7 +166,6 @@ class SerialSource(QueuedSource):
             self._interruption, self._connected = error, False
 
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample. Raise InputError if the device is not connected."""
         check_text(text)
         if text.startswith(TWIN.strip()) and self.descriptor.source == "twin":
             raise InputError(
@@ -190,7 +175,6 @@ class SerialSource(QueuedSource):
         self._send(FrameType.MARK, marker_text(text), "the marker was not set")
 
     def order(self, text: str) -> None:
-        """Send an order to a simulated hand. Raise InputError if the device is not connected."""
         self._send(FrameType.ORDER, marker_text(text), "the order was not given")
 
     def hint(self, speed: float, error: float, radius: float) -> None:
@@ -217,7 +201,6 @@ class SerialSource(QueuedSource):
             ) from error
 
     def close(self) -> None:
-        """Stop the device, receive its last samples, and release the port."""
         if not self._closing.is_set():
             _log.info("%s: closed; %s", self.name, self.health)
         super().close()
@@ -330,9 +313,10 @@ class SerialSource(QueuedSource):
             self._markers += assembled.markers
             self._predictions += assembled.predictions
             for block in assembled.blocks:
-                due = self._due(block.epoch, block.end)
-                predictions = tuple(self._predictions)
-                self._predictions = []
+                end = block.epoch, block.end
+                due = tuple(m for m in self._markers if (m.epoch, m.sample) < end)
+                self._markers = [m for m in self._markers if (m.epoch, m.sample) >= end]
+                predictions, self._predictions = tuple(self._predictions), []
                 self._enqueue(Arrival(block, now, due, predictions=predictions))
             if assembled.blocks and assembled.blocks[-1].epoch == self._assembler.epoch:
                 self._clock.add(assembled.blocks[-1].end, now)
@@ -362,13 +346,6 @@ class SerialSource(QueuedSource):
             raise InputError(message)
         self._has_warned = True
         _log.warning("%s: %s", self.name, message)
-
-    def _due(self, epoch: int, end: int) -> tuple[Marker, ...]:
-        """Return the markers of samples before number ``end``, and remove them from the queue."""
-        due = tuple(m for m in self._markers if (m.epoch, m.sample) < (epoch, end))
-        if due:
-            self._markers = [m for m in self._markers if m not in due]
-        return due
 
     def _disconnect(self) -> None:
         _log.info("%s: lost", self.name)

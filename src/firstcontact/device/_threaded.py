@@ -80,7 +80,7 @@ class QueuedSource(Source):
             return arrivals
 
     def close(self) -> None:
-        """Stop and close the source. Received samples stay readable. Closing twice is fine."""
+        """Stop and close the source. Received samples stay readable."""
         self._closing.set()
         if self._thread is not None:
             self._thread.join()

@@ -154,7 +154,6 @@ class TwinSource(SerialSource):
             self.most = round(AHEAD * FINGERTIP_RATE)
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the closing speed before a contact, from the positions of the twin's drives."""
         return None if self.device is None else self.device.closing_speed(sample)
 
     def __enter__(self) -> Self:
@@ -167,7 +166,6 @@ class TwinSource(SerialSource):
             raise
 
     def close(self) -> None:
-        """Close the port, then the device."""
         try:
             super().close()
         finally:

@@ -12,7 +12,6 @@ import numpy as np
 from firstcontact.collect._force_fit import Weighing, fit_force, read_weights
 from firstcontact.core import (
     AnyPath,
-    Block,
     Calibration,
     Channel,
     ChannelKind,
@@ -29,6 +28,15 @@ Say = Callable[[str], object]
 
 #: Shortest and longest rest that is measured, s.
 SECONDS = (0.1, 3600.0)
+#: Least peak of a tap, as a multiple of the noise floor, and in V. Both are required.
+FACTOR = 10.0
+LEAST = 0.02
+#: Duration over which the peak is searched, s.
+LASTS = 0.1
+#: Weakest tap with a finger or a pencil on a working buffer, V.
+WEAK = 0.1
+#: Largest ratio between the taps of two fingertips that are built alike.
+ALIKE = 3.0
 
 
 def calibrate(
@@ -183,52 +191,11 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
             f"the {finger.name.lower()} has no force channel, so its weights cannot be used: "
             "leave them out"
         )
-    total = np.zeros(len(columns))
-    count = 0
+    volts: list[np.ndarray] = []
     source.read(0)  # drop the samples from before the weight lay there
-    while count < seconds * layout.rate:
-        for arrival in wait_for_arrivals(source):
-            volts = layout.physical(arrival.block.data, columns)
-            total += volts.sum(axis=0)
-            count += len(volts)
-    return float((total / count).max())
-
-
-#: Least peak of a tap, as a multiple of the noise floor, and in V. Both are required.
-FACTOR = 10.0
-LEAST = 0.02
-#: Duration over which the peak is searched, s.
-LASTS = 0.1
-#: Weakest tap with a finger or a pencil on a working buffer, V.
-WEAK = 0.1
-#: Largest ratio between the taps of two fingertips that are built alike.
-ALIKE = 3.0
-
-
-class TapWatch:
-    """Search for a tap on one fingertip."""
-
-    def __init__(self, layout: Layout, calibration: Calibration, finger: Finger | None) -> None:
-        self._layout = layout
-        self._columns = layout.columns(ChannelKind.VIBRATION, finger)
-        self._offset = next((p.offset for p in calibration.piezo if p.finger is finger), 0.0)
-        self._limit = max(LEAST, FACTOR * (calibration.noise(finger) or 0.0))
-        self._left: int | None = None
-        self._peak = 0.0
-
-    def update(self, block: Block) -> float | None:
-        """Process the next samples. Return the tap's peak (V) once it is over; None before."""
-        volts = np.abs(self._layout.physical(block.data, self._columns)[:, 0] - self._offset)
-        if self._left is None:
-            above = np.flatnonzero(volts > self._limit)
-            if not len(above):
-                return None
-            volts = volts[above[0] :]
-            self._left = round(LASTS * self._layout.rate)
-        if self._left > 0 and len(volts):
-            self._peak = max(self._peak, float(volts[: self._left].max()))
-            self._left -= len(volts)
-        return self._peak if self._left <= 0 else None
+    while sum(map(len, volts)) < seconds * layout.rate:
+        volts += [layout.physical(a.block.data, columns) for a in wait_for_arrivals(source)]
+    return float(np.concatenate(volts).mean(axis=0).max())
 
 
 def wait_for_tap(
@@ -240,18 +207,25 @@ def wait_for_tap(
     is in s by the device's clock.
     """
     layout = source.descriptor.layout
-    watch = TapWatch(layout, calibration, finger)
+    columns = layout.columns(ChannelKind.VIBRATION, finger)
+    offset = next((p.offset for p in calibration.piezo if p.finger is finger), 0.0)
+    limit = max(LEAST, FACTOR * (calibration.noise(finger) or 0.0))
+    tap = np.zeros(0)  # from the first sample above the limit on, V
     left = patience * layout.rate
     source.read(0)  # drop the samples from before the request
     while left > 0:
         for arrival in wait_for_arrivals(source):
-            left -= len(arrival.block.data)
-            peak = watch.update(arrival.block)
-            if peak is not None:
-                piezo = tuple(
+            volts = np.abs(layout.physical(arrival.block.data, columns)[:, 0] - offset)
+            left -= len(volts)
+            above = np.flatnonzero(volts > limit)
+            begin = 0 if len(tap) else above[0] if len(above) else len(volts)
+            tap = np.append(tap, volts[begin:])
+            if len(tap) >= LASTS * layout.rate:
+                peak = float(tap[: round(LASTS * layout.rate)].max())
+                piezo = (
                     replace(p, tap=peak) if p.finger is finger else p for p in calibration.piezo
                 )
-                return replace(calibration, piezo=piezo)
+                return replace(calibration, piezo=tuple(piezo))
     raise InputError(
         f"no tap was measured at the {finger_name(finger)} within {patience:g} s: tap harder, "
         "check the sensor's plug, or leave the tap test out",

@@ -154,13 +154,13 @@ class ClosingCheck:
                 self.strips[finger] = sample
 
     def _watch_rails(self, data: np.ndarray) -> None:
-        for channel in self.layout.vibration:
-            finger = channel.finger
-            columns = self.layout.columns(ChannelKind.VIBRATION, finger)
-            if channel.unit == "full scale" and len(data):
-                if np.abs(self.layout.physical(data, columns)).max() >= FULL:
-                    self.clipped.add(finger)
-            elif channel.sensor is VibrationSensor.PIEZO and channel.unit == "V" and len(data):
-                volts = self.layout.physical(data, columns)
-                if volts.max() >= HIGHEST or volts.min() <= LOWEST:
-                    self.clipped.add(finger)
+        for channel in self.layout.vibration if len(data) else ():
+            columns = self.layout.columns(ChannelKind.VIBRATION, channel.finger)
+            values = self.layout.physical(data, columns)
+            if channel.unit == "full scale":
+                is_clipped = np.abs(values).max() >= FULL
+            else:
+                is_piezo = channel.sensor is VibrationSensor.PIEZO and channel.unit == "V"
+                is_clipped = is_piezo and (values.max() >= HIGHEST or values.min() <= LOWEST)
+            if is_clipped:
+                self.clipped.add(channel.finger)

@@ -18,6 +18,8 @@ from firstcontact.recording import LAST_SAMPLE
 
 #: Largest number of onsets, and of actions, of a labelling.
 MOST = 100_000
+#: Largest journal, bytes.
+LONGEST = 1 << 27
 
 
 class Status(StrEnum):
@@ -143,10 +145,6 @@ class Marks:
 
 def _place(mark: Mark) -> tuple[int, int, int, int]:
     return mark.recording, mark.stretch, mark.sample, mark.number
-
-
-#: Largest journal, bytes.
-LONGEST = 1 << 27
 
 
 @dataclass(frozen=True, slots=True)

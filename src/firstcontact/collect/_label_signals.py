@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from firstcontact.collect._label_marks import MOST, Mark
 from firstcontact.contact import find_onsets
-from firstcontact.core import ChannelKind, InputError, finger_name
+from firstcontact.core import ChannelKind, InputError, Label, finger_name
 from firstcontact.recording import Recording, find_recordings, read_recording
 
 #: Largest number of points of a channel in a piece. Longer pieces are reduced to minima and maxima.
@@ -20,13 +21,7 @@ WIDEST = 2.0
 
 
 def open_recordings(paths: Sequence[Path]) -> list[Recording]:
-    """Read all recordings in files and folders.
-
-    Raises
-    ------
-    InputError
-        A recording cannot be read, or has no samples.
-    """
+    """Read all recordings in files and folders. Refuse those without samples."""
     files = [file for path in paths for file in find_recordings(path)]
     names = [file.name for file in files]
     doubled = next((name for name in names if names.count(name) > 1), None)
@@ -48,26 +43,14 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
         for place, block in enumerate(recording.stretches):
             for onset in find_onsets(layout.physical(block.data, columns), layout.rate):
                 at = block.first_sample + onset.sample
-                label = next(
-                    (
-                        p.label
-                        for p in recording.pinches
-                        if p.epoch == block.epoch and p.first_sample <= at < p.end
-                    ),
-                    None,
+                labels = (
+                    p.label
+                    for p in recording.pinches
+                    if p.epoch == block.epoch and p.first_sample <= at < p.end
                 )
-                out.append(
-                    Mark(
-                        len(out),
-                        number,
-                        place,
-                        onset.column,
-                        onset.sample,
-                        onset.sample,
-                        object=label.object if label else "",
-                        shore_a=label.shore_a if label else None,
-                    )
-                )
+                label = next(labels, Label())
+                mark = Mark(len(out), number, place, onset.column, onset.sample, onset.sample)
+                out.append(replace(mark, object=label.object, shore_a=label.shore_a))
     if not out:
         raise InputError(
             f"no onset is found in {', '.join(r.path.name for r in recordings[:3])}"
@@ -107,15 +90,10 @@ def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[
     values = layout.physical(block.data[first:end], layout.columns(ChannelKind.VIBRATION))
     step = max(1, -(-len(values) // POINTS))
     edges = np.arange(0, len(values), step)
-    digits = 6
-    return {
-        "first": first,
-        "step": step,
-        "least": [_rounded(np.minimum.reduceat(v, edges), digits) for v in values.T],
-        "most": [_rounded(np.maximum.reduceat(v, edges), digits) for v in values.T],
-    }
+    least, most = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
+    return {"first": first, "step": step, "least": _rounded(least), "most": _rounded(most)}
 
 
-def _rounded(values: Any, digits: int) -> list[float]:
-    """Return values rounded to ``digits`` significant digits."""
-    return [float(f"{v:.{digits}g}") for v in values.tolist()]
+def _rounded(values: np.ndarray) -> list[list[float]]:
+    """Return six significant digits of each channel's values."""
+    return [[float(f"{v:.6g}") for v in column] for column in values.T.tolist()]

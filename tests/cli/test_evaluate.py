@@ -7,12 +7,11 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from firstcontact.core import Dataset, Label, Role
+from firstcontact.core import Dataset, Role
 from firstcontact.recording import Header, load_dataset, write_dataset
-from trainings import LAYOUT, recordings, resampled, run, touch
+from trainings import LAYOUT, recordings, resampled, run
 
 
 @pytest.fixture(scope="module")
@@ -156,16 +155,3 @@ def test_an_any_time_model_is_scored_by_the_time_after_contact(
     assert run("evaluate", tmp_path / "both", data) == 0
     output = capsys.readouterr().out
     assert output.index("at any time") < output.rindex("seen in training:")
-
-
-def test_an_any_time_model_without_a_contact_to_ask_about_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("adapt", "--out", tmp_path / "m") == 0
-    pinch = touch(40.0, Label("ball", None, None, "b", "z"), np.random.default_rng(6), True)
-    folder = tmp_path / "unlabelled"
-    folder.mkdir()
-    write_dataset(Dataset((pinch,), "synthetic"), folder, Header(LAYOUT, "synthetic"))
-    capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", folder) == 2
-    assert "none of 1 pinches" in capsys.readouterr().err

@@ -133,17 +133,6 @@ def test_a_signal_before_the_recording_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_reader_that_goes_away_costs_no_pinch(tmp_path, calibration):
-    out = tmp_path / "out"
-    with recording(*options(out, calibration, 3)) as child:
-        read_until(child, "next: block 29")  # the first line that it misses is that of a pinch
-        child.stdout.close()
-        errors = child.stderr.read()
-        assert child.wait(LONG) == 0, errors
-    assert errors.count("standard output is closed") == 1
-    assert whole_pinches(out / "session-3.mcap") == 3
-
-
 def test_a_terminal_that_is_closed_ends_it_in_order_and_is_no_success(tmp_path, calibration):
     out = tmp_path / "out"
     device, host = os.openpty()

@@ -95,18 +95,6 @@ def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFix
     assert run("evaluate", tmp_path / "m", data) == 0
 
 
-def test_package_detector_is_taken_if_a_fitted_one_is_no_better(
-    data: Path, trained: dict[str, Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    trained_on = load_card(trained["detected"])["trained_on"]
-    assert trained_on["contacts"] == (
-        "detected (logistic of the package; steady states begin with the first sample)"
-    )
-    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
-    assert trained_on["detector"]
-    assert trained_on["detector"] in capsys.readouterr().out
-
-
 def test_named_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
     out = tmp_path / "m"
     words = ("--estimator", "peak", "--detector-type", DETECTORS.default)

@@ -111,21 +111,6 @@ def test_writer_refuses_invalid_group_blocks(tmp_path: Path) -> None:
             writer.write(fast(0, 10), "electrodes")
 
 
-@pytest.mark.parametrize(
-    "groups",
-    [
-        (Group("a", SLOW), Group("a", SLOW)),
-        (Group("a", SLOW), Group("b", SLOW)),
-        (Group("a", replace(SLOW, rate=5000.0)),),
-        (Group("a", replace(SLOW, channels=())),),
-        (Group("a", LAYOUT),),
-    ],
-)
-def test_invalid_groups_are_refused(groups: tuple[Group, ...]) -> None:
-    with pytest.raises(ValueError, match=r"layout.* has"):
-        Header(replace(LAYOUT, groups=groups))
-
-
 def test_inspect_shows_the_groups(recording_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", str(recording_path)]) == 0
     assert "electrodes: 3 channels at 100 Hz, 200 samples" in capsys.readouterr().out

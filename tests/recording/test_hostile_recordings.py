@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+import tracemalloc
 import zlib
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,6 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
 
-from firstcontact.cli.main import main
 from firstcontact.core import Block, Contact, Finger, InputError, Label, fingertip_layout
 from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, read_recording
 from firstcontact.recording._chunk_file import MAGIC, ChunkFile
@@ -67,8 +65,7 @@ def write_recording(
     return write(path, ("/header", head), samples, ("/pinch", packed(mark)))
 
 
-channel = ("layout", "channels", 0)
-calibration = {"piezo": [], "force": [], "created": ""}
+CHANNEL = ("layout", "channels", 0)
 
 
 @pytest.mark.parametrize(
@@ -77,52 +74,36 @@ calibration = {"piezo": [], "force": [], "created": ""}
         changed(HEADER, "layout", to=[]),
         changed(HEADER, "layout", "channels", to=[]),
         changed(HEADER, "layout", "channels", to=HEADER["layout"]["channels"] * 20),
-        changed(HEADER, "layout", "channels", to=HEADER["layout"]["channels"][:1] * 2),
-        changed(HEADER, "layout", "rate", to=0),
         changed(HEADER, "layout", "rate", to=-4936.0),
         changed(HEADER, "layout", "rate", to=1e300),
-        changed(HEADER, "layout", "rate", to="fast"),
         changed(HEADER, "layout", "rate", to=10**400),
-        changed(HEADER, "layout", "smoothing_alpha", to=0),
-        changed(HEADER, *channel, "scale", to=0),
-        changed(HEADER, *channel, "scale", to=1e-300),
-        changed(HEADER, *channel, "scale", to=1e300),
-        changed(HEADER, *channel, "offset", to=1e300),
-        changed(HEADER, *channel, "finger", to=7),
-        changed(HEADER, *channel, "taxel", to=10**9),
-        changed(HEADER, *channel, "kind", to="smell"),
-        changed(HEADER, *channel, "name", to="x" * 100_000),
+        changed(HEADER, *CHANNEL, "scale", to=0),
+        changed(HEADER, *CHANNEL, "offset", to=1e300),
+        changed(HEADER, *CHANNEL, "finger", to=7),
+        changed(HEADER, *CHANNEL, "taxel", to=10**9),
+        changed(HEADER, *CHANNEL, "name", to="x" * 100_000),
         changed(HEADER, "session", to=None),
         changed(HEADER, "source", to="martian"),
         changed(HEADER, "dtype", to="object"),
         changed(HEADER, "notes", to="x" * 200_000),
-        {**HEADER, "calibration": 3},
-        {**HEADER, "calibration": {**calibration, "piezo": [{"finger": 0, "noise": -1}]}},
-        {**HEADER, "calibration": {**calibration, "force": [{}] * 1000}},
-        packed(HEADER).replace(b"4936.0", b"1e999"),
+        {**HEADER, "calibration": {"piezo": [], "force": [{}] * 1000, "created": ""}},
         packed(HEADER).replace(b"4936.0", b"NaN"),
         packed(HEADER)[:-1] + b', "more": ' + b"[" * 5_000_000,
-        b'{"a":' * 1_000_000,
         b"\xff",
         b"null",
     ],
+    ids=range(20),
 )
-def test_header_out_of_bounds_is_refused(
-    tmp_path: Path, header: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_header_out_of_bounds_is_refused(tmp_path: Path, header: Any) -> None:
     path = write_recording(tmp_path / "a.mcap", header)
-    assert main(["inspect", str(path)]) == 2
-    message = capsys.readouterr().err
-    assert message.count("\n") == 1
-    assert "a.mcap: /header" in message
-    assert len(message) < 1000
+    with pytest.raises(InputError, match=r"a\.mcap: /header") as error:
+        read_recording(path)
+    assert len(str(error.value)) < 1000
 
 
 @pytest.mark.parametrize(
     "mark",
     [
-        changed(MARK, "number", to=-1),
-        changed(MARK, "number", to=1.5),
         changed(MARK, "number", to=10**30),
         changed(MARK, "end", to=50),
         changed(MARK, "end", to=10**18),
@@ -130,18 +111,14 @@ def test_header_out_of_bounds_is_refused(
         changed(MARK, "epoch", to=2**40),
         changed(MARK, "label", to=None),
         changed(MARK, "label", "shore_a", to=1e6),
-        changed(MARK, "label", "hardness_rank", to=10**12),
-        changed(MARK, "label", "role", to="judge"),
         changed(MARK, "label", "object", to="x" * 100_000),
         changed(MARK, "truth", 0, "finger", to=2),
         changed(MARK, "truth", 0, "sample", to=950),
-        changed(MARK, "truth", to=MARK["truth"] * 2),
         changed(MARK, "truth", to=MARK["truth"] * 1000),
         changed(MARK, "motor_start", to=3),
         [],
-        3,
-        None,
     ],
+    ids=range(13),
 )
 def test_mark_out_of_bounds_is_skipped(tmp_path: Path, mark: Any) -> None:
     recording = read_recording(write_recording(tmp_path / "a.mcap", mark=mark))
@@ -166,56 +143,43 @@ def test_writer_refuses_invalid_marks(tmp_path: Path) -> None:
     assert (recording.samples, recording.pinches, recording.skipped) == (1000, (), ())
 
 
-# Memory of the child: what the program takes by itself, and far less than a bomb would.
-LIMITED = """
-import resource, sys
-from pathlib import Path
-from firstcontact.recording import read_recording
-import numpy, mcap, zstandard, lz4.frame
-free = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, (free + (300 << 20),) * 2)
-print(*read_recording(Path(sys.argv[1])).skipped, sep="\\n")
-"""
-
-
 @pytest.fixture
-def read_limited() -> Callable[[Path], str]:
-    """Return a function that reads a recording with 300 MiB of memory. It prints skipped parts."""
+def check_memory() -> Iterator[None]:
+    """Assert that a test allocates far less memory than a bomb would."""
+    tracemalloc.start()
+    try:
+        yield
+        assert tracemalloc.get_traced_memory()[1] < 300 << 20
+    finally:
+        tracemalloc.stop()
 
-    def read(path: Path) -> str:
-        command = [sys.executable, "-c", LIMITED, str(path)]
-        result = subprocess.run(command, capture_output=True, text=True, check=True)
-        return result.stdout
 
-    return read
-
-
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="asks the kernel for its memory")
-def test_huge_pinch_number_takes_no_memory(
-    tmp_path: Path, read_limited: Callable[[Path], str]
-) -> None:
+@pytest.mark.usefixtures("check_memory")
+def test_huge_pinch_number_takes_no_memory(tmp_path: Path) -> None:
     path = write_recording(tmp_path / "a.mcap", mark=changed(MARK, "number", to=10**18))
-    assert f"pinches 0 to {10**18 - 1} are lost" in read_limited(path)
+    assert f"pinches 0 to {10**18 - 1} are lost" in " ".join(read_recording(path).skipped)
 
 
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="asks the kernel for its memory")
+@pytest.fixture(scope="module")
+def bombs() -> dict[str, bytes]:
+    """Return compressed chunks that unpack to 600 MiB of zeros."""
+    zeros = bytes(1 << 20)
+    pack = zstandard.ZstdCompressor().compressobj()
+    with lz4.frame.LZ4FrameCompressor() as frame:
+        parts = [frame.begin(), *(frame.compress(zeros) for _ in range(600)), frame.flush()]
+    zstd = [*(pack.compress(zeros) for _ in range(600)), pack.flush()]
+    return {"zstd": b"".join(zstd), "lz4": b"".join(parts)}
+
+
+@pytest.mark.usefixtures("check_memory")
 @pytest.mark.parametrize("declared", [1 << 20, 600 << 20, (1 << 64) - 1])
 @pytest.mark.parametrize("kind", ["zstd", "lz4"])
 def test_decompression_bomb_is_skipped(
-    tmp_path: Path, read_limited: Callable[[Path], str], kind: str, declared: int
+    tmp_path: Path, bombs: dict[str, bytes], kind: str, declared: int
 ) -> None:
-    """The chunk unpacks to 600 MiB of zeros. Its declared size differs from test to test."""
-    zeros = bytes(1 << 20)
-    if kind == "zstd":
-        pack = zstandard.ZstdCompressor().compressobj()
-        bomb = b"".join([*(pack.compress(zeros) for _ in range(600)), pack.flush()])
-    else:
-        with lz4.frame.LZ4FrameCompressor() as frame:
-            parts = [frame.begin(), *(frame.compress(zeros) for _ in range(600)), frame.flush()]
-        bomb = b"".join(parts)
     path = write_recording(tmp_path / "a.mcap")
-    path.write_bytes(path.read_bytes() + _chunk(kind, bomb, declared, 1))
-    losses = read_limited(path)
+    path.write_bytes(path.read_bytes() + _chunk(kind, bombs[kind], declared, 1))
+    losses = " ".join(read_recording(path).skipped)
     assert "not closed" in losses
     assert ("unpack to far more" in losses) == (declared > most_unpacked(path.stat().st_size))
 

@@ -128,6 +128,8 @@ def test_labels_of_every_kind_of_file_survive_import_and_export(
         ({"shore_a": [101, 0, 0]}, "shore_a"),
         ({"role": ["judge"] * 3}, "role"),
         ({"session": [""] * 3}, "session"),
+        ({"object": ["x" * 201] * 3}, "object"),
+        ({"hardness_rank": ["1" + "0" * 300] * 3}, "hardness_rank"),
         ({"object": ["a"]}, "object"),
     ],
 )

@@ -48,7 +48,7 @@ MAKERS = [npz, mat, wav, table]
 
 
 @pytest.mark.parametrize("make", MAKERS)
-@pytest.mark.parametrize("offset", [0.0, 1e-3, 1.0, 1e2, 1e4, 1e6])
+@pytest.mark.parametrize("offset", [0.0, 1.0, 1e2, 1e6])
 @pytest.mark.parametrize("column", [0, 1])
 def test_vibrations_keep_a_thousandth_of_their_rms_or_are_refused(
     tmp_path: Path, make: Make, offset: float, column: int

@@ -1,10 +1,7 @@
 import re
 import shutil
 import tempfile
-from contextlib import suppress
-from dataclasses import is_dataclass, replace
-from importlib import import_module
-from inspect import signature
+from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
@@ -26,9 +23,6 @@ from firstcontact.recording import (
     write_dataset,
 )
 from firstcontact.recording._dataset import pause_between
-
-#: The page that lists what others may rely on.
-PAGE = Path(__file__).parents[2] / "docs" / "reference" / "python-rooms.md"
 
 
 @pytest.fixture
@@ -124,34 +118,6 @@ def test_paths_may_be_strings(tmp_path, layout, pinches):
     assert len(load_dataset(names[0])) == len(read_recording(names[0]).pinches)
     export(Dataset(pinches), EXPORTERS["csv"], f"{folder}/pinches.csv")
     assert (tmp_path / "pinches.csv").is_file()
-
-
-def test_public_functions_accept_path_strings():
-    """Users pass strings, because ``open`` accepts them."""
-    rooms = re.split(r"^###? (firstcontact\S*)$", PAGE.read_text(encoding="utf-8"), flags=re.M)[1:]
-    assert rooms
-    for room, table in zip(rooms[::2], rooms[1::2], strict=True):
-        for name in re.findall(r"^\| `(\w+)` \|", table, flags=re.M):
-            function = getattr(import_module(room), name)
-            if (
-                is_dataclass(function)
-                or not callable(function)
-                or not hasattr(function, "__module__")
-            ):
-                continue
-            with suppress(ValueError):  # a type without a signature
-                for parameter in signature(function).parameters.values():
-                    kinds = {kind.strip() for kind in str(parameter.annotation).split("|")}
-                    assert "Path" not in kinds, f"{room}.{name}({parameter})"
-
-
-def test_dataset_repr_has_counts_without_samples(pinches):
-    dataset = Dataset(pinches, "synthetic")
-    text = repr(dataset)
-    assert len(text) < 200
-    for part in ("6 pinches", "1 object,", "2 sessions", "Hz", "synthetic"):
-        assert part in text
-    assert "0 pinches" in repr(Dataset(()))
 
 
 @pytest.mark.parametrize("dtypes", [*permutations(("int16", "int32", "float32"), 2)])

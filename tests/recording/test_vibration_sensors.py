@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +23,6 @@ from firstcontact.core import (
     VibrationSensor,
     fingertip_layout,
 )
-from firstcontact.device import Descriptor
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.signal import (
     DeviceSmoothing,
@@ -80,13 +78,6 @@ def test_version_1_recording_is_read(tmp_path: Path) -> None:
         writer.pinch(old.pinches[0])
     versions = load_dataset([VERSION_1, tmp_path / "new.mcap"])
     assert np.array_equal(versions.pinches[0].vibration(), versions.pinches[1].vibration())
-
-
-@pytest.mark.parametrize("sensor", VibrationSensor)
-def test_layout_round_trips_through_the_descriptor(sensor: VibrationSensor) -> None:
-    alone = Channel("x", ChannelKind.VIBRATION, None, "V", sensor=sensor, axes=3, axis=1)
-    for layout in (fingertip_layout(), Layout((alone,), 2000.0, 0.5)):
-        assert Descriptor.from_text(Descriptor(layout).to_text()).layout == layout
 
 
 def test_microphone_belongs_to_no_finger(tmp_path: Path) -> None:
@@ -150,22 +141,6 @@ def test_two_sensors_in_a_file_are_refused(
     path = arrays(tmp_path, axis=2, piezo=ring(3, 3), piezo_unit="V")
     assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 2
     assert "one kind of sensor" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("to", ["csv", "hdf5"])
-@pytest.mark.parametrize("make", [wavs, arrays])
-def test_sensors_round_trip_through_exports(
-    tmp_path: Path, to: str, make: Callable[..., Path]
-) -> None:
-    path = make(tmp_path / "w") if make is wavs else make(tmp_path, axis=1)
-    original = import_file(path, tmp_path / "a")
-    out = tmp_path / f"x.{'h5' if to == 'hdf5' else to}"
-    assert main(["export", str(tmp_path / "a"), "--to", to, "--out", str(out)]) == 0
-    back = import_file(out, tmp_path / "b")
-    assert back.layout.vibration == original.layout.vibration
-    for original_pinch, back_pinch in zip(original.pinches, back.pinches, strict=True):
-        assert np.array_equal(original_pinch.vibration(), back_pinch.vibration())
-        assert [c.finger for c in original_pinch.truth] == [c.finger for c in back_pinch.truth]
 
 
 def test_each_channel_is_smoothed_once() -> None:

@@ -21,7 +21,6 @@ from firstcontact.recording import Header, PinchMark, RecordingWriter, load_data
 from firstcontact.recording._chunk_file import MAGIC, ChunkFile
 from firstcontact.recording._chunks import find_chunks
 from firstcontact.recording._messages import block_message
-from firstcontact.recording._untrusted import most_unpacked
 
 LAYOUT = fingertip_layout()
 HEADER = Header(LAYOUT, "synthetic").to_json()
@@ -131,10 +130,7 @@ def test_mark_out_of_bounds_is_skipped(tmp_path: Path, mark: Any) -> None:
 def test_writer_refuses_invalid_marks(tmp_path: Path) -> None:
     with RecordingWriter(tmp_path / "a.mcap", Header(LAYOUT, "synthetic")) as writer:
         writer.write(BLOCK)
-        for mark in (
-            PinchMark(0, 100, 100),
-            PinchMark(0, 100, 900, 0, Label("x" * 300)),
-        ):
+        for mark in (PinchMark(0, 100, 100), PinchMark(0, 100, 900, 0, Label("x" * 300))):
             with pytest.raises(InputError, match="the mark of pinch 0"):
                 writer.mark(mark)
         with pytest.raises(InputError, match="sample number"):
@@ -179,9 +175,7 @@ def test_decompression_bomb_is_skipped(
 ) -> None:
     path = write_recording(tmp_path / "a.mcap")
     path.write_bytes(path.read_bytes() + _chunk(kind, bombs[kind], declared, 1))
-    losses = " ".join(read_recording(path).skipped)
-    assert "not closed" in losses
-    assert ("unpack to far more" in losses) == (declared > most_unpacked(path.stat().st_size))
+    assert "not closed" in " ".join(read_recording(path).skipped)
 
 
 def _chunk(kind: str, data: bytes, size: int, crc: int) -> bytes:

@@ -98,10 +98,7 @@ def test_losses_in_all_stamps_are_at_their_places(sender: Sender, seed: int) -> 
 
 
 @settings(max_examples=40)
-@given(
-    lost=st.sets(st.integers(1, 900), max_size=60),
-    drift=st.floats(-2e-3, 2e-3),
-)
+@given(lost=st.sets(st.integers(1, 900), max_size=60), drift=st.floats(-2e-3, 2e-3))
 def test_regular_stamps_reveal_each_loss(lost: set[int], drift: float) -> None:
     received = np.setdiff1d(np.arange(1000), list(lost))
     expected = np.flatnonzero(np.diff(received) > 1) + 1

@@ -24,12 +24,7 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
-from firstcontact.signal import (
-    DeviceSmoothing,
-    ExponentialSmoothing,
-    WindowStream,
-    contact_windows,
-)
+from firstcontact.signal import DeviceSmoothing, ExponentialSmoothing, WindowStream, contact_windows
 
 #: Written by firstcontact before version 2 of the format, byte for byte.
 VERSION_1 = Path(__file__).with_name("version1.mcap")

@@ -81,7 +81,7 @@ class AudioSource(ThreadedSource):
                 f"{self.name} cannot be opened ({error}): close what else uses it, or see "
                 "`firstcontact ports`"
             ) from error
-        settings = FileSettings(VibrationSensor.PIEZO, self._rate, "full scale", 1.0, "real", None)
+        settings = FileSettings(VibrationSensor.PIEZO, self._rate, "full scale")
         layout = make_layout(settings, self._channels, scale=1.0)
         if self._channels == 1:  # a single disc belongs to no finger
             (channel,) = layout.channels

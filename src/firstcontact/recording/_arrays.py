@@ -21,13 +21,13 @@ from firstcontact.recording._messages import SOURCES
 from firstcontact.recording._settings import (
     LAYOUT,
     SETTINGS,
-    FileSettings,
     check_force,
     check_samples,
     check_vibration,
     find_sensor,
     joined,
     make_layout,
+    note_smoothing,
     read_layout,
     read_settings,
 )
@@ -105,12 +105,10 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
                 f"{path}: the array '{name}' has the shape {values.shape} and must have {wanted}"
             )
         origin = f"{path}: {name}"
-        is_vibration = name == sensor
-        values = (
-            check_vibration(origin, values, list(values))
-            if is_vibration
-            else check_samples(origin, values)
-        )
+        if name == sensor:
+            values = check_vibration(origin, values, list(values))
+        else:
+            values = check_samples(origin, values)
         signals[name] = values.reshape(pinches * samples, *values.shape[2:])
     given_labels = [name for name in PINCH_COLUMNS if name in arrays]
     wrong = next((name for name in given_labels if arrays[name].shape != (pinches,)), None)
@@ -145,33 +143,20 @@ def from_signals(
 
     The first signal is the vibration. ``bounds`` are the first row and the end of each pinch.
     """
-    path, origin = table.path, str(table.path)
-    vibration = next(iter(signals.values()))
+    origin, (sensor, vibration) = str(table.path), next(iter(signals.items()))
     data = joined([values.reshape(len(values), -1) for values in signals.values()])
     exported = LAYOUT in given
     if exported:
         layout = read_layout(origin, given[LAYOUT])
         if layout.width != data.shape[1]:
             raise InputError(
-                f"{path}: the signals have {data.shape[1]} columns, but '{LAYOUT}' has "
+                f"{origin}: the signals have {data.shape[1]} columns, but '{LAYOUT}' has "
                 f"{layout.width}: export the recording again"
             )
-        first, source = (
-            layout.vibration[0],
-            one_of(origin, "source", given.get("source", "unknown"), SOURCES),
-        )
-        settings = FileSettings(
-            first.sensor or VibrationSensor.PIEZO,
-            layout.rate,
-            first.unit,
-            first.smoothing_alpha,
-            source,
-            first.axis,
-        )
     else:
-        settings = read_settings(origin, given, VibrationSensor(next(iter(signals))))
+        settings = read_settings(origin, given, VibrationSensor(sensor))
         if "force" in signals:
-            check_force(f"{path}: force", signals["force"], settings.force_unit)
+            check_force(f"{origin}: force", signals["force"], settings.force_unit)
         layout = make_layout(
             settings,
             vibration.shape[1],
@@ -183,8 +168,8 @@ def from_signals(
         table,
         [data[start:stop] for start, stop in bounds],
         layout,
-        source=settings.source,
-        notes=[*settings.notes, *notes],
+        source=one_of(origin, "source", given.get("source", "unknown"), SOURCES),
+        notes=[*note_smoothing(layout), *notes],
         exported=exported,
     )
 

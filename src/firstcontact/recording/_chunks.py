@@ -100,7 +100,7 @@ def _not_ours(path: Path, start: bytes) -> InputError:
 def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
     records: list[McapRecord] = []
     damage: list[str] = []
-    chunks = refused = 0
+    chunks = 0
     end = len(MAGIC)  # end of the bytes processed
     left = most_unpacked(len(view))  # bytes for all compressed chunks together
     patience = _PATIENCE * len(view)
@@ -110,7 +110,6 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
         try:
             inside, unpacked = unpack_chunk(view[start + _FRAME.size : stop], left)
         except (McapError, ValueError, RuntimeError, OverflowError, struct.error) as error:
-            refused += isinstance(error, _SizeError)
             patience -= stop - start
             if patience < 0:
                 raise InputError(
@@ -125,15 +124,7 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
         chunks += 1
         end = stop
     damage += _tail(view, end, chunks)
-    if refused:
-        damage.append(
-            f"{refused} chunks would unpack to far more than the file could hold and were skipped"
-        )
     return records, damage
-
-
-class _SizeError(ValueError):
-    """Error for a chunk that declares too many unpacked bytes."""
 
 
 def unpack_chunk(body: bytes, most: int) -> tuple[list[McapRecord], int]:
@@ -145,7 +136,7 @@ def unpack_chunk(body: bytes, most: int) -> tuple[list[McapRecord], int]:
     unpacked = 0
     if chunk.compression:
         if chunk.uncompressed_size > most:
-            raise _SizeError
+            raise ValueError("it would unpack to far more than the file could hold")
         chunk.data = _decompressed(chunk)
         chunk.compression = ""
         unpacked = len(chunk.data)

@@ -19,8 +19,6 @@ from firstcontact.core import (
 )
 from firstcontact.recording._untrusted import as_text, check_unpacked, library_errors
 
-#: Largest attribute, bytes.
-_ATTRIBUTE = 1 << 16
 #: Largest number of texts read together, and largest size of them, bytes.
 _TEXTS = 4096
 _TEXT_BYTES = 64 << 20
@@ -51,7 +49,7 @@ def read_hdf5(
             for holder in (file, *map(datasets.get, VibrationSensor)):
                 for name in settings if holder is not None else ():
                     if name in holder.attrs:
-                        arrays[name] = _attribute(path, holder.attrs, name)
+                        arrays[name] = np.asarray(holder.attrs[name])
             return arrays, sorted(set(file) - set(wanted))
 
 
@@ -123,9 +121,3 @@ def _cell(path: Path, name: str, target: Any) -> Any:
     if values.size != 1:
         raise refusal
     return values.reshape(-1)[0]
-
-
-def _attribute(path: Path, attributes: Any, name: str) -> NDArray[Any]:
-    if attributes.get_id(name).get_storage_size() > _ATTRIBUTE:
-        raise InputError(f"{path}: the attribute '{name}' is too long: give a single value")
-    return np.asarray(attributes[name])

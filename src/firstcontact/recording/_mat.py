@@ -40,10 +40,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def import_mat(
-    path: Path,
-    rate: float | None = None,
-    channels: Path | None = None,
-    labels: Path | None = None,
+    path: Path, rate: float | None = None, channels: Path | None = None, labels: Path | None = None
 ) -> Dataset:
     """Import pinches from a MATLAB file, or one pinch from each file of a folder."""
     if channels is None:

@@ -27,7 +27,7 @@ from firstcontact.core import (
     parse_float,
     read_record,
 )
-from firstcontact.recording._messages import LARGEST, SOURCES
+from firstcontact.recording._messages import LARGEST
 from firstcontact.recording._untrusted import as_text, one_of, quote
 
 #: Settings of all pinches of a file. The rate and the sensor's unit are required, and the axis for
@@ -82,22 +82,22 @@ class FileSettings:
     sensor: VibrationSensor
     rate: float
     unit: str
-    smoothing_alpha: float
-    source: str  # "unknown" if not stated
-    axis: int | None  # axis of vectors, if stated
+    smoothing_alpha: float = 1.0
+    axis: int | None = None  # axis of vectors, if stated
     force_unit: str = "V"
 
-    @property
-    def notes(self) -> list[str]:
-        """Notes on these settings for readers of results, one sentence each."""
-        usual = self.smoothing_alpha == FINGERTIP_SMOOTHING and self.rate == FINGERTIP_RATE
-        if self.smoothing_alpha == 1.0 or usual:
-            return []
-        return [
-            f"the {self.sensor} was smoothed before (alpha {self.smoothing_alpha:g} at "
-            f"{self.rate:g} Hz) and is not smoothed again, so it differs from a fingertip's (alpha "
-            f"{FINGERTIP_SMOOTHING:g} at {FINGERTIP_RATE:g} Hz)"
-        ]
+
+def note_smoothing(layout: Layout) -> list[str]:
+    """Return a note on smoothing that differs from a fingertip's, if any."""
+    first, rate = layout.vibration[0], layout.rate
+    alpha = first.smoothing_alpha
+    if alpha == 1.0 or (alpha == FINGERTIP_SMOOTHING and rate == FINGERTIP_RATE):
+        return []
+    return [
+        f"the {first.sensor} was smoothed before (alpha {alpha:g} at {rate:g} Hz) and is not "
+        f"smoothed again, so it differs from a fingertip's (alpha {FINGERTIP_SMOOTHING:g} at "
+        f"{FINGERTIP_RATE:g} Hz)"
+    ]
 
 
 def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
@@ -137,7 +137,6 @@ def read_settings(origin: str, given: Mapping[str, Any], sensor: VibrationSensor
         check_rate(f"{origin}: 'sample_rate_hz'", given["sample_rate_hz"]),
         one_of(origin, unit_name, given[unit_name], UNITS),
         smoothing,
-        one_of(origin, "source", given.get("source", "unknown"), SOURCES),
         None if axis is None else int(axis),
         one_of(origin, "force_unit", given.get("force_unit", "V"), FORCE_UNITS),
     )

@@ -32,12 +32,7 @@ from firstcontact.recording._events import (
 )
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import make_dataset, note_unknown
-from firstcontact.recording._settings import (
-    FileSettings,
-    check_rate,
-    check_vibration,
-    make_layout,
-)
+from firstcontact.recording._settings import FileSettings, check_rate, check_vibration, make_layout
 from firstcontact.recording._table import Table, match_each_file, match_files, read_columns
 from firstcontact.recording._untrusted import check_unpacked, library_errors
 
@@ -148,7 +143,7 @@ def _alike(
             )
     check_rate(f"{files[0]}: the sample rate", rate)
     kind = sensor or VibrationSensor.MICROPHONE
-    settings = FileSettings(kind, rate, "full scale", 1.0, "unknown", None)
+    settings = FileSettings(kind, rate, "full scale")
     layout = make_layout(settings, width, scale=1.0 / FULL_SCALE[str(first.dtype)])
     return layout, [_stored(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
 

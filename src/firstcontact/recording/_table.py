@@ -15,8 +15,6 @@ from firstcontact.recording._untrusted import quote
 
 T = TypeVar("T")
 
-#: Largest number of columns.
-MOST_COLUMNS = 1000
 #: Largest list that people write, bytes.
 LONGEST_LIST = 1 << 20
 #: Other separators that programs write between fields.
@@ -134,11 +132,6 @@ def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str
         with TextIOWrapper(raw, encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream, strict=not by_hand, skipinitialspace=by_hand)
             header = [name.strip() for name in next(reader, [])]
-            if len(header) > MOST_COLUMNS:
-                raise InputError(
-                    f"{path} has {len(header)} columns, more than {MOST_COLUMNS}: give a table "
-                    "with a header"
-                )
             for separator, name in _OTHER_SEPARATORS.items():
                 if len(header) == 1 and separator in header[0]:
                     raise InputError(

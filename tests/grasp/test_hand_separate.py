@@ -182,14 +182,6 @@ def test_process_ignores_signals_to_the_program(number: signal.Signals, tmp_path
         await_lines(log, "0.02 2.0")
 
 
-def test_terminated_process_releases(tmp_path: Path) -> None:
-    log = tmp_path / "log"
-    with file_hand(log) as hand, watched(process_id(hand)) as process:
-        os.kill(process_id(hand), signal.SIGTERM)
-        assert ends(process)
-        await_lines(log, "close")
-
-
 @pytest.mark.parametrize(
     ("port", "reason"), [("nowhere", "nowhere is no port"), ("crash", "ZeroDivisionError")]
 )

@@ -43,14 +43,6 @@ def test_policy_slows_down_at_first_contact_and_presses_at_the_second(name: str)
         assert policy.felt(0.0, PATIENCE) == policy.final
 
 
-def test_stalled_drive_builds_the_target_force() -> None:
-    for force in (1.0, 3.0, 12.0):
-        command = Grip().pressing(force)
-        assert command.force == force
-        assert command.speed * Grip().push == pytest.approx(1.1 * force)
-    assert Grip().pressing(50.0) == Grip().pressing(12.0)
-
-
 def test_force_steps_up_with_the_lowered_estimate() -> None:
     policy = ByStiffness(Grip(), soft=2, firm=6, middle=30, width=2, caution=1.0, unknown=0.25)
     policy.begin()

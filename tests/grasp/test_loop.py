@@ -159,12 +159,6 @@ def test_taxels_are_measured_from_their_unloaded_level() -> None:
             assert taxels.update(data[:0]) == 0.0
 
 
-def test_taxels_are_zero_without_force_channels() -> None:
-    layout = fingertip_layout()
-    bare = type(layout)(layout.channels[:2], layout.rate)
-    assert Taxels(bare).update(np.ones((400, 2), np.int16)) == 0.0
-
-
 def test_estimate_that_reaches_the_hand_after_the_second_contact_is_overtaken() -> None:
     """The hand's pacing delays the estimate, and the second contact is known only afterwards."""
     for wait, overtaken in ((0.004, 0), (0.006, 1)):

@@ -43,18 +43,9 @@ WORDS = ("block 29", "apple", "", "tennis ball", "block 60")
 
 
 class Feed:
-    """Generator of updates of 247 samples (50 ms), each with its events.
+    """Generator of updates of 247 samples (50 ms), each with its events."""
 
-    Parameters
-    ----------
-    seed
-        Random seed of the noise, the values and the offsets.
-    repeating
-        True to repeat the samples of the first closing, which is much faster.
-    """
-
-    def __init__(self, seed: int = 0, repeating: bool = False) -> None:
-        self._made: dict[int, np.ndarray] | None = {} if repeating else None
+    def __init__(self, seed: int = 0) -> None:
         self.rng = np.random.default_rng(seed)
         self.sample = 0
         self.epoch = 0
@@ -119,21 +110,8 @@ class Feed:
         ]
         events = [e for at, e in sorted(predictions, key=lambda t: t[0]) if first <= at < end]
         word = WORDS[self.pinches % len(WORDS)]
-        markers = (
-            [Marker(self.start + 5, word, self.epoch)]
-            if word and first <= self.start + 5 < end
-            else []
-        )
-        return events, markers
-
-    def block(self, n: int) -> Block:
-        """Return the next samples, new or repeated ones."""
-        if self._made is None:
-            return Block(self._samples(n), self.sample, self.epoch)
-        place = self.sample % PERIOD
-        if len(self._made.get(place, ())) != n:
-            self._made[place] = self._samples(n)
-        return Block(self._made[place], self.sample, self.epoch)
+        is_due = word and first <= self.start + 5 < end
+        return events, [Marker(self.start + 5, word, self.epoch)] if is_due else []
 
     def _samples(self, n: int) -> np.ndarray:
         """Return samples as a fingertip sends them."""
@@ -159,7 +137,7 @@ class Feed:
     def update(self, n: int = 247) -> Update:
         """Return an update with the next samples."""
         n = min(n, PERIOD - self.sample % PERIOD)
-        block = self.block(n)
+        block = Block(self._samples(n), self.sample, self.epoch)
         events, markers = self.happenings(self.sample, self.sample + n)
         self.sample += n
         if any(isinstance(e, PinchDone) for e in events):

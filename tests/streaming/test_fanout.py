@@ -141,13 +141,3 @@ def test_patience_ends_with_a_stop() -> None:
     assert fanout.dropped == {"stuck": len(sent) - 1}
     go_on.set()
     fanout.close(LONG)
-
-
-def test_patience_ends_with_a_sink_that_fails() -> None:
-    raiser = Raiser("raiser")
-    fanout = Fanout([raiser], DESCRIPTOR, patient=True)
-    for update in updates(2 * WAITING):
-        fanout.put(update)
-    fanout.close()
-    assert fanout.deserted
-    assert fanout.dropped["raiser"] == 2 * WAITING - 1

@@ -165,13 +165,3 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     ]
     assert sum(c["type"] == VibrationSensor.PIEZO for c in channels) == 2
     assert described.findtext("acquisition/hand") == "linke Händ"
-
-
-def test_without_listeners_nothing_waits(loopback: None) -> None:
-    sink = LslSink(f"fc-alone-{os.getpid()}")
-    sink.open(DESCRIPTOR)
-    for k in range(0, 50_000, 500):
-        sink.take(Update((numbered(k, 500, host=k / 4936),), EVENTS))
-    sink.close()
-    sink.close()
-    assert sink._samples is None

@@ -55,16 +55,6 @@ def test_a_gap_is_empty(lead: int, gap: int, tail: int) -> None:
         assert np.isnan(column).all() == (not arrival.any())
 
 
-def test_doubled_samples_change_nothing() -> None:
-    once, twice = Columns(LAYOUT), Columns(LAYOUT)
-    for columns in (once, twice):
-        columns.add(block(100, 400))
-    twice.add(block(300, 200, thumb=9000))
-    once.add(block(500, 100))
-    twice.add(block(450, 150))
-    np.testing.assert_array_equal(once.since(0)[1], twice.since(0)[1])
-
-
 def test_epochs_are_not_joined() -> None:
     columns = Columns(LAYOUT)
     columns.add(block(5000, 800))

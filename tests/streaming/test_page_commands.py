@@ -88,17 +88,6 @@ def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(
     assert EACH[0] <= len(requests.calls) <= EACH[0] + 2 + EACH[1] * spent
 
 
-@pytest.mark.parametrize(
-    ("text", "words"), [("flat", "objects: flat."), ("", "unknown"), ("a ball", "a ball")]
-)
-def test_a_shape_is_told_and_answered(page: PageSink, text: str, words: str) -> None:
-    with view(page) as viewer:
-        viewer.send(json.dumps({"do": "shape", "text": text}))
-        message = answer(viewer)
-    assert message["ok"] is (text != "a ball")
-    assert words in message["text"]
-
-
 def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, requests: Requests) -> None:
     with view(page) as first, view(page) as second:
         for viewer, request in ((first, "close"), (second, "open")):

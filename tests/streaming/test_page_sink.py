@@ -152,18 +152,6 @@ def test_controls_that_refuse_or_raise_are_reported(page: PageSink, requests: Re
         assert "noodle" in got["answer"]["text"]
 
 
-def test_without_controls_viewers_only_look() -> None:
-    sink = PageSink(port=0)
-    sink.open(DESCRIPTOR)
-    try:
-        with view(sink) as viewer:
-            assert merged(viewer, lambda s: "hello" in s)["hello"]["controls"] is False
-            viewer.send('{"do": "record"}')
-            assert merged(viewer, lambda s: "answer" in s)["answer"]["ok"] is False
-    finally:
-        sink.close()
-
-
 def test_one_viewer_too_many_is_refused(page: PageSink) -> None:
     with ExitStack() as viewers:
         for _ in range(16):

@@ -237,18 +237,6 @@ def test_a_recording_that_begins_while_the_session_ends_is_refused_or_closed(
     assert all(read_recording(path).skipped == () for path in paths)
 
 
-def test_a_folder_that_cannot_be_made_is_reported(
-    recorded: Path, detector: Detector, tmp_path: Path
-) -> None:
-    (tmp_path / "file").touch()
-    with ReplaySource(recorded, float("inf")) as source:
-        session = LiveSession(
-            source, Pipeline(LAYOUT, detector), recordings=tmp_path / "file" / "folder"
-        )
-        with pytest.raises(InputError, match="--recordings"):
-            session.start_recording()
-
-
 def test_it_ends_after_a_number_of_pinches_or_on_request(
     recorded: Path, stream: np.ndarray, detector: Detector
 ) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -368,34 +367,3 @@ def test_compiled_code_takes_all_samples_that_follow_one_another() -> None:
     np.testing.assert_array_equal(
         np.frombuffer(samples, "<i2").reshape(-1, CHANNELS), numbered(10, 5_000)
     )
-
-
-def run(minutes: float) -> tuple[Counts, list[int]]:
-    """Return the counts of a stream of this length, and the memory after each tenth, bytes."""
-    assembler = Assembler()
-    assembler.feed(descriptor())
-    total = round(minutes * 60 * 4936)
-    step = 4936
-    memory, end = [], 0
-    for k, first in enumerate(range(0, total, step)):
-        # One frame more than whole ones hold: pieces end anywhere.
-        wire = b"".join(frames(first, min(step, total - first), 1 + k * -(-step // 5)))
-        blocks = []
-        for start in range(0, len(wire), 4095):
-            blocks += assembler.feed(wire[start : start + 4095]).blocks
-        check(blocks)
-        assert blocks[0].first_sample == end
-        end = blocks[-1].end
-        if first // step % max(1, total // step // 10) == 0:
-            memory.append(int(Path("/proc/self/statm").read_text().split()[1]) * 4096)
-    assert end == total
-    assert assembler.decoder.bad == 0
-    return assembler.counts, memory
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(1200)
-def test_an_hour_has_no_losses_and_constant_memory() -> None:
-    counts, memory = run(60)
-    assert counts == Counts(samples=3600 * 4936)
-    assert max(memory[1:]) - memory[1] < 4 << 20

@@ -266,24 +266,3 @@ def test_killed_recorder_leaves_all_complete_chunks(tmp_path, seed):
     assert sum(s.first_sample != 0 for s in recording.stretches) == 0  # nothing is missing before
     assert recording.samples >= written_samples - 0.1 * LAYOUT.rate
     assert any("not closed" in s for s in recording.skipped)
-
-
-@pytest.mark.slow
-def test_an_hour_has_no_losses_and_constant_memory(tmp_path):
-    path = tmp_path / "hour.mcap"
-    end, hour = 0, 3600 * 4936
-    early = 0
-    with Recorder() as recorder:
-        recorder.start(path, HEADER)
-        while end < hour:
-            recorder.put(arrivals(end, [5] * 40))
-            end += 200
-            if recorder.status.waiting > 20_000:  # faster than the clock: let it follow
-                await_status(recorder, lambda s: s.waiting < 2_000)
-            if end == 4936 * 200:
-                early = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - early
-    assert grown < 4_000, f"{grown} kB more after the hour than after its first minutes"
-    recording = read_recording(path)
-    assert (recording.samples, recording.skipped) == (end, ())
-    check_numbers(recording)

@@ -107,12 +107,6 @@ def test_paced_blocks_have_their_due_times(
     np.testing.assert_allclose(hosts - hosts[0], due - due[0], atol=1e-6)
 
 
-def test_no_block_comes_early(recording: Path) -> None:
-    with ReplaySource(recording, 1e-6) as source:
-        assert source.read(0.0) == []
-        assert not source.ended
-
-
 def test_a_replay_begins_at_the_first_read(recording: Path) -> None:
     with ReplaySource(recording) as source:
         opened = time.monotonic()

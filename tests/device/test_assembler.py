@@ -22,7 +22,7 @@ from firstcontact.device import (
 )
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._assembler import Assembled, Counts
-from firstcontact.device._device_predictions import contact_payload, estimate_payload
+from firstcontact.device._descriptor import contact_payload, estimate_payload
 from firstcontact.device._protocol import NextSamples
 
 LAST = 2**32 - 1

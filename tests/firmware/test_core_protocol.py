@@ -17,7 +17,7 @@ from firstcontact.chain import Reason
 from firstcontact.core import Finger
 from firstcontact.device import DeviceContact, DeviceEstimate
 from firstcontact.device import _protocol as protocol
-from firstcontact.device._device_predictions import (
+from firstcontact.device._descriptor import (
     contact_payload,
     estimate_payload,
     read_contact,

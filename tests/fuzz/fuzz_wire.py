@@ -29,7 +29,7 @@ from firstcontact.device import (
 )
 from firstcontact.device import _flashing as flashing_of_models
 from firstcontact.device import _protocol as protocol
-from firstcontact.device._device_predictions import contact_payload, estimate_payload
+from firstcontact.device._descriptor import contact_payload, estimate_payload
 from firstcontact.device._responder import Responder
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.streaming import Ask, JsonLinesSink, Pipeline, TextSink

@@ -4,12 +4,12 @@ from ._assembler import Assembler as Assembler
 from ._clock import DeviceClock as DeviceClock
 from ._clock import TransportDelay as TransportDelay
 from ._descriptor import Descriptor as Descriptor
+from ._descriptor import DeviceContact as DeviceContact
+from ._descriptor import DeviceEstimate as DeviceEstimate
+from ._descriptor import DevicePrediction as DevicePrediction
 from ._descriptor import DevicePredictor as DevicePredictor
 from ._descriptor import layout_to_send as layout_to_send
 from ._descriptor import skipped_model as skipped_model
-from ._device_predictions import DeviceContact as DeviceContact
-from ._device_predictions import DeviceEstimate as DeviceEstimate
-from ._device_predictions import DevicePrediction as DevicePrediction
 from ._flashing import check_model_fits as check_model_fits
 from ._flashing import flash_model as flash_model
 from ._lsl_source import lsl_library as lsl_library

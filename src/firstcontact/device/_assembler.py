@@ -7,12 +7,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from firstcontact.core import Block, InputError
-from firstcontact.device._descriptor import Descriptor, read_greeting, refusal
-from firstcontact.device._device_predictions import (
+from firstcontact.device._descriptor import (
+    Descriptor,
     DevicePrediction,
     check_place,
     read_contact,
     read_estimate,
+    read_greeting,
+    refusal,
 )
 from firstcontact.device._protocol import (
     Decoder,

@@ -11,8 +11,7 @@ from typing import Self
 import numpy as np
 
 from firstcontact.core import Block, ChannelKind, ClosingSpeed, Contact
-from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._device_predictions import DeviceContact, DevicePrediction
+from firstcontact.device._descriptor import Descriptor, DeviceContact, DevicePrediction
 from firstcontact.device._source import Arrival, Health, Source
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.signal import CausalResampler, check_rates

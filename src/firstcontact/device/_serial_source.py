@@ -14,8 +14,7 @@ from typing import Self
 from firstcontact.core import InputError, check_text
 from firstcontact.device._assembler import Assembled, Assembler
 from firstcontact.device._clock import ClockFit, RateCheck
-from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._device_predictions import DevicePrediction
+from firstcontact.device._descriptor import Descriptor, DevicePrediction
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._ports import LinkError, SerialTransport, not_a_port
 from firstcontact.device._protocol import VERSION, FrameType, hint_payload, marker_text

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from firstcontact.core import Block, Calibration, ClosingSpeed, InputError
-from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._device_predictions import DevicePrediction
+from firstcontact.device._descriptor import Descriptor, DevicePrediction
 from firstcontact.recording import Marker, PinchMark
 
 #: Losses within this time are reported in one line, s.

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block, InputError, check_text, summarize_error
 from firstcontact.device._clock import ClockFit, RateCheck
-from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._device_predictions import DevicePrediction
+from firstcontact.device._descriptor import Descriptor, DevicePrediction
 from firstcontact.device._source import Arrival, Health, Source
 from firstcontact.recording import Marker
 from firstcontact.signal import CausalResampler

@@ -19,7 +19,7 @@ QUIET = replace(MotorNoise(), rotor=0.0, mesh=0.0, friction=0.0, mains=0.0, clic
 
 
 def series(noise: MotorNoise, duration: float = 4.0, seed: int = 5) -> np.ndarray:
-    return phalanx_force(noise, duration, RATE, np.random.default_rng(seed))
+    return phalanx_force(noise, duration, np.random.default_rng(seed))
 
 
 def level(x: np.ndarray, frequency: float) -> float:

@@ -4,7 +4,6 @@ from ._events import ChainEvent as ChainEvent
 from ._events import EventKind as EventKind
 from ._events import Flag as Flag
 from ._events import Reason as Reason
-from ._extension import chain_extension as chain_extension
 from ._image import CONFIRMED as CONFIRMED
 from ._image import GATE_STEP as GATE_STEP
 from ._image import LINES as LINES
@@ -21,14 +20,13 @@ from ._image import ProcessConstants as ProcessConstants
 from ._image import RigConstants as RigConstants
 from ._image import build_image as build_image
 from ._image import work_memory as work_memory
-from ._looks import fit_predictions as fit_predictions
-from ._looks import look_features as look_features
 from ._stream import Chain as Chain
 from ._stream import Predict as Predict
-from ._stream import ProgramDetector as ProgramDetector
 from ._touch import HINTS as HINTS
 from ._touch import INPUTS as INPUTS
 from ._touch import TRAITS as TRAITS
+from ._touch import fit_predictions as fit_predictions
+from ._touch import look_features as look_features
 from ._touch import predict_inputs as predict_inputs
 from ._touch import predict_touches as predict_touches
 from ._touch import rig_inputs as rig_inputs

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain._extension import chain_extension
-from firstcontact.core import InputError
+from firstcontact.core import InputError, kernels
 from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
 
 Array = NDArray[Any]
@@ -398,3 +398,9 @@ def _put_rig(w: _Writer, r: RigConstants) -> None:
             process.scale[:, None],
         ]
         w.put(np.concatenate(parts, axis=1), "f4")
+
+
+def chain_extension() -> Any:
+    """Return the compiled module of the chain. InputError says what to install if it is missing."""
+    kernels()  # one build makes both modules, and this one has the message
+    return import_module("firstcontact.chain._compiled")

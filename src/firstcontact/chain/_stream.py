@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain._events import ChainEvent
-from firstcontact.chain._extension import chain_extension
-from firstcontact.chain._image import Image
+from firstcontact.chain._image import Image, chain_extension
 from firstcontact.core import (
     FINGERTIP_SMOOTHING,
     Block,

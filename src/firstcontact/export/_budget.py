@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from firstcontact.export._parts import NamedModel, Trained
 from firstcontact.models import SvmModel, Windows
 from firstcontact.signal import contact_windows
 
+_log = logging.getLogger("firstcontact.export")
 #: Clock of a Teensy 4, Hz, and assumed cycles per instruction.
 CLOCK, CYCLES = 600e6, 1.5
 #: Smallest number of windows to fit a smaller model to.
@@ -138,4 +140,9 @@ def _fitting(
             f"--budget-us {budget_us:g}: raise it"
             + ("" if dataset is not None else ", or give its training recordings with --data")
         )
-    return quick[-1]
+    chosen = quick[-1]
+    _log.info(
+        "%s: %d support vectors, about %.0f us", chosen.name,
+        chosen.model.notes["support_vectors"], times[len(quick) - 1],
+    )  # fmt: skip
+    return chosen

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import TAXELS, InputError
 from firstcontact.twin._noise import MotorNoise, RecordedNoise
-from firstcontact.twin._objects import TwinObject, specimen
+from firstcontact.twin._objects import TwinObject
 from firstcontact.twin._parameters import (
     FingerParameters,
     ObjectParameters,
@@ -148,7 +148,9 @@ def generator(seed: int, *key: object) -> np.random.Generator:
 def draw_specimen(seed: int, condition: Condition, kind: TwinObject, number: int) -> TwinObject:
     """Return specimen ``number``, with random properties fixed by ``seed``."""
     deviate = generator(seed, condition.name, "specimen", kind.name, number).standard_normal()
-    return specimen(kind, float(np.clip(deviate, -2.5, 2.5)), condition.specimen_widen)
+    spread = kind.modulus_scatter * condition.specimen_widen
+    factor = math.exp(spread * float(np.clip(deviate, -2.5, 2.5)))
+    return replace(kind, nominal=kind.nominal.stiffened(factor))
 
 
 def draw_offset(rng: np.random.Generator) -> float:

@@ -36,19 +36,11 @@ _kernels = kernels()
 RUBBING_BAND = (30.0, 1500.0)
 #: Second-order sections of that Butterworth band-pass at the series' rate: designing it needs
 #: ``scipy.signal``, whose import takes longer than all else at the start of the simulated hand.
-RUBBING = np.array(
-    [
-        (
-            0.040731778822964124,
-            0.08146355764592825,
-            0.040731778822964124,
-            1.0,
-            -1.3592450581888862,
-            0.5234788018791424,
-        ),
-        (1.0, -2.0, 1.0, 1.0, -1.9865166936878746, 0.9866107698732742),
-    ]
-)
+RUBBING = np.array([
+    (0.040731778822964124, 0.08146355764592825, 0.040731778822964124,
+     1.0, -1.3592450581888862, 0.5234788018791424),
+    (1.0, -2.0, 1.0, 1.0, -1.9865166936878746, 0.9866107698732742),
+])  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,14 +83,6 @@ class MotorNoise:
         )
 
 
-def _rubbing_band(rate: float) -> NDArray[np.float64]:
-    if rate == _RATE:
-        return RUBBING
-    from scipy.signal import butter
-
-    return np.asarray(butter(2, RUBBING_BAND, "bandpass", fs=rate, output="sos"))
-
-
 @lru_cache(maxsize=8)
 def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the last knot before each point, and the share of the way to the next one."""
@@ -108,21 +92,21 @@ def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float
 
 
 def phalanx_force(
-    noise: MotorNoise, duration: float, rate: float, rng: np.random.Generator
+    noise: MotorNoise, duration: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Return a random series of the noise force on one phalanx."""
-    n = math.ceil(duration * rate) + 2
-    dt = 1 / rate
+    n = math.ceil(duration * _RATE) + 2
+    dt = 1 / _RATE
     white = rng.standard_normal(n + 200)
     rubbing = np.empty_like(white)
-    _kernels.filtered(_rubbing_band(rate), white, rubbing)
+    _kernels.filtered(RUBBING, white, rubbing)
     rubbing = rubbing[200:]
     knots = rng.standard_normal(max(int(duration / 0.02), 2) + 2)
     cell, part = _knot_places(n, dt)
     slope = np.append(np.diff(knots), 0.0)
     envelope = np.exp(noise.wander * (slope[cell] * part + knots[cell]))
     # Share of white noise's amplitude in the band.
-    share = math.sqrt(2 * (RUBBING_BAND[1] - RUBBING_BAND[0]) / rate)
+    share = math.sqrt(2 * (RUBBING_BAND[1] - RUBBING_BAND[0]) / _RATE)
     out = noise.friction * envelope * rubbing / share
     r = noise.rotor_rate * (1 + 0.004 * rng.standard_normal())
     rates = np.array([r, 2 * r, 3 * r, 0.31 * noise.mesh_ratio * r, noise.mesh_ratio * r,
@@ -137,7 +121,7 @@ def phalanx_force(
     _kernels.tones(lines, turns, amplitudes, depth, out)
     for _ in range(rng.poisson(noise.click_rate * duration)):
         start = int(rng.uniform(0, n))
-        length = max(int(rng.uniform(0.3e-3, 1.2e-3) * rate), 2)
+        length = max(int(rng.uniform(0.3e-3, 1.2e-3) * _RATE), 2)
         peak = noise.click * math.exp(0.5 * rng.standard_normal()) * rng.choice((-1.0, 1.0))
         shape = peak * np.sin(np.pi * np.arange(length) / length)
         stop = min(start + length, n)
@@ -154,7 +138,7 @@ class PhalanxNoise:
         self, noises: Iterable[MotorNoise], duration: float, rng: np.random.Generator,
         loudness: float,
     ) -> None:  # fmt: skip
-        self.points = np.stack([phalanx_force(n, duration, _RATE, rng) for n in noises])
+        self.points = np.stack([phalanx_force(n, duration, rng) for n in noises])
         self.loudness = self._reached = loudness
         self._shaped = 0  # number of points with their loudness applied
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -121,9 +121,3 @@ BRITTLE = (
 )
 #: Objects of the paper, by name.
 OBJECTS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS)}
-
-
-def specimen(kind: TwinObject, deviate: float, widen: float = 1.0) -> TwinObject:
-    """Return a specimen whose ln(modulus) deviates by ``deviate * widen`` standard deviations."""
-    factor = math.exp(kind.modulus_scatter * widen * deviate)
-    return replace(kind, nominal=kind.nominal.stiffened(factor))

@@ -33,7 +33,6 @@ from ._files import open_regular as open_regular
 from ._files import read_regular as read_regular
 from ._files import replacing as replacing
 from ._files import replacing_folder as replacing_folder
-from ._files import resolve_path as resolve_path
 from ._files import temporary_path as temporary_path
 from ._files import write_json as write_json
 from ._files import write_text as write_text
@@ -58,7 +57,6 @@ from ._layout import FINGERTIP_RATE as FINGERTIP_RATE
 from ._layout import FINGERTIP_SMOOTHING as FINGERTIP_SMOOTHING
 from ._layout import FINGERTIP_WINDOW as FINGERTIP_WINDOW
 from ._layout import MOST_CHANNELS as MOST_CHANNELS
-from ._layout import MOST_GROUPS as MOST_GROUPS
 from ._layout import PIEZO_OFFSET_VOLTS as PIEZO_OFFSET_VOLTS
 from ._layout import SCALES as SCALES
 from ._layout import SUBCOUNTS as SUBCOUNTS
@@ -118,7 +116,6 @@ from ._weights import Rate as Rate
 from ._weights import Sha256 as Sha256
 from ._weights import digest as digest
 from ._weights import read_card as read_card
-from ._weights import read_verified as read_verified
 from ._weights import read_weights as read_weights
 from ._weights import take_array as take_array
 from ._weights import write_weights as write_weights

@@ -20,17 +20,7 @@ def progress_steps(
 ) -> Iterator[Callable[[int], object]]:
     """Yield a function to call with the number of steps just finished. Show a bar if requested.
 
-    Parameters
-    ----------
-    progress
-        True for a bar; a function that is called with the number of steps just finished; or None
-        for neither.
-    total
-        Number of steps; None if unknown.
-    unit
-        Noun for one step.
-    title
-        Title of the bar.
+    ``total`` is the number of steps, None if unknown, and ``unit`` the noun for one step.
     """
     if callable(progress):
         yield progress

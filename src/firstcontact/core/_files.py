@@ -55,20 +55,6 @@ def given_path(path: object, parameter: str = "path") -> Path:
     return Path(path)
 
 
-def resolve_path(path: Path) -> Path:
-    """Return the absolute path without links. The path need not exist.
-
-    Raises
-    ------
-    InputError
-        The path is a link that leads back to itself.
-    """
-    try:
-        return path.resolve()
-    except (RuntimeError, OSError) as error:  # Python 3.11 and 3.12 raise RuntimeError
-        raise InputError(f"{path} is a link that leads to itself: choose another path") from error
-
-
 def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Path]:
     """Return the files with this suffix (lower case) in a folder and below it, sorted by name.
 
@@ -201,7 +187,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     OSError
         The folder cannot be written. The error names ``path``.
     """
-    path = resolve_path(path)
+    path = path.resolve()
     _check_replaceable(path)
     try:
         with temporary_path(path) as new:
@@ -221,7 +207,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
 def displaced_folder(path: Path) -> Path | None:
     """Return the old folder if a writer was killed between the two renames, else None."""
-    path = resolve_path(path)
+    path = path.resolve()
     if path.exists() or not path.parent.is_dir():
         return None
     return max(_siblings(path, "old"), key=lambda old: old.lstat().st_ctime_ns, default=None)

@@ -276,11 +276,9 @@ class Dataset:
         self, index: int | np.integer[Any] | slice | NDArray[Any] | Sequence[int]
     ) -> Pinch | Dataset:
         """Return a pinch, or the dataset of a slice, of positions or of a boolean mask."""
-        if isinstance(index, slice):
-            return replace(self, pinches=self.pinches[index])
         if isinstance(index, int | np.integer):
             return self.pinches[index]
-        return self.take(_positions(index, len(self)))
+        return self.take(index)
 
     def __repr__(self) -> str:
         """Return a summary, such as the numbers of pinches and objects, without the samples."""
@@ -301,19 +299,12 @@ class Dataset:
     @property
     def shore_a(self) -> NDArray[np.float64]:
         """Shore A of each pinch, NaN if unknown, shape (pinches,)."""
-        return np.array(
-            [np.nan if p.label.shore_a is None else p.label.shore_a for p in self.pinches]
-        )
+        return np.array([p.label.shore_a for p in self.pinches], dtype=np.float64)
 
     @property
     def hardness_rank(self) -> NDArray[np.float64]:
         """Hardness rank of each pinch, NaN if unknown, shape (pinches,)."""
-        return np.array(
-            [
-                np.nan if p.label.hardness_rank is None else p.label.hardness_rank
-                for p in self.pinches
-            ]
-        )
+        return np.array([p.label.hardness_rank for p in self.pinches], dtype=np.float64)
 
     @property
     def objects(self) -> NDArray[np.str_]:
@@ -335,16 +326,9 @@ class Dataset:
         """Mask of the pinches of unseen objects (test role), shape (pinches,)."""
         return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
 
-    def take(self, positions: NDArray[Any] | Sequence[int]) -> Dataset:
-        """Return the dataset of the pinches at these positions, or where a mask is true."""
-        index = np.asarray(positions)
-        if index.dtype == np.bool_:
-            index = np.flatnonzero(index)
-        return replace(self, pinches=tuple(self.pinches[int(i)] for i in index))
-
-
-def _positions(index: NDArray[Any] | Sequence[int], length: int) -> NDArray[np.intp]:
-    """Return the positions that a mask or a list of positions selects."""
-    selected = np.asarray(index)
-    positions: NDArray[np.intp] = np.arange(length)
-    return np.asarray(positions[selected if selected.size else selected.astype(np.intp)])
+    def take(self, positions: slice | NDArray[Any] | Sequence[int]) -> Dataset:
+        """Return the dataset of a slice, of the pinches at these positions, or of a mask."""
+        if not isinstance(positions, slice):
+            positions = np.asarray(positions, dtype=None if len(positions) else np.intp)
+        chosen = np.arange(len(self))[positions]
+        return replace(self, pinches=tuple(self.pinches[i] for i in chosen))

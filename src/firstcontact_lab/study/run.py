@@ -15,7 +15,6 @@ from firstcontact.core import (
     InputError,
     Runner,
     files_below,
-    resolve_path,
 )
 from firstcontact.recording import find_importer, import_path, load_dataset
 from firstcontact.signal import resample_dataset
@@ -40,7 +39,7 @@ def run_study(
     settings: StudySettings, out: Path, recordings: Path | None, quick: bool, command: str
 ) -> Path:
     """Run every part of a study, and update the files after each step."""
-    data = None if recordings is None else str(resolve_path(recordings))
+    data = None if recordings is None else str(recordings.resolve())
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     state = State(
         command=command,
@@ -91,7 +90,7 @@ def plan(
 
 def _set_name(recordings: Path | None) -> str:
     """Return the name of the recordings' folder or file, for results."""
-    name = "" if recordings is None else resolve_path(recordings).stem
+    name = "" if recordings is None else recordings.resolve().stem
     return name.encode("utf-8", "replace").decode() or "recordings"
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from firstcontact.core import BLUE, GREEN, INK, ORANGE, PURPLE, Command, holding_force
 from firstcontact.grasp._grip import Grip
-from firstcontact.grasp._payload_policies import GRANTED, LONGEST_WINDOW
+from firstcontact.grasp._payload_policies import GRANTED, WINDOW
 from firstcontact.grasp._policy import Part, Policy, Task, Truth, Tunable
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class ByStiffness(FinalForce):
         "caution": Tunable("Caution", "half widths", 1, (0.0, 0.25, 0.5, 1.0), (0.0, 0.5)),
         "unknown": Tunable("Unknown", "of the way", 1, (0.0, 0.25, 0.5), (0.25,)),
     }
-    deadline = LONGEST_WINDOW + GRANTED
+    deadline = WINDOW + GRANTED
 
     soft: float = 2.0
     firm: float = 6.0

@@ -12,8 +12,8 @@ from firstcontact.grasp._policy import ForceArray, Part, Policy, SensorVariant, 
 if TYPE_CHECKING:
     from firstcontact.core import Contact, Estimate
 
-#: Length of the longest window, s.
-LONGEST_WINDOW = 0.015
+#: Length of the signal in the last estimate that a policy waits for, s.
+WINDOW = 0.015
 #: Time allowed after the window for the filter's look-ahead and the computing, s.
 GRANTED = 0.010
 
@@ -89,7 +89,7 @@ class FirstContact(Policy):
     colour = BLUE
     early = True
 
-    def __init__(self, grip: Grip, window: float = LONGEST_WINDOW) -> None:
+    def __init__(self, grip: Grip, window: float = WINDOW) -> None:
         super().__init__(grip)
         self.window = window
         self.deadline = window + GRANTED
@@ -119,7 +119,7 @@ class EarlyExit(FirstContact):
     title = "early exit"
     colour = GREEN
 
-    def __init__(self, grip: Grip, window: float = LONGEST_WINDOW, tight: float = 10.0) -> None:
+    def __init__(self, grip: Grip, window: float = WINDOW, tight: float = 10.0) -> None:
         super().__init__(grip, window)
         self.tight = tight
         self._acted = False

@@ -146,7 +146,7 @@ def live_session(
                     layout,
                     # At another speed than real time, no delay can be known.
                     transport=TransportDelay(layout.rate) if real_time else None,
-                    slip=_slip_detector(slip),
+                    slip=None if slip is None else _slip_detector(slip),
                 )
             pipeline.measure_speed = _speed_measurement(source, grasping)
             name = "none" if predictor is None else predictor.name
@@ -277,12 +277,11 @@ def _check_hand(
     if slip is not None:
         _check_slip(slip, hand, policy or POLICIES.default)
     if hand is None:
-        for parameter, value in (("policy", policy), ("hand_port", hand_port)):
-            if value is not None:
-                raise InputError(
-                    "this option needs a hand: name a hand, or leave the option out",
-                    parameter=parameter,
-                )
+        if policy is not None or hand_port is not None:
+            raise InputError(
+                "this option needs a hand: name a hand, or leave the option out",
+                parameter="hand_port" if policy is None else "policy",
+            )
         return
     kind = find_hand(hand)
     if isinstance(kind, Hand) and hand_port is not None:
@@ -323,9 +322,7 @@ def _check_slip(slip: str, hand: str | Hand | None, policy: str) -> None:
         )
 
 
-def _slip_detector(name: str | None) -> SlipDetector | None:
-    if name is None:
-        return None
+def _slip_detector(name: str) -> SlipDetector:
     kind = SLIP_DETECTORS.find(name)
     with SLIP_DETECTORS.calling(name):
         return kind()

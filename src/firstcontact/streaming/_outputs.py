@@ -37,7 +37,7 @@ class Update:
 
 
 class Sink(Protocol):
-    """Output of a live session. It takes updates in a separate thread.
+    """Output of a live session, which processes updates in a separate thread.
 
     A sink may be slow or fail. Its queue is bounded: updates that do not fit are dropped and
     counted, and the session continues. A sink for other programs sets ``is_prompt = True`` and gets

@@ -147,21 +147,7 @@ _SHRINK = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Familiar:
-    """Statistics of the traits of training contacts, at each stage.
-
-    Parameters
-    ----------
-    mean, whitening
-        Centre (median) and whitening matrix of the traits, shape (stages, TRAITS) and (stages,
-        TRAITS, TRAITS).
-    limit
-        Largest distance from the centre for a contact that is not out of range, shape (stages,).
-
-    Raises
-    ------
-    InputError
-        Arrays do not fit together.
-    """
+    """Statistics of the traits of training contacts, at each stage."""
 
     mean: NDArray[np.float64]
     whitening: NDArray[np.float64]

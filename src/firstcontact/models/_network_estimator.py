@@ -39,24 +39,7 @@ FOLDS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Adapted:
-    """Model conditioned on a rig, with its held-out scores.
-
-    Parameters
-    ----------
-    model
-        The model. Its intervals are widened if they covered too few held-out pinches.
-    scheme
-        Scheme from ``WAYS``; see :func:`adapt_network`.
-    scores
-        Held-out RMSE in Shore A at 15 ms, or at an earlier second contact: of the network with each
-        scheme, and of a model that refines the network's predictions.
-    mean_rmse
-        RMSE of always predicting the mean of the other pinches; NaN without held-out pinches.
-    check
-        Check of the intervals on held-out pinches; None without held-out pinches.
-    notes, split
-        Further sentences about the model, and a remark on the held-out pinches.
-    """
+    """Model conditioned on a rig, with its held-out scores."""
 
     model: InContextModel
     scheme: str
@@ -113,23 +96,6 @@ def adapt_network(
     Each finger with enough pinches is a rig of its own, unless both fingers as one rig predict
     held-out pinches better by more than the standard error of the difference. Intervals are widened
     if they cover too few held-out pinches.
-
-    Parameters
-    ----------
-    base
-        Pre-trained network.
-    touches, shore_a
-        Contacts with objects of known Shore A, shape (n,).
-    sessions
-        Session of each contact. Whole sessions are held out if there are several and two levels of
-        Shore A are left to learn from; otherwise random pinches.
-    seed
-        Random seed of the folds.
-
-    Raises
-    ------
-    InputError
-        There are fewer than two levels of Shore A, or fewer than four contacts.
     """
     lasting = touches.answerable
     longest, shore_a = touches.take(lasting), shore_a[lasting]

@@ -135,22 +135,6 @@ def cluster_intervals(
 
     Pinches of one session or specimen are alike, so they are drawn together. If single pinches were
     drawn, the intervals would be too narrow.
-
-    Parameters
-    ----------
-    columns
-        Values of each pinch that are summed, shape (pinches, columns).
-    statistics
-        Functions that map column sums, shape (..., columns), to a score, shape (...).
-    clusters
-        Session or specimen of each pinch, shape (pinches,).
-    seed
-        Random seed of the resampling.
-
-    Returns
-    -------
-    dict
-        Low and high end of the interval for each statistic; empty with fewer than five clusters.
     """
     sums = _sums(clusters, columns)
     if len(sums) < CLUSTERS:

@@ -10,9 +10,11 @@ from rested import rested
 
 from firstcontact.contact import SvmDetector, ThresholdDetector, closing_starts, count_starts
 from firstcontact.core import Dataset, to_tree
-from firstcontact.models import score_detector
 from firstcontact.twin import condition, draw_pinch, simulate_pinch
 from firstcontact.twin._simulate import plan_sessions
+from firstcontact_lab.study.detection_scores import (
+    score_detector,
+)
 
 #: Share of windows or pinches that may differ: one or two of those here.
 NEAR = 0.02

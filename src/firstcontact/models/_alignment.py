@@ -22,13 +22,14 @@ from firstcontact.contact import (
     make_detector,
 )
 from firstcontact.core import Contact, Dataset, InputError, Runner, counted
-from firstcontact.models._detection import outcome
 from firstcontact.models._splits import inner_folds
 from firstcontact.signal import resample_dataset, restore_contacts
 
 Places = NDArray[np.intp]
 Contacts = Literal["detected", "known"]
 
+#: Largest distance of a contact that is placed right from the known one, s.
+TOLERANCE = 0.003
 #: Number of folds. A detector is fitted without one fold, and then finds the contacts of that fold.
 FOLDS = 3
 
@@ -132,7 +133,9 @@ def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
     """Return a mask of the known first contacts that were placed right, as scores count them."""
     return np.array(
         [
-            outcome(contact, pinch.first, pinch.layout.rate, early=0.0) == "success"
+            contact is not None
+            and contact.finger is pinch.first.finger
+            and abs(contact.sample - pinch.first.sample) / pinch.layout.rate <= TOLERANCE
             for pinch, contact in zip(dataset.pinches, alignment.contacts, strict=True)
             if pinch.first is not None
         ]

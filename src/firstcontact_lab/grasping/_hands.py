@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.contact import Detector
 from firstcontact.core import Command, Dataset, Label, Pinch, Serial, fingertip_layout
 from firstcontact.grasp import Grip, Hand, HandLimits
-from firstcontact.models import (
-    InContextModel,
-    adapt_combined,
-    choose_detector,
-    cut_touches,
-    pretrained,
-)
+from firstcontact.models import InContextModel, Touches, adapt_combined, choose_detector, pretrained
 from firstcontact.twin import BLOCKS, Drive, GraspPlant, condition, draw_pinch, draw_specimen
 
 LAYOUT = fingertip_layout()
@@ -105,7 +99,7 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     detector, contacts, _ = choose_detector(
         dataset, name=None, is_known=False, seed=hand.seed, runner=Serial()
     )
-    touches, indices = cut_touches(dataset, contacts.contacts)
+    touches, indices = Touches.cut(dataset, contacts.contacts)
     adapted = adapt_combined(
         pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], hand.seed
     )

@@ -9,17 +9,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain import touch_inputs
 from firstcontact.core import FINGERTIP_RATE
-from firstcontact.models import (
-    BEFORE,
-    GENERAL,
-    LEVELS,
-    LONGEST,
-    STAGES,
-    TOKEN,
-    USUAL_LEVEL,
-    lengths,
-    stage_index,
-)
+from firstcontact.models import Rig, Touches
 from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
 from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, facts, placing, volts
 from firstcontact_lab.rigs import Rng
@@ -29,7 +19,7 @@ NO_CONTEXT, TOLD_SPEED, TOLD_RADIUS = 0.08, 0.2, 0.3
 _RATE = FINGERTIP_RATE
 #: Smallest number of samples before a contact that the chain takes.
 _LEAST_BEFORE = 4
-_BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
+_BEFORE, _AFTER = samples_in(Touches.BEFORE, _RATE), samples_in(Touches.LONGEST, _RATE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +42,7 @@ def draw_batch(
 ) -> Batch:
     """Return a batch of some contacts, with random placement errors, lengths and contexts."""
     n = len(indices)
-    shortest, longest = lengths(_RATE)
+    shortest, longest = Touches.lengths(_RATE)
     valid = rng.integers(shortest, longest + 1, n) if samples is None else np.full(n, samples)
     place = rng.integers(0, CONTEXTS, n) if context is None else np.full(n, context)
     rig = examples.rigs[indices]
@@ -67,19 +57,22 @@ def draw_batch(
         has_speed = rng.random(n) < TOLD_SPEED
         speed = np.where(has_speed, examples.speeds[indices], speed)
         alike = np.where(has_speed, 1.0, alike)
-        general[:, GENERAL - 1] = has_speed
+        general[:, Rig.GENERAL - 1] = has_speed
         radii[rng.random(n) < TOLD_RADIUS] = 1.0
         radii *= examples.radii[indices]
         # Without a context, the usual speed, the level and the sign of the rig are unknown.
         speed, alike = np.where(has_context, speed, 0.0), np.where(has_context, alike, 0.0)
-        level, sign = np.where(has_context, level, USUAL_LEVEL), np.where(has_context, sign, 1.0)
+        level, sign = (
+            np.where(has_context, level, Rig.USUAL_LEVEL),
+            np.where(has_context, sign, 1.0),
+        )
         general[~has_context] = 0.0
     signals_after = cut(volts(examples.signals[indices]), placing(rng, n))
     # The chain takes the signal before a contact, too. No input of the network depends on it.
     signals = np.pad(signals_after, ((0, 0), (_LEAST_BEFORE, 0)))
     hints = facts(speed, alike, radii)
     x, _ = touch_inputs(signals, valid, _LEAST_BEFORE, level, sign, hints)
-    row = (rig * CONTEXTS + place) * len(STAGES) + stage_index(valid)
+    row = (rig * CONTEXTS + place) * len(Rig.STAGES) + Rig.stage_index(valid)
     return Batch(x, general, row, has_context, examples.shore_a[indices])
 
 
@@ -96,8 +89,8 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return one row of tokens per rig, context and stage, and a mask of existing levels."""
-    present = np.arange(LEVELS) < examples.levels.reshape(-1, 1)
+    present = np.arange(Rig.LEVELS) < examples.levels.reshape(-1, 1)
     return (
-        examples.tokens.reshape(-1, LEVELS, TOKEN),
-        np.repeat(present, len(STAGES), axis=0).astype(np.float32),
+        examples.tokens.reshape(-1, Rig.LEVELS, Rig.TOKEN),
+        np.repeat(present, len(Rig.STAGES), axis=0).astype(np.float32),
     )

@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 from firstcontact.chain import HINTS, predict_inputs, touch_inputs
 from firstcontact.core import FINGERTIP_RATE
 from firstcontact.models import (
-    ANY,
-    LONGEST,
-    STAGES,
+    ContextNetwork,
     Familiar,
     InContextModel,
-    Network,
     Rig,
+    Touches,
     Values,
     combine,
 )
@@ -38,7 +36,7 @@ def answers(
     everything = np.arange(len(examples))
     batch = draw_batch(examples, everything, rng, samples, context=0)
     values, spreads = np.empty(len(examples)), np.empty(len(examples))
-    stage = int(batch.row[0] % len(STAGES))
+    stage = int(batch.row[0] % len(Rig.STAGES))
     for rig in np.unique(examples.rigs):
         indices = np.flatnonzero(examples.rigs == rig)
         count = int(examples.levels[rig, 0])
@@ -49,15 +47,15 @@ def answers(
     return values, spreads
 
 
-def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
+def finished(network: ContextNetwork, examples: Examples, seed: int) -> InContextModel:
     """Return the network as a model with calibrated intervals, not conditioned on a rig."""
-    familiar = Familiar.fit([_traits(examples, stage, seed) for stage in STAGES])
+    familiar = Familiar.fit([_traits(examples, stage, seed) for stage in Rig.STAGES])
 
     def model(factors: NDArray[np.float64]) -> InContextModel:
-        return InContextModel(network, familiar, factors, LEVEL, {ANY: Rig.unknown()})
+        return InContextModel(network, familiar, factors, LEVEL, {Rig.ANY: Rig.unknown()})
 
-    plain = model(np.ones(len(STAGES)))
-    return model(np.array([_factor(plain, examples, stage, seed) for stage in STAGES]))
+    plain = model(np.ones(len(Rig.STAGES)))
+    return model(np.array([_factor(plain, examples, stage, seed) for stage in Rig.STAGES]))
 
 
 def _factor(model: InContextModel, examples: Examples, samples: int, seed: int) -> float:
@@ -74,7 +72,7 @@ def _traits(examples: Examples, samples: int, seed: int) -> NDArray[np.float64]:
     rng = np.random.default_rng([seed, samples, 1])
     signals = volts(examples.signals)
     late = np.zeros(len(signals), np.intp)
-    longest = samples_in(LONGEST, FINGERTIP_RATE)
+    longest = samples_in(Touches.LONGEST, FINGERTIP_RATE)
     length_before = signals.shape[1] - longest - 2 * MARGIN
     signals_after = cut(signals, late + rng.integers(0, 4, len(signals)))
     full = np.concatenate([signals[:, MARGIN : MARGIN + length_before], signals_after], axis=1)

@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from firstcontact.models import FARTHEST, GENERAL, THIN, Network
+from firstcontact.models import ContextNetwork, Rig
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
 from firstcontact_lab.pretraining._training import (
@@ -28,6 +28,8 @@ from firstcontact_lab.pretraining._training import (
     expected_loss,
     rate_share,
 )
+
+_FARTHEST = ContextNetwork.FARTHEST
 
 #: Number of directions of each thin layer: the rank of the two matrices.
 DIRECTIONS: Mapping[str, int] = {"query1": 32, "body1": 36, "body2": 32, "body3": 24}
@@ -50,7 +52,7 @@ def compacted(
     steps: int = STEPS,
     directions: Mapping[str, int] = DIRECTIONS,
     progress: Callable[[int, float], object] = lambda step, loss: None,
-) -> Network:
+) -> ContextNetwork:
     """Return the compact form of the full network."""
     lots = _Lots(full, examples)
     compact = _TorchCompact(directions)
@@ -78,7 +80,7 @@ def compacted(
             losses.append(float(loss.item()))
             step += 1
         progress(step, float(np.mean(losses)))
-    return Network(compact.arrays(full))
+    return ContextNetwork(compact.arrays(full))
 
 
 def _linear(network: TorchNetwork) -> dict[str, nn.Linear]:
@@ -112,7 +114,7 @@ class _Lots:
         return x, self._codes[row], present, general, target
 
     def _scaled(self, name: str, x: NDArray[np.float32]) -> torch.Tensor:
-        return torch.from_numpy(np.clip(self._full.scaled(name, x), -FARTHEST, FARTHEST))
+        return torch.from_numpy(np.clip(self._full.scaled(name, x), -_FARTHEST, _FARTHEST))
 
 
 def _targets(full: TorchNetwork, lot: Lot) -> tuple[torch.Tensor, torch.Tensor]:
@@ -135,11 +137,13 @@ class _TorchCompact(nn.Module):
         super().__init__()
         sizes = {n: (x.in_features, x.out_features) for n, x in _linear(TorchNetwork()).items()}
         sizes["body1"] = BODY, BODY  # the rig's part of the inputs is in ``rig``
-        self.into = {n: nn.Linear(sizes[n][0], directions[n], bias=False) for n in THIN}
-        self.out = {n: nn.Linear(directions[n], sizes[n][1]) for n in THIN}
+        self.into = {
+            n: nn.Linear(sizes[n][0], directions[n], bias=False) for n in ContextNetwork.THIN
+        }
+        self.out = {n: nn.Linear(directions[n], sizes[n][1]) for n in ContextNetwork.THIN}
         self.thin = nn.ModuleList([*self.into.values(), *self.out.values()])
         self.pool = nn.Linear(TOKENS, HEADS, bias=False)
-        described = (1 + HEADS) * TOKENS + GENERAL + 1
+        described = (1 + HEADS) * TOKENS + Rig.GENERAL + 1
         self.rig = nn.Linear(described, directions["body1"], bias=False)
         self.answer = nn.Linear(*sizes["answer"])
 
@@ -154,7 +158,7 @@ class _TorchCompact(nn.Module):
         pooled = torch.cat([mean, share], 2).transpose(1, 2) @ e
         described = torch.cat([pooled.flatten(1), general, (count > 0).float()], 1)
         h = x
-        for name in THIN:
+        for name in ContextNetwork.THIN:
             z = self.into[name](h)
             h = silu(self.out[name](z + self.rig(described) if name == "body1" else z))
         weight, centre, spread = self.answer(h).chunk(3, dim=1)
@@ -168,7 +172,7 @@ class _TorchCompact(nn.Module):
         keys = layers["key"].weight.detach().reshape(HEADS, -1, TOKENS)
         values = layers["value"].weight.detach().reshape(HEADS, -1, TOKENS)
         with torch.no_grad():
-            for name in THIN:
+            for name in ContextNetwork.THIN:
                 into, out, bias = _thin(layers[name], *heard[name], len(self.into[name].weight))
                 self.into[name].weight.copy_(into[:, : self.into[name].in_features])
                 self.out[name].weight.copy_(out)
@@ -193,7 +197,7 @@ class _TorchCompact(nn.Module):
         for name, layer in layers.items():
             out[f"{name}.weight"] = layer.weight.detach().numpy().copy()
         out["answer.bias"] = self.answer.bias.detach().numpy().copy()
-        for name in THIN:
+        for name in ContextNetwork.THIN:
             for part, layer in (("into", self.into[name]), ("out", self.out[name])):
                 out |= integers(f"{name}.{part}", layer.weight.detach().numpy())
             out[f"{name}.out.bias"] = self.out[name].bias.detach().numpy().copy()
@@ -212,7 +216,7 @@ def _heard(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.
         return hear
 
     layers = _linear(full)
-    hooks = [layers[n].register_forward_hook(listen(n)) for n in (*THIN, "query2")]
+    hooks = [layers[n].register_forward_hook(listen(n)) for n in (*ContextNetwork.THIN, "query2")]
     outputs = full.predict(*lot[:-1])
     for hook in hooks:
         hook.remove()

@@ -12,20 +12,7 @@ from safetensors.numpy import load_file, save
 
 from firstcontact.chain import HINTS
 from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, Runner, replacing
-from firstcontact.models import (
-    BEFORE,
-    GENERAL,
-    LEVELS,
-    LONGEST,
-    STAGES,
-    TOKEN,
-    Rig,
-    Touches,
-    Values,
-    cut_touch,
-    lengths,
-    spectra,
-)
+from firstcontact.models import Rig, Touches, Values, spectra
 from firstcontact.signal import samples_in
 from firstcontact.twin import BLOCKS, draw_offset
 from firstcontact_lab.rigs import (
@@ -59,7 +46,7 @@ PAPER = 0.6
 #: Confidence above which a closing speed is believed, and radius of a fingertip, m.
 BELIEVED, TIP = 0.5, 0.010
 _RATE = FINGERTIP_RATE
-_BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
+_BEFORE, _AFTER = samples_in(Touches.BEFORE, _RATE), samples_in(Touches.LONGEST, _RATE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,14 +123,14 @@ def rig_examples(number: int, seed: int, family: Family | None = None, again: in
 def _blocks(rng: Rng) -> list[float]:
     if rng.random() < PAPER:
         return [kind.shore_a for kind in BLOCKS]
-    return sorted(float(s) for s in rng.uniform(SOFTEST, HARDEST, rng.integers(3, LEVELS)))
+    return sorted(float(s) for s in rng.uniform(SOFTEST, HARDEST, rng.integers(3, Rig.LEVELS)))
 
 
 def _touch(
     rig: RandomRig, day: Day, specimen: RandomObject, rng: Rng
 ) -> tuple[NDArray[np.int16], float]:
     more = MARGIN / _RATE
-    signal, speed = touch(rig, day, specimen, rng, BEFORE + more, LONGEST + more)
+    signal, speed = touch(rig, day, specimen, rng, Touches.BEFORE + more, Touches.LONGEST + more)
     return signal, speed
 
 
@@ -167,9 +154,9 @@ def _context(
 def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
     """Return contacts with delays like a detector's, and random times of the second contact."""
     cut, valid = [], []
-    shortest, longest = lengths(_RATE)
+    shortest, longest = Touches.lengths(_RATE)
     for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):
-        signal_cut = cut_touch(signal, _BEFORE + MARGIN + int(late), _RATE)
+        signal_cut = Touches.cut_signal(signal, _BEFORE + MARGIN + int(late), _RATE)
         if signal_cut is None:  # the signal is constant
             signal_cut = np.zeros(_BEFORE + _AFTER, np.float32)
         cut.append(signal_cut)
@@ -189,9 +176,9 @@ def _example_set(
 ) -> Examples:
     blocks, block_speeds = context
     n = len(signals)
-    tokens = np.zeros((1, CONTEXTS, len(STAGES), LEVELS, TOKEN), np.float32)
+    tokens = np.zeros((1, CONTEXTS, len(Rig.STAGES), Rig.LEVELS, Rig.TOKEN), np.float32)
     levels = np.zeros((1, CONTEXTS), np.intp)
-    general = np.zeros((1, CONTEXTS, GENERAL), np.float32)
+    general = np.zeros((1, CONTEXTS, Rig.GENERAL), np.float32)
     scale = np.zeros((1, CONTEXTS, 2))
     heard = np.zeros((n, CONTEXTS, HINTS), np.float32)
     queries = _touches(signals, rng)

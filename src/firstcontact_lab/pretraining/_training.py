@@ -16,9 +16,11 @@ from torch import nn
 
 from firstcontact.chain import INPUTS
 from firstcontact.core import replacing
-from firstcontact.models import COMPONENTS, FARTHEST, GENERAL, TOKEN
+from firstcontact.models import ContextNetwork, Rig
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
+
+_FARTHEST = ContextNetwork.FARTHEST
 
 #: Number of attention heads.
 HEADS = 4
@@ -37,17 +39,17 @@ class TorchNetwork(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         sizes = {
-            "token1": (TOKEN, TOKENS),
+            "token1": (Rig.TOKEN, TOKENS),
             "token2": (TOKENS, TOKENS),
             "mean": (TOKENS, CONTEXT),
             "key": (TOKENS, _KEYS),
             "value": (TOKENS, CONTEXT),
             "query1": (INPUTS, BODY),
             "query2": (BODY, _KEYS),
-            "body1": (BODY + 2 * CONTEXT + GENERAL, BODY),
+            "body1": (BODY + 2 * CONTEXT + Rig.GENERAL, BODY),
             "body2": (BODY, BODY),
             "body3": (BODY, LAST),
-            "answer": (LAST, 3 * COMPONENTS),
+            "answer": (LAST, 3 * ContextNetwork.COMPONENTS),
         }
         self.layers = nn.ModuleDict({name: nn.Linear(*size) for name, size in sizes.items()})
 
@@ -60,7 +62,7 @@ class TorchNetwork(nn.Module):
     def encoded(self, tokens: torch.Tensor) -> torch.Tensor:
         """Return the encoding of each token, shape (n, levels, TOKENS)."""
         silu, layers = nn.functional.silu, self.layers
-        return silu(layers["token2"](silu(layers["token1"](tokens.clamp(-FARTHEST, FARTHEST)))))
+        return silu(layers["token2"](silu(layers["token1"](tokens.clamp(-_FARTHEST, _FARTHEST)))))
 
     def predict(
         self, x: torch.Tensor, e: torch.Tensor, present: torch.Tensor, general: torch.Tensor
@@ -69,7 +71,7 @@ class TorchNetwork(nn.Module):
         silu, layers, n = nn.functional.silu, self.layers, len(x)
         count = present.sum(1, keepdim=True).clamp(min=1)
         mean = (layers["mean"](e) * present[..., None]).sum(1) / count
-        h = silu(layers["query1"](x.clamp(-FARTHEST, FARTHEST)))
+        h = silu(layers["query1"](x.clamp(-_FARTHEST, _FARTHEST)))
         query = layers["query2"](h).view(n, HEADS, 1, -1)
         keys = layers["key"](e).view(n, -1, HEADS, query.shape[-1]).transpose(1, 2)
         values = layers["value"](e).view(n, keys.shape[2], HEADS, -1).transpose(1, 2)
@@ -78,7 +80,15 @@ class TorchNetwork(nn.Module):
         attended = (share[..., None] * values).sum(2).reshape(n, -1)
         # Without levels the mean is zero, so that the bias of its layer has no effect.
         any_ = (present.sum(1, keepdim=True) > 0).float()
-        body = torch.cat([h, mean * any_, attended, general.clamp(-FARTHEST, FARTHEST)], 1)
+        body = torch.cat(
+            [
+                h,
+                mean * any_,
+                attended,
+                general.clamp(-_FARTHEST, _FARTHEST),
+            ],
+            1,
+        )
         for name in ("body1", "body2", "body3"):
             body = silu(layers[name](body))
         weight, centre, spread = layers["answer"](body).chunk(3, dim=1)

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from firstcontact.core import FINGERTIP_RATE, Runner
-from firstcontact.models import TIMES, InContextModel, Model, NetworkPredictor, TrainingRecord
+from firstcontact.models import InContextModel, Model, RigPredictor, Touches, TrainingRecord
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._calibration import LEVEL, PINCHES, answers, finished, same_object
 from firstcontact_lab.pretraining._compact_training import STEPS, compacted
@@ -25,7 +25,7 @@ TRAINED, CALIBRATED, JUDGED, HELD_OUT = 0, 1_000_000, 2_000_000, 3_000_000
 #: and for judging it.
 AGAIN, AGAIN_JUDGED = 4_000_000, 5_000_000
 #: Samples after the contact at which the network is judged: 3, 5, 8 and 15 ms.
-SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in TIMES[1:]}
+SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in Touches.SCORED_MS[1:]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +85,7 @@ def pretrain(
     scores["same object"] = same_object(model, calibration, test, SAMPLES, seed + 1)
     trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
     record = TrainingRecord(scores=scores, training={"trained": trained, "size": asdict(size)})
-    Model(predictors=(NetworkPredictor(model, record),)).write(out)
+    Model(predictors=(RigPredictor(model, record),)).write(out)
     return model
 
 

@@ -10,17 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, Record
-from firstcontact.models import (
-    BEFORE,
-    LONGEST,
-    Bounded,
-    Ends,
-    Touches,
-    bootstrap_interval,
-    cut_touch,
-    lengths,
-    resampled_sums,
-)
+from firstcontact.models import Bounded, Ends, Touches, bootstrap_interval, resampled_sums
 from firstcontact.signal import samples_in
 from firstcontact.twin import (
     BLOCKS,
@@ -246,7 +236,7 @@ def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -
         np.array, zip(*pinches, strict=True)
     )
     touches = Touches.from_signals(
-        signals, np.minimum(valid, lengths(_RATE)[1]), np.full(len(valid), -1), _RATE
+        signals, np.minimum(valid, Touches.lengths(_RATE)[1]), np.full(len(valid), -1), _RATE
     )
     lasting = touches.answerable
     return JudgedRig(
@@ -276,13 +266,13 @@ def _pinch(
 ) -> tuple[NDArray[np.float32], int, float]:
     """Return the signal of one contact, its number of valid samples, and the closing speed."""
     more = MARGIN / _RATE
-    counts, speed = touch(rig, day, target, rng, BEFORE + more, LONGEST + more)
+    counts, speed = touch(rig, day, target, rng, Touches.BEFORE + more, Touches.LONGEST + more)
     signal = counts.astype(np.float64) * (ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
     if change is not None:
         signal = change(signal, rng)
     late = int(np.clip(round(rng.normal(*DELAY)), -MARGIN, MARGIN))
-    start = samples_in(BEFORE, _RATE)
-    touched = cut_touch(signal, start + MARGIN + late, _RATE)
+    start = samples_in(Touches.BEFORE, _RATE)
+    touched = Touches.cut_signal(signal, start + MARGIN + late, _RATE)
     if touched is None:
-        touched = np.zeros(start + samples_in(LONGEST, _RATE), np.float32)
+        touched = np.zeros(start + samples_in(Touches.LONGEST, _RATE), np.float32)
     return touched, max(round(draw_offset(rng) * _RATE) - late, 0), speed

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, Label, Pinch
-from firstcontact.models import DURATION, LabelledWindows, Touches, cut_touches, labelled_windows
+from firstcontact.models import DURATION, LabelledWindows, Touches, labelled_windows
 from firstcontact.twin import (
     BLOCKS,
     EVERYDAY_OBJECTS,
@@ -93,7 +93,7 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
         contacts.append(_moved(pinch, int(placed.choice(late))))
     dataset = Dataset(tuple(pinches))
     windows = labelled_windows(dataset, contacts, DURATION, dataset.shore_a)
-    touches, indices = cut_touches(dataset, contacts)
+    touches, indices = Touches.cut(dataset, contacts)
     lasting = touches.answerable
     common = np.intersect1d(indices[lasting], windows.rows)
     chosen = [drawn[place] for place in common]

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Record
 from firstcontact.models import (
-    TIMES,
     ContactPredictor,
     Ends,
     Group,
@@ -116,7 +115,7 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 
 
 def predictions_by_time(
-    model: ContactPredictor, touches: Touches, times: Sequence[int] = TIMES
+    model: ContactPredictor, touches: Touches, times: Sequence[int] = Touches.SCORED_MS
 ) -> dict[int, Predictions]:
     """Return predictions by time after the contact, ms, without samples of the second contact."""
     return {ms: model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}

@@ -19,12 +19,16 @@ from firstcontact.contact import (
     make_detector,
 )
 from firstcontact.core import Block, Contact, Dataset, InputError, Layout, Record
-from firstcontact.models import Delays, judge_pinches, quantiles
 from firstcontact.recording import find_recordings, load_dataset, read_recording, read_rows
 from firstcontact.signal import resample_dataset
 from firstcontact_lab.report.results import SubjectResults
 from firstcontact_lab.report.run import RESULTS
 from firstcontact_lab.study.detection import trigger_delays
+from firstcontact_lab.study.detection_scores import (
+    Delays,
+    judge_pinches,
+    quantiles,
+)
 from firstcontact_lab.study.page import read_study
 from firstcontact_lab.study.parts.contacts import CONTACT
 from firstcontact_lab.study.parts.hardness import HARDNESS

@@ -15,15 +15,12 @@ from firstcontact.core import Dataset, Record, Serial, percent
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
-    Delays,
-    DetectionScores,
     Fit,
     Task,
     detect_alignment,
     fit_model,
     found_as_live,
     labelled_windows,
-    score_detector,
 )
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.page import Page, Section
@@ -38,6 +35,11 @@ from firstcontact_lab.report.tables import (
     matrix,
     optional,
     row_table,
+)
+from firstcontact_lab.study.detection_scores import (
+    Delays,
+    DetectionScores,
+    score_detector,
 )
 from firstcontact_lab.study.part import Part, Subjects
 from firstcontact_lab.study.parts.short_windows import SHOWN_MS

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.models import (
     SHORE_A,
-    TIMES,
     Interval,
     Predictions,
     Task,
@@ -32,7 +31,7 @@ from firstcontact.models import (
 from firstcontact.signal import SavitzkyGolay, samples_in
 
 #: Lengths of the windows, s.
-LENGTHS = tuple(ms / 1000 for ms in TIMES)
+LENGTHS = tuple(ms / 1000 for ms in Touches.SCORED_MS)
 #: Number of folds for calibrating intervals.
 FOLDS = 5
 #: Smallest number of windows of a length for training.

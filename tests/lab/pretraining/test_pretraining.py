@@ -13,7 +13,7 @@ import pytest
 
 from firstcontact.chain import INPUTS, predict_inputs
 from firstcontact.core import Serial, parallel
-from firstcontact.models import GENERAL, STAGES, TOKEN, Network, pretrained_folder, read_card
+from firstcontact.models import ContextNetwork, Rig, pretrained_folder, read_card
 from firstcontact.models._predictions import SHARED
 from firstcontact_lab.pretraining import _examples
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
@@ -147,7 +147,7 @@ def test_intervals_cover_their_share_of_the_calibration_data(tmp_path: Path) -> 
     full = training(examples, 2, SEED, tmp_path / "t").run()
     model = finished(compacted(full, examples, SEED, 3), examples, SEED)
     objects = examples.object_ids >= 0
-    for samples in (STAGES[0], STAGES[5], STAGES[-1]):
+    for samples in (Rig.STAGES[0], Rig.STAGES[5], Rig.STAGES[-1]):
         values, spreads = answers(model, examples, samples, SEED)
         is_covered = np.abs(values - examples.shore_a) <= model.half_widths(spreads, samples)
         share = is_covered[objects].mean()
@@ -177,7 +177,7 @@ def full() -> Full:
     return Full(TorchNetwork(), _scales(three_rigs(), 0))
 
 
-def compacted(steps: int = 0, directions: dict[str, int] | None = None) -> Network:
+def compacted(steps: int = 0, directions: dict[str, int] | None = None) -> ContextNetwork:
     from firstcontact_lab.pretraining import _compact_training
 
     directions = directions or dict(_compact_training.DIRECTIONS)
@@ -205,8 +205,8 @@ def test_with_all_directions_the_chain_predicts_as_the_full_network() -> None:
     rng, scales = np.random.default_rng(1), full().scales
     scaled = {
         "inputs": rng.standard_normal((40, INPUTS)),
-        "token": rng.standard_normal((len(STAGES), 1, TOKEN)),  # one level: nothing to attend to
-        "general": rng.standard_normal(GENERAL),
+        "token": rng.standard_normal((len(Rig.STAGES), 1, Rig.TOKEN)),
+        "general": rng.standard_normal(Rig.GENERAL),
     }
     x, tokens, general = (
         values * scales[f"{name}.sd"] + scales[f"{name}.mean"] for name, values in scaled.items()

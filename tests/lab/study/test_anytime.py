@@ -7,7 +7,7 @@ import pytest
 from excerpts import subject, twin_pinches
 
 from firstcontact.core import Pinch, Serial
-from firstcontact.models import lengths
+from firstcontact.models import Touches
 from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.study.part import StudySettings
@@ -71,7 +71,7 @@ def test_unknown_quantities_are_stated(blocks, objects) -> None:
 def test_an_answer_waits_for_the_decision_and_for_its_samples(blocks, objects) -> None:
     pinches = blocks + objects
     offsets = np.array([p.offset for p in pinches if p.offset is not None])
-    shortest = lengths(RATE)[0]
+    shortest = Touches.lengths(RATE)[0]
     for decided, wait in ((0, (shortest - 1) / RATE), (40, 40 / RATE)):
         share, of = _before_second(subject(pinches, 0, decided), BRIEF.early)
         assert (share, of) == (np.mean(offsets > wait), len(offsets))

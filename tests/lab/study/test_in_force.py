@@ -11,7 +11,7 @@ import pytest
 from excerpts import subject, twin_pinches
 
 from firstcontact.core import Dataset, InputError, Role, Serial
-from firstcontact.models import cut_touches, moments
+from firstcontact.models import Touches
 from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.anytime import anytime
@@ -55,14 +55,15 @@ def test_scores_are_those_of_the_last_estimate_of_each_pinch(
     for pinch, contact in zip(conditioned.dataset, conditioned.detections, strict=True):
         if pinch.second is None or contact is None:
             continue
-        arrivals = [max(contact.sample + n - 1, contact.decided) for n in moments(RATE)]
+        arrivals = [max(contact.sample + n - 1, contact.decided) for n in Touches.moments(RATE)]
         latest = pinch.second.sample - 1e-3 * delay_ms * RATE
         n = max(
-            (n for n, at in zip(moments(RATE), arrivals, strict=True) if at < latest), default=0
+            (n for n, at in zip(Touches.moments(RATE), arrivals, strict=True) if at < latest),
+            default=0,
         )
         answered.append(n > 0)
         if n and pinch.label.role is Role.TEST:
-            touches, _ = cut_touches(Dataset((pinch,)), [contact])
+            touches, _ = Touches.cut(Dataset((pinch,)), [contact])
             value = conditioned.adapted.model.predict(touches.until(n)).value[0]
             errors.append(value - (pinch.label.shore_a or 0.0))
             lengths.append(n / RATE)
@@ -75,13 +76,13 @@ def test_scores_are_those_of_the_last_estimate_of_each_pinch(
 def test_an_early_contact_counts_and_a_missed_one_has_no_estimate(conditioned: Subject) -> None:
     delays = LiveDelays("a computer", (1.0,), (1.0,))
     samples = last_samples(conditioned, delays, 0)
-    first = next(i for i, n in enumerate(samples) if 0 < n < moments(RATE)[-1])
+    first = next(i for i, n in enumerate(samples) if 0 < n < Touches.moments(RATE)[-1])
     contacts = list(conditioned.detections)
     contact = contacts[first]
     assert contact is not None
     contacts[first] = replace(contact, sample=contact.sample - 200, decided=contact.decided - 200)
     early = last_samples(replace(conditioned, detections=tuple(contacts)), delays, 0)
-    assert early[first] == moments(RATE)[-1]
+    assert early[first] == Touches.moments(RATE)[-1]
     contacts[first] = None
     missed = last_samples(replace(conditioned, detections=tuple(contacts)), delays, 0)
     assert missed[first] == 0

@@ -8,11 +8,18 @@ import numpy as np
 from msgspec.structs import asdict
 
 from firstcontact.core import Contact, Dataset, Pinch, Record
-from firstcontact.models import DURATION, quantiles, resampler_lookahead, right_and_not_early
+from firstcontact.models import (
+    DURATION,
+)
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional
+from firstcontact_lab.study.detection_scores import (
+    quantiles,
+    resampler_lookahead,
+    right_and_not_early,
+)
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 from firstcontact_lab.study.parts.contacts import Accepted
 from firstcontact_lab.study.parts.data import is_twin

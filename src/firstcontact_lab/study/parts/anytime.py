@@ -21,9 +21,9 @@ from firstcontact.models import (
     Predictions,
     Split,
     Task,
+    Touches,
     bounded,
     by_session,
-    lengths,
     pretrained,
     regression_scores,
     rig_estimators,
@@ -230,7 +230,7 @@ def _before_second(subject: Subject, early: float) -> tuple[float | None, int | 
     dataset = subject.dataset
     if not subject.detections:
         return None, None
-    shortest = lengths(dataset.layout.rate)[0]
+    shortest = Touches.lengths(dataset.layout.rate)[0]
     return before_second(
         list(
             waits(

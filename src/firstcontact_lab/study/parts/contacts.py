@@ -18,12 +18,8 @@ from firstcontact.contact import (
 )
 from firstcontact.core import INK, ByName, Dataset, Record, Runner, percent
 from firstcontact.models import (
-    TOLERANCE,
-    DetectionScores,
     Group,
     Split,
-    resampler_lookahead,
-    score_decisions,
 )
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
@@ -31,6 +27,12 @@ from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import SHARE_TOLERANCE, Claim, Row, Table, lifted, row_table
 from firstcontact_lab.study.detection import detection_splits, judge_detectors, trigger_delays
+from firstcontact_lab.study.detection_scores import (
+    TOLERANCE,
+    DetectionScores,
+    resampler_lookahead,
+    score_decisions,
+)
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.data import DATA
 

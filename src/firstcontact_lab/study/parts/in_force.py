@@ -14,16 +14,18 @@ from firstcontact.models import (
     RIG_ESTIMATOR,
     Ends,
     LabelledTouches,
+    Touches,
     Values,
     bounded,
-    moments,
     regression_scores,
-    resampler_lookahead,
 )
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional
+from firstcontact_lab.study.detection_scores import (
+    resampler_lookahead,
+)
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 
 _Ascending = Annotated[
@@ -132,7 +134,7 @@ def last_samples(subject: Subject, delays: LiveDelays, seed: int) -> NDArray[np.
         offset = (pinch.second.sample - contact.sample) / rate - waited
         decided = (contact.decided - contact.sample) / rate
         delay = first[row]
-        for n in moments(rate):
+        for n in Touches.moments(rate):
             if max((n - 1) / rate, decided) + delay < offset:
                 out[row] = n
             if (n - 1) / rate >= decided:  # the first estimate of the closing is out

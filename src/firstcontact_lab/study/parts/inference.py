@@ -31,10 +31,10 @@ from firstcontact.models import (
     LabelledTouches,
     LabelledWindows,
     Task,
+    Touches,
     WindowModel,
     fit_model,
     make_estimator,
-    moments,
     pretrained,
     window_estimators,
 )
@@ -169,7 +169,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     if home is None:
         return None
     adapted = subject.adapted or conditioned_model(RIG_ESTIMATOR.name, home, settings.seed)
-    first = moments(model.rate)[0]
+    first = Touches.moments(model.rate)[0]
     inputs = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
     with one_thread():
         return time_calls(adapted.model.predict, inputs, settings.calls)

@@ -10,10 +10,10 @@ from firstcontact.core import BLUE, GREY, ORANGE, RED, Record, Runner, counted, 
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
-    TIMES,
     LabelledWindows,
     Question,
     Task,
+    Touches,
     Values,
     held_out,
     leave_one_out,
@@ -103,7 +103,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
     data = full[ways[0]]
     if lacking := _lacking(data):
         return missing(f"Short windows of materials left out: {lacking}.")
-    lengths = BRIEF if settings.brief else TIMES
+    lengths = BRIEF if settings.brief else Touches.SCORED_MS
     questions = {
         (reading, ms): Question(
             reading.estimator,

@@ -26,7 +26,6 @@ from firstcontact.models import (
     adapt,
     cluster_intervals,
     fit_detector,
-    outcome,
     train,
 )
 from firstcontact_lab.report.findings import PartResult
@@ -38,6 +37,9 @@ from firstcontact_lab.study._structures import (
     draw_empty,
     draw_objects,
     draw_structured,
+)
+from firstcontact_lab.study.detection_scores import (
+    outcome,
 )
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 

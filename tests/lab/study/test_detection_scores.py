@@ -18,8 +18,11 @@ from firstcontact.core import (
     fingertip_layout,
     to_tree,
 )
-from firstcontact.models import score_decisions, score_detector
 from firstcontact.signal import lookahead
+from firstcontact_lab.study.detection_scores import (
+    score_decisions,
+    score_detector,
+)
 
 LAYOUT = fingertip_layout()
 STEP = 15

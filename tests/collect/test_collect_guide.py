@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from memory_source import CALIBRATION, LAYOUT, RATE, Hand, MemorySource, arrivals, samples
 
-from firstcontact.collect import Guide, Item, Screen, make_header, read_plan, run_session, so_far
+from firstcontact.collect import Guide, Item, Screen, read_plan, run_session, so_far
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Finger, InputError, Label, Layout, Role
 from firstcontact.device import Arrival
@@ -149,7 +149,9 @@ def record(folder, hand, items, session="1"):
     source = MemorySource(arrivals(hand.raw()))
     progress = so_far(folder, session, source.descriptor)
     guide = Guide(LAYOUT, items, session, CALIBRATION, progress.counts)
-    header = make_header(source.descriptor, session, CALIBRATION, "left hand", "a note")
+    header = source.descriptor.header(
+        session=session, calibration=CALIBRATION, hand="left hand", notes="a note"
+    )
     screen = Silent()
     complete = run_session(source, guide, progress.path, header, screen)
     return progress.path, complete, screen, source
@@ -190,7 +192,7 @@ def test_object_marker_is_sent_after_a_reconnection(tmp_path):
     source = Unplugged(arrivals(closings(2)[0].raw()))
     items = (Item("block 10", 1, 10.0), Item("block 29", 1, 29.0))
     guide = Guide(LAYOUT, items, "1", CALIBRATION)
-    header = make_header(source.descriptor, "1", CALIBRATION)
+    header = source.descriptor.header(session="1", calibration=CALIBRATION)
     assert run_session(source, guide, tmp_path / "a.mcap", header, Silent())
     assert source.marks == ["object: block 10", "object: block 29"]
 
@@ -215,7 +217,7 @@ def test_a_write_error_ends_the_session(tmp_path):
     source = MemorySource(arrivals(hand.raw()))
     source.left.insert(30, Arrival(Block(np.zeros((5, 16), np.float32), 1500), 0.0))
     guide = Guide(LAYOUT, (BLOCK,), "1", CALIBRATION)
-    header = make_header(source.descriptor, "1", CALIBRATION)
+    header = source.descriptor.header(session="1", calibration=CALIBRATION)
     with pytest.raises(InputError, match=r"a\.mcap"):
         run_session(source, guide, tmp_path / "a.mcap", header, Silent())
     assert read_recording(tmp_path / "a.mcap").samples == 1500

@@ -12,7 +12,7 @@ import pytest
 from numbered import DESCRIPTOR, check
 from scripted_device import ScriptedDevice
 
-from firstcontact.collect import Guide, Item, Screen, make_header, run_session
+from firstcontact.collect import Guide, Item, Screen, run_session
 from firstcontact.contact import ThresholdDetector
 from firstcontact.core import (
     Block,
@@ -136,7 +136,7 @@ def test_a_live_run_records_what_it_received(
 def test_a_guided_session_records_what_it_received(source: SerialSource, tmp_path: Path) -> None:
     calibration = Calibration(tuple(VibrationCalibration(f, 1.0) for f in Finger))
     guide = Guide(DESCRIPTOR.layout, (Item("block", 1, 10.0),), "1", calibration)
-    header = make_header(DESCRIPTOR, "1", calibration)
+    header = DESCRIPTOR.header(session="1", calibration=calibration)
     path = tmp_path / "a.mcap"
 
     def stopped() -> bool:

@@ -13,9 +13,10 @@ from scripted_device import ScriptedDevice, collect
 from serial_faults import answer_frame, every_other, read_until
 
 from firstcontact.core import InputError
-from firstcontact.device import Decoder, FrameType, SerialSource
+from firstcontact.device import FrameType, SerialSource
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._ports import SerialTransport
+from firstcontact.device._protocol import Decoder
 
 
 def test_second_open_of_a_port_is_refused(device: ScriptedDevice) -> None:

@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 from numbered import frames
 
 from firstcontact.core import fingertip_layout
-from firstcontact.device import Decoder, Descriptor, FrameType, encode
+from firstcontact.device import Descriptor, FrameType, encode
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._protocol import (
     LONGEST,
     MARKER_BYTES,
+    Decoder,
     Frame,
     FrameError,
     decode,

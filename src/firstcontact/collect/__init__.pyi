@@ -25,7 +25,5 @@ from ._label_session import Session as Session
 from ._label_signals import open_recordings as open_recordings
 from ._record import record as record
 from ._session import Screen as Screen
-from ._session import make_header as make_header
 from ._session import run_session as run_session
 from ._session import so_far as so_far
-from ._session import with_noise as with_noise

@@ -10,7 +10,7 @@ from typing import Literal
 
 from firstcontact.collect._calibrate import rest_request
 from firstcontact.collect._guide import Guide, Item, Judged, read_plan
-from firstcontact.collect._session import Screen, make_header, run_session, so_far, with_noise
+from firstcontact.collect._session import Screen, run_session, so_far, with_noise
 from firstcontact.core import (
     AnyPath,
     Calibration,
@@ -110,7 +110,10 @@ def record(
         ) from error
     wanted = sum(item.pinches for item in items)
     with progress_steps(progress, wanted, "pinch") as step:
-        header = make_header(source.descriptor, session, floors, hand, notes)
+        descriptor = source.descriptor
+        header = descriptor.header(
+            session=session, calibration=floors, hand=hand or descriptor.hand, notes=notes
+        )
         return _record(source, folder, items, header, screen or _CountingScreen(step), stopped)
 
 

@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 from firstcontact.collect._guide import Guide, Judged
@@ -48,28 +47,6 @@ class Screen:
 
     def going_on(self) -> None:
         """Refresh the display. Called a few times a second."""
-
-
-def make_header(
-    descriptor: Descriptor,
-    session: str,
-    calibration: Calibration | None,
-    hand: str = "",
-    notes: str = "",
-) -> Header:
-    """Return the header of a recording that starts now. ``hand`` replaces the name of the hand."""
-    return Header(
-        layout=descriptor.layout,
-        source=descriptor.source,
-        dtype=descriptor.dtype,
-        sensor=descriptor.sensor,
-        hand=hand or descriptor.hand,
-        firmware=descriptor.firmware,
-        session=session,
-        notes=notes,
-        created=datetime.now(UTC).isoformat(timespec="seconds"),
-        calibration=calibration,
-    )
 
 
 def run_session(

@@ -28,7 +28,6 @@ from ._ports import groups as groups
 from ._ports import port_folder as port_folder
 from ._ports import ports as ports
 from ._protocol import FRAME_SAMPLES as FRAME_SAMPLES
-from ._protocol import Decoder as Decoder
 from ._protocol import FrameType as FrameType
 from ._protocol import descriptor_payload as descriptor_payload
 from ._protocol import encode as encode

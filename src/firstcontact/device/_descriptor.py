@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import struct
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from typing import Annotated, Any, Self
 
 from msgspec import Meta
 
 from firstcontact.core import Finger, InputError, Layout, Name, VibrationSensor, read_record
 from firstcontact.device._protocol import VERSION, FrameError, FrameType, read_descriptor, unpack
-from firstcontact.recording import SOURCES
+from firstcontact.recording import SOURCES, Header
 
 _CONTACT = struct.Struct("<IIBB")
 _ESTIMATE = struct.Struct("<IIHBBfffI")
@@ -124,6 +125,13 @@ class Descriptor:
     predictor: DevicePredictor | None = None
     model_slot: ModelSlot | None = None
     paced: bool = True
+
+    def header(self, **fields: Any) -> Header:
+        """Return the header of a recording that starts now. ``fields`` replace or add fields."""
+        names = ("layout", "source", "dtype", "sensor", "hand", "firmware")
+        values = {name: getattr(self, name) for name in names}
+        created = datetime.now(UTC).isoformat(timespec="seconds")
+        return Header(**{**values, "created": created, **fields})
 
     def to_text(self) -> str:
         """Return the descriptor as JSON, as it goes over the wire."""

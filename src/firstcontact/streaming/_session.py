@@ -19,7 +19,7 @@ from typing import Any
 from firstcontact.core import Calibration, Contact, InputError, merge_blocks
 from firstcontact.device import Arrival, Recorder, RecorderStatus, Source, drain
 from firstcontact.models import Model, parse_radius, radius_text
-from firstcontact.recording import Header, PinchMark
+from firstcontact.recording import PinchMark
 from firstcontact.streaming._events import Ask, Event, PinchDone
 from firstcontact.streaming._grasping import Grasping, HandRequests
 from firstcontact.streaming._hand_predictions import HandPredictions
@@ -194,17 +194,8 @@ class LiveSession:
         Raise InputError if one is running, the session has ended, or the file cannot be created.
         """
         now = datetime.now().astimezone()
-        descriptor = self.source.descriptor
-        header = Header(
-            layout=descriptor.layout,
-            source=descriptor.source,
-            dtype=descriptor.dtype,
-            sensor=descriptor.sensor,
-            hand=descriptor.hand,
-            firmware=descriptor.firmware,
-            created=now.isoformat(timespec="seconds"),
-            calibration=self._calibration,
-        )
+        created = now.isoformat(timespec="seconds")
+        header = self.source.descriptor.header(created=created, calibration=self._calibration)
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:

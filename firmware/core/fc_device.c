@@ -148,7 +148,8 @@ void fc_device_receive(fc_device *d, uint8_t byte)
             d->received_bytes = FC_RECEIVED_MAX + 1;
         return;
     }
-    if (d->received_bytes <= FC_RECEIVED_MAX && fc_frame_decode(d->received, d->received_bytes, &frame) == 0)
+    if (d->received_bytes <= FC_RECEIVED_MAX
+        && fc_frame_decode(d->received, d->received_bytes, &frame) == 0)
         obey(d, &frame);
     d->received_bytes = 0;
 }

@@ -1,8 +1,8 @@
 /* Device with two fingertips, which turns raw readings into frames.
 
-   Call fc_device_sample from a timer's interrupt or the main loop, and all other functions from the
-   main loop. No function blocks. While the line is slow, samples wait in a ring. If the ring is full,
-   samples are dropped and counted. */
+   Call fc_device_sample from a timer's interrupt or the main loop, and all other functions from
+   the main loop. No function blocks. While the line is slow, samples wait in a ring. If the ring
+   is full, samples are dropped and counted. */
 #ifndef FC_DEVICE_H
 #define FC_DEVICE_H
 
@@ -36,8 +36,8 @@ typedef struct {
 } fc_notice;
 
 /* Receiver of models and hints for the device's own predictions. `receive` handles a frame about a
-   model. It returns the state for the reply, and sets the number of received bytes and the reason of a
-   refusal. */
+   model. It returns the state for the reply, and sets the number of received bytes and the
+   reason of a refusal. */
 typedef struct {
     void *own;
     uint8_t (*receive)(void *own, const fc_frame *frame, uint32_t *next, const char **why);
@@ -81,8 +81,8 @@ typedef struct {
     size_t wire_sent;
 } fc_device;
 
-/* Set up a device. `descriptor` is JSON of at most FC_DESCRIPTOR_MAX bytes, and must outlive the device.
-   `boot` must differ after each start. `slots` has room for size - 1 samples. */
+/* Set up a device. `descriptor` is JSON of at most FC_DESCRIPTOR_MAX bytes, and must outlive the
+   device. `boot` must differ after each start. `slots` has room for size - 1 samples. */
 void fc_device_init(fc_device *d, const char *descriptor, uint32_t boot, fc_sample *slots,
                     uint32_t size);
 
@@ -93,8 +93,8 @@ void fc_device_copy_samples(fc_device *d, fc_sample *slots, uint32_t size);
    stream, or if the queue is full. */
 void fc_device_queue(fc_device *d, uint8_t type, const uint8_t *payload, size_t n);
 
-/* Skip the numbers of n missing samples, so that sample numbers still follow time. Call this only while
-   the interrupt is off. */
+/* Skip the numbers of n missing samples, so that sample numbers still follow time. Call this only
+   while the interrupt is off. */
 void fc_device_skip(fc_device *d, uint32_t n);
 
 /* Process one scan. Its force readings are those of taxel d->scan. Advance d->scan. */

@@ -110,17 +110,17 @@ static void put_float(uint8_t *to, float value)
     fc_put_u32(to, bits);
 }
 
-size_t fc_put_estimate(uint8_t *to, const fc_wire_estimate *told)
+size_t fc_put_estimate(uint8_t *to, const fc_wire_estimate *estimate)
 {
-    fc_put_u32(to, told->contact);
-    fc_put_u32(to + 4, told->known);
-    fc_put_u16(to + 8, told->samples);
-    to[10] = told->finger;
-    to[11] = told->flags;
-    put_float(to + 12, told->value);
-    put_float(to + 16, told->low);
-    put_float(to + 20, told->high);
-    fc_put_u32(to + 24, told->took);
+    fc_put_u32(to, estimate->contact);
+    fc_put_u32(to + 4, estimate->known);
+    fc_put_u16(to + 8, estimate->samples);
+    to[10] = estimate->finger;
+    to[11] = estimate->flags;
+    put_float(to + 12, estimate->value);
+    put_float(to + 16, estimate->low);
+    put_float(to + 20, estimate->high);
+    fc_put_u32(to + 24, estimate->took);
     return FC_ESTIMATE_BYTES;
 }
 

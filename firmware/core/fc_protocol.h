@@ -49,7 +49,7 @@ enum {
 };
 
 /* Flags of an estimate. The reason why there is none is in the bits from FC_REASON_SHIFT on. */
-enum { FC_REFUSES = 1, FC_STRANGE = 2, FC_REASON_SHIFT = 4 };
+enum { FC_REFUSES = 1, FC_OUT_OF_RANGE = 2, FC_REASON_SHIFT = 4 };
 /* States of a model transfer. */
 enum { FC_MODEL_GOES_ON = 0, FC_MODEL_KEPT = 1, FC_MODEL_REFUSED = 2 };
 
@@ -73,8 +73,8 @@ typedef struct {
     size_t n;
 } fc_frame;
 
-/* Decode a frame in place. wire holds the bytes before the final zero, and later the payload. Return
-   0, or -1 for a damaged frame. */
+/* Decode a frame in place. wire holds the bytes before the final zero, and later the payload.
+   Return 0, or -1 for a damaged frame. */
 int fc_frame_decode(uint8_t *wire, size_t n, fc_frame *frame);
 
 /* Write a payload and return its length. */
@@ -88,7 +88,8 @@ size_t fc_put_model_state(uint8_t *to, uint8_t state, uint8_t of, uint32_t next,
                           const char *reason);
 
 /* Estimate of the device: its contact, the number of samples after it, and the sample with which
-   the estimate was complete. Values are in Shore A. took is the computing time, ns, 0 if unknown. */
+   the estimate was complete. Values are in Shore A. took is the computing time, ns, 0 if
+   unknown. */
 typedef struct {
     uint32_t contact, known;
     uint16_t samples;
@@ -96,7 +97,7 @@ typedef struct {
     float value, low, high;
     uint32_t took;
 } fc_wire_estimate;
-size_t fc_put_estimate(uint8_t *to, const fc_wire_estimate *told);
+size_t fc_put_estimate(uint8_t *to, const fc_wire_estimate *estimate);
 size_t fc_put_late(uint8_t *to, uint32_t skipped, uint32_t unheard);
 
 #ifdef __cplusplus

@@ -7,20 +7,20 @@
 #include "fc_layout.h"
 #include "fc_pace.h"
 
-/* Send the number of late estimates at the beginning of a stream and when it has changed. */
-static void tell_late(fc_predictor *a, bool begins)
+/* Send the counts of late estimates and missed samples if a stream begins or one has changed. */
+static void send_late(fc_predictor *a, bool begins)
 {
     uint8_t payload[FC_LATE_BYTES];
     const uint32_t skipped = a->skipped, unheard = a->device->unheard;
-    const bool news = skipped != a->sent_skipped || unheard != a->sent_unheard;
-    if (!a->device->streaming || !(news || begins))
+    const bool has_changed = skipped != a->sent_skipped || unheard != a->sent_unheard;
+    if (!a->device->streaming || !(has_changed || begins))
         return;
     fc_device_queue(a->device, FC_LATE, payload, fc_put_late(payload, skipped, unheard));
     a->sent_skipped = skipped;
     a->sent_unheard = unheard;
 }
 
-static void tell_contact(fc_predictor *a, const fc_event *e, uint8_t type)
+static void send_contact(fc_predictor *a, const fc_event *e, uint8_t type)
 {
     uint8_t payload[FC_CONTACT_BYTES];
     const size_t n = fc_put_contact(payload, (uint32_t)e->sample, (uint32_t)e->known,
@@ -28,33 +28,33 @@ static void tell_contact(fc_predictor *a, const fc_event *e, uint8_t type)
     fc_device_queue(a->device, type, payload, n);
 }
 
-static void tell_estimate(fc_predictor *a, const fc_event *e)
+static void send_estimate(fc_predictor *a, const fc_event *e)
 {
     uint8_t payload[FC_ESTIMATE_BYTES];
     const fc_estimate *const s = &e->estimate;
     const bool has_none = e->kind == FC_NOT_ESTIMATED;
-    fc_wire_estimate told = {(uint32_t)e->sample, (uint32_t)e->known, (uint16_t)e->samples,
-                    (uint8_t)e->channel, 0, s->value, s->low, s->high,
-                    a->is_timed ? a->board.clock() - a->then : 0};
-    told.flags = (uint8_t)(has_none ? FC_REFUSES | e->reason << FC_REASON_SHIFT
-                                    : s->is_out_of_range ? FC_STRANGE : 0);
-    fc_device_queue(a->device, FC_ESTIMATE, payload, fc_put_estimate(payload, &told));
+    fc_wire_estimate estimate = {
+        (uint32_t)e->sample, (uint32_t)e->known, (uint16_t)e->samples, (uint8_t)e->channel, 0,
+        s->value, s->low, s->high, a->is_timed ? a->board.clock() - a->then : 0};
+    estimate.flags = (uint8_t)(has_none ? FC_REFUSES | e->reason << FC_REASON_SHIFT
+                                    : s->is_out_of_range ? FC_OUT_OF_RANGE : 0);
+    fc_device_queue(a->device, FC_ESTIMATE, payload, fc_put_estimate(payload, &estimate));
 }
 
 static void on_event(void *context, const fc_event *e)
 {
     fc_predictor *const a = context;
     if (e->kind == FC_CONTACT_FOUND)
-        tell_contact(a, e, FC_CONTACT);
+        send_contact(a, e, FC_CONTACT);
     else if (e->kind == FC_CONTACT_WITHDRAWN)
-        tell_contact(a, e, FC_WITHDRAWN);
+        send_contact(a, e, FC_WITHDRAWN);
     else if (e->kind == FC_NOT_ESTIMATED
-             || (e->kind == FC_ESTIMATED && !(e->flags & FC_IS_FINAL))) /* the host has sent it */
-        tell_estimate(a, e);
+             || (e->kind == FC_ESTIMATED && !(e->flags & FC_IS_FINAL))) /* that repeats an estimate */
+        send_estimate(a, e);
     else if (e->kind == FC_SKIPPED)
         a->skipped++;
     else if (e->kind == FC_CLOSING_ENDED)
-        tell_late(a, false);
+        send_late(a, false);
     if (a->board.event != NULL)
         a->board.event(e);
 }
@@ -78,7 +78,7 @@ static void take(fc_predictor *a, const fc_sample *s)
     const uint32_t ahead = s->number - (uint32_t)c->next;
     const bool begins = !c->has_begun || (s->streamed && !a->streamed);
     if (begins || ahead != 0) {
-        tell_late(a, begins);
+        send_late(a, begins);
         fc_chain_restart(c, c->has_begun ? c->next + ahead : (int64_t)s->number, !begins);
     }
     a->streamed = s->streamed;

@@ -4,7 +4,8 @@
 
 #include "fc_predictor.h"
 
-/* Write the channels of the device. Return NULL, or the reason why the device cannot run the image. */
+/* Write the channels of the device. Return NULL, or the reason why the device cannot run the
+   image. */
 const char *fc_predictor_fits(const fc_image *image, fc_stream *stream);
 
 /* Start the chain with a->image, which must fit this device. */

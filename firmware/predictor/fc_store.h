@@ -1,8 +1,8 @@
 /* Store with two slots for a model in non-volatile memory: one holds the active model, the other
    receives the next.
 
-   A slot is valid once its head is written. The head is written last, after the bytes were read back
-   and matched their CRC. So the older model survives a power cut at any time. */
+   A slot is valid once its head is written. The head is written last, after the bytes were read
+   back and matched their CRC. So the older model survives a power cut at any time. */
 #ifndef FC_STORE_H
 #define FC_STORE_H
 
@@ -20,8 +20,8 @@ enum {
     FC_SLOT_BYTES = 1 << 18
 };
 
-/* Non-volatile memory. `read` returns the address of a slot, a multiple of 8. `write` returns false on
-   failure. Bytes must be cleared before they are written. */
+/* Non-volatile memory. `read` returns the address of a slot, a multiple of 8. `write` returns
+   false on failure. Bytes must be cleared before they are written. */
 typedef struct fc_memory {
     void *own;
     uint32_t slot_bytes;
@@ -44,8 +44,8 @@ void fc_store_open(fc_store *s, const fc_memory *memory);
 /* Return the active model and its length; NULL if there is none. */
 const uint8_t *fc_store_model(const fc_store *s, uint32_t *n);
 
-/* Activate the older model, because the newer one is unusable. The next model replaces the newer one.
-   Return false if there is no older model. */
+/* Activate the older model, because the newer one is unusable. The next model replaces the newer
+   one. Return false if there is no older model. */
 bool fc_store_fall_back(fc_store *s);
 
 /* Begin a transfer, or add a chunk. Return NULL, or the reason of a refusal. Repeated chunks are

@@ -194,11 +194,11 @@ static PyObject *function_or_null(PyObject *object)
     return object == Py_None ? NULL : Py_NewRef(object);
 }
 
-/* chain(image, fingers, alpha, floors, columns, offset, scale, width, is_by_hand, keeps_first_state,
-   is_traced, settled, judge, predict, contact)
+/* chain(image, fingers, alpha, floors, columns, offset, scale, width, is_by_hand,
+   keeps_first_state, is_traced, settled, judge, predict, contact)
 
-   floors is an empty array if they are unknown. columns, offset and scale: vibration channels, then
-   taxels. The last four are functions or None. */
+   floors is an empty array if they are unknown. columns, offset and scale: vibration channels,
+   then taxels. The last four are functions or None. */
 static PyObject *make_chain(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     Py_buffer views[6];
@@ -460,8 +460,8 @@ static double value_of(const rows *r, int view, Py_ssize_t i)
     return ((const double *)r->views[view].buf)[i];
 }
 
-/* Image with a model, and the contacts (signals, valid, fingers, speeds, errors, radii) that follow it in
-   the arguments. Return NULL with an exception. */
+/* Image with a model, and the contacts (signals, valid, fingers, speeds, errors, radii) that
+   follow it in the arguments. Return NULL with an exception. */
 static const fc_model *take_contacts(rows *r, PyObject *const *args)
 {
     r->held = 0;

@@ -6,9 +6,9 @@
 
 /* The motor runs if the RMS of a step exceeds the noise at rest by this factor. */
 static const double RUNNING = 1.4;
-/* A push is at least FAINT times as loud as the signal before it. A signal that is CLEAR times as loud
-   is a contact, however fast it changes. ROUGHEST is the largest mean change of a push, relative to
-   its mean deviation. */
+/* A push is at least FAINT times as loud as the signal before it. A signal that is CLEAR times as
+   loud is a contact, however fast it changes. ROUGHEST is the largest mean change of a push,
+   relative to its mean deviation. */
 static const double FAINT = 4.0, CLEAR = 20.0, ROUGHEST = 0.35;
 
 static size_t room_of_detector(const fc_detector_constants *d)

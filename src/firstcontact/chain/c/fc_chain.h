@@ -1,5 +1,5 @@
-/* The chain: samples in, events out. It finds closings, contacts and their stiffness, one sample after
-   the other. It allocates nothing and does no input or output.
+/* The chain: samples in, events out. It finds closings, contacts and their stiffness, one sample
+   after the other. It allocates nothing and does no input or output.
 
    Computer, hand and exported library run this code, and get the same bits. */
 #ifndef FC_CHAIN_H
@@ -122,8 +122,8 @@ size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream);
 void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
                    const fc_program *program, void *memory);
 
-/* Continue at sample `next`, after lost samples or in a new epoch. Call this before the first sample,
-   too. */
+/* Continue at sample `next`, after lost samples or in a new epoch. Call this before the first
+   sample, too. */
 void fc_chain_restart(fc_chain *c, int64_t next, bool is_same_epoch);
 
 /* Process one sample, in volts: vibration channels, and taxels. */

@@ -1,7 +1,7 @@
 /* Contact detectors that evaluate sliding windows in units of the motor's noise (sigmas).
 
-   A window contains several looks: spans of equal length, one step apart. A contact must show in all
-   looks. */
+   A window contains several looks: spans of equal length, one step apart. A contact must show in
+   all looks. */
 #ifndef FC_DETECTOR_H
 #define FC_DETECTOR_H
 
@@ -37,8 +37,8 @@ typedef struct {
     double line[2 * FC_LEVELS + 1]; /* weights of the features, and the intercept */
 } fc_detector_constants;
 
-/* Newest smoothed samples of each channel, V. The capacity is a power of 2. Sample n of channel c is
-   at volts[c * capacity + n % capacity]. */
+/* Newest smoothed samples of each channel, V. The capacity is a power of 2. Sample n of channel c
+   is at volts[c * capacity + n % capacity]. */
 typedef struct {
     double *volts;
     int32_t capacity, channels;
@@ -85,12 +85,13 @@ void fc_detector_resettle(fc_detector *d, const fc_past *past, int64_t end);
    `onsets` for each channel, or -1. is_skipped marks channels that need no decision. */
 void fc_detector_judge(fc_detector *d, const fc_past *past, const bool *is_skipped, int64_t *onsets);
 
-/* Fit a linear prediction to n samples of the steady state, in sigmas. The prediction
-   removes the predictable part of the motor's noise. Its error has a sigma of 1. `error` has room for n
+/* Fit a linear prediction to n samples of the steady state, in sigmas. The prediction removes the
+   predictable part of the motor's noise. Its error has a sigma of 1. `error` has room for n
    numbers, `weights` for FC_ORDER + 1. */
 void fc_fit_prediction(const double *x, int32_t n, double *error, double *weights);
 
-/* Write the 2 * FC_LEVELS features of a look of n samples, in sigmas. `power` has room for n numbers. */
+/* Write the 2 * FC_LEVELS features of a look of n samples, in sigmas. `power` has room for n
+   numbers. */
 void fc_look_features(const fc_detector_constants *k, const double *x, int32_t n,
                       const double *weights, double *power, double *features);
 

@@ -76,7 +76,8 @@ static bool ascend(const int32_t *x, int32_t n, int32_t low, int32_t high)
     return n > 0;
 }
 
-/* Read a matrix. `reach` is the largest magnitude of the inputs. Replace it by that of the outputs. */
+/* Read a matrix. `reach` is the largest magnitude of the inputs. Replace it by that of the
+   outputs. */
 static bool read_matrix(cursor *c, fc_matrix *m, int32_t columns, double *reach)
 {
     const int32_t *const shape = integers(c, 2);

@@ -40,8 +40,8 @@ typedef struct {
     int32_t sums[FC_WIDTH_MOST];
 } fc_network_room;
 
-/* Predict from the inputs in room->values, which are overwritten. rig_term is the contribution of the
-   rig to layer FC_RIG_LAYER. Write mean and standard deviation in Shore A. */
+/* Predict from the inputs in room->values, which are overwritten. rig_term is the contribution of
+   the rig to layer FC_RIG_LAYER. Write mean and standard deviation in Shore A. */
 void fc_network_predict(const fc_network *n, const float *rig_term, fc_network_room *room,
                         double *mean, double *spread);
 

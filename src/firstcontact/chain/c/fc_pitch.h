@@ -1,5 +1,5 @@
-/* Pitch of the motor before a contact. Rotor, gears and harmonics rise with the closing speed, so the
-   whole spectrum shifts on a logarithmic axis of frequency. */
+/* Pitch of the motor before a contact. Rotor, gears and harmonics rise with the closing speed, so
+   the whole spectrum shifts on a logarithmic axis of frequency. */
 #ifndef FC_PITCH_H
 #define FC_PITCH_H
 

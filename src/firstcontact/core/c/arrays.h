@@ -1,4 +1,5 @@
-/* Arrays that Python passes: contiguous buffers of numbers of one kind, in this machine's byte order. */
+/* Arrays that Python passes: contiguous buffers of numbers of one kind, in this machine's byte
+   order. */
 #ifndef FIRSTCONTACT_ARRAYS_H
 #define FIRSTCONTACT_ARRAYS_H
 

@@ -1,5 +1,5 @@
-/* Mechanics of pinches. Several are integrated side by side in the lanes of a vector unit. Each lane is a
-   finger of a pinch. All lanes advance together, each by a step of its own length. */
+/* Mechanics of pinches. Several are integrated side by side in the lanes of a vector unit. Each
+   lane is a finger of a pinch. All lanes advance together, each by a step of its own length. */
 #include "twin.h"
 
 #include <math.h>
@@ -14,8 +14,8 @@ enum {
     INSTANTS = 3         /* begin, middle and end of a step */
 };
 
-/* Loop over lanes, which becomes one or two vector instructions. Each loop has at most one choice of a
-   kind: a compiler would turn two choices that depend on each other into branches. */
+/* Loop over lanes, which becomes one or two vector instructions. Each loop has at most one choice
+   of a kind: a compiler would turn two choices that depend on each other into branches. */
 #define EACH_LANE(l) LANEWISE for (int l = 0; l < 2 * side; l++)
 
 static const double NEAR = 2e-4, PI = 3.141592653589793;

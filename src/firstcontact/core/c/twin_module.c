@@ -25,8 +25,8 @@ static void release(argument *a, Py_ssize_t n)
             PyBuffer_Release(&a[i].view);
 }
 
-/* Get an array. A letter names its kind: d double, z complex, l int64, s int16, u uint16; in upper case
-   if the array is written to. */
+/* Get an array. A letter names its kind: d double, z complex, l int64, s int16, u uint16; in upper
+   case if the array is written to. */
 static bool get_array(PyObject *object, char letter, argument *a)
 {
     static const char LETTERS[] = "dzlsu", WRITTEN[] = "DZLSU";
@@ -40,8 +40,8 @@ static bool get_array(PyObject *object, char letter, argument *a)
     return true;
 }
 
-/* Get all arguments. A letter of `kinds` stands for each: '.' for a float, '#' for an integer, 't' for a
-   tuple, and the letters of get_array for arrays. */
+/* Get all arguments. A letter of `kinds` stands for each: '.' for a float, '#' for an integer, 't'
+   for a tuple, and the letters of get_array for arrays. */
 static bool gather(PyObject *const *args, Py_ssize_t n, const char *kinds, argument *a)
 {
     const Py_ssize_t wanted = (Py_ssize_t)strlen(kinds);

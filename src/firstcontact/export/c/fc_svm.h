@@ -24,8 +24,8 @@ typedef struct {
     int32_t class_number; /* -1 for a regression */
 } fc_prediction;
 
-/* Constants of a model. A support vector v has samples * channels + 1 numbers: the window divided by
-   its RMS, and its level (ln(RMS) - level) * slope. */
+/* Constants of a model. A support vector v has samples * channels + 1 numbers: the window divided
+   by its RMS, and its level (ln(RMS) - level) * slope. */
 typedef struct {
     int32_t samples, channels;
     int32_t vectors;

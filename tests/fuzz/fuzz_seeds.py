@@ -40,28 +40,13 @@ OBJECTS = (("sponge", 12.0), ("rubber", 45.0), ("wood", 80.0))
 class Seeds:
     """Valid files and their content.
 
-    Parameters
-    ----------
-    recordings
-        Recordings. For the first one, ``samples`` has all rows by epoch and number.
-    models
-        Folders with a model and its detector.
-    anytime
-        Folders with an any-time model and a detector, of each kind.
-    imports
-        Inputs of ``import``: a folder of WAV files, NPZ, HDF5 and CSV.
-    arrays
-        Arrays of the NPZ and HDF5 files.
-    tables
-        Tables by name: a plan, known weights, a camera's contacts.
-    calibration
-        Calibration file.
+    ``samples`` has all rows of the first recording, by epoch and number. ``models`` are folders
+    with a model and its detector, the last of them conditioned on a rig.
     """
 
     recordings: list[Path] = field(default_factory=list)
     samples: dict[tuple[int, int], bytes] = field(default_factory=dict)
     models: list[Path] = field(default_factory=list)
-    anytime: list[Path] = field(default_factory=list)
     wav: Path = Path()
     arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
     csv: list[list[str]] = field(default_factory=list)
@@ -215,7 +200,7 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
     model = pretrained().conditioned_on({Rig.ANY: rig, 0: rig})
     detector = load_detector(seeds.models[0])
     out = folder / "in_context"
-    seeds.anytime.append(Model(detector, (RigPredictor(model),)).save(out))
+    seeds.models.append(Model(detector, (RigPredictor(model),)).save(out))
 
 
 def _wav(folder: Path) -> None:

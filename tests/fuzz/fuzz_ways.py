@@ -15,7 +15,6 @@ import fuzz_label
 import fuzz_models
 import fuzz_mutate as mutate
 import fuzz_recordings
-import fuzz_streams
 import fuzz_wire
 from fuzz_seeds import Seeds
 
@@ -116,16 +115,9 @@ def _use(rng: Random, seeds: Seeds, folder: Path, path: Path, case: Case) -> Non
 
 
 def _model(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    _use_model(rng, rng.choice(seeds.models), seeds, folder, case)
-
-
-def _anytime(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    _use_model(rng, rng.choice(seeds.anytime), seeds, folder, case)
-
-
-def _use_model(rng: Random, original: Path, seeds: Seeds, folder: Path, case: Case) -> None:
+    """Make a damaged model and a command that uses it."""
     model = folder / "model"
-    fuzz_models.damaged(rng, original, model)
+    fuzz_models.damaged(rng, rng.choice((*seeds.models, *seeds.models[-1:] * 3)), model)
     recording = str(rng.choice(seeds.recordings))
     if rng.random() < 0.6:
         words = ["evaluate", str(model), recording]
@@ -236,16 +228,14 @@ def _journal(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 #: What comes over wires and from pages.
 WIRE = (
     fuzz_wire.descriptor, fuzz_wire.frames, fuzz_wire.frames, fuzz_wire.requests,
-    fuzz_wire.answers, fuzz_wire.flashing, fuzz_wire.page, fuzz_streams.lines, fuzz_streams.stamps,
-    fuzz_streams.board, fuzz_streams.lsl, fuzz_streams.sound,
+    fuzz_wire.answers, fuzz_wire.page, fuzz_wire.lines, fuzz_wire.stamps,
     fuzz_label.labels, fuzz_label.journal,
 )  # fmt: skip
 Maker = Callable[[Random, Seeds, Path, Case], None]
 #: Name of a way in to how often it is tried, and what makes an input for it.
 WAYS: dict[str, tuple[int, Maker]] = {
     "recording": (42, _recording),
-    "model": (20, _model),
-    "anytime": (10, _anytime),
+    "model": (30, _model),
     "import": (36, _import),
     "text": (6, _text),
     "path": (4, _path),

@@ -6,11 +6,9 @@ import asyncio
 import io
 import json
 import math
-import struct
 from dataclasses import replace
 from pathlib import Path
 from random import Random
-from unittest.mock import patch
 
 import fuzz_mutate as mutate
 import numpy as np
@@ -27,10 +25,11 @@ from firstcontact.device import (
     FrameType,
     Health,
 )
-from firstcontact.device import _flashing as flashing_of_models
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._descriptor import contact_payload, estimate_payload
+from firstcontact.device._number_lines import MOST, LineReader
 from firstcontact.device._responder import Responder
+from firstcontact.device._stamped_samples import StampedSamples
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.streaming import Ask, JsonLinesSink, Pipeline, TextSink
 from firstcontact.streaming._hand_predictions import HandPredictions
@@ -209,63 +208,6 @@ def answers(rng: Random, _: Path) -> None:
     assert gathered.ended() is not None
 
 
-class _FlashedDevice(Responder):
-    """Device that receives a model and often sends false answers."""
-
-    def __init__(self, rng: Random) -> None:
-        super().__init__(ANSWERING, 1, 10)
-        self._rng = rng
-        self._lies = rng.choice((0.0, 0.05, 0.5))
-        self._dies = rng.choice((0, 3, 10**6))
-        self.there = 0
-        self.asked = 0
-
-    def send(self, kind: FrameType, payload: bytes = b"") -> None:
-        self.hear(protocol.encode(kind, self.asked, payload))
-
-    def read(self) -> bytes:
-        return self.frame()
-
-    def close(self) -> None:
-        return
-
-    def _do(self, kind: int, payload: bytes) -> None:
-        rng = self._rng
-        self.asked += 1
-        if kind not in (FrameType.MODEL_BEGIN, FrameType.MODEL_CHUNK, FrameType.MODEL_END):
-            super()._do(kind, payload)
-            return
-        if self.asked > self._dies:
-            return
-        if kind == FrameType.MODEL_CHUNK:
-            self.there += len(payload) - 4
-        elif kind == FrameType.MODEL_BEGIN:
-            self.there = 0
-        present = self.there
-        if rng.random() < self._lies:
-            present = rng.choice((0, 200, present - 200, present + 1, 2**32 - 1)) % 2**32
-        state = 1 if kind == FrameType.MODEL_END else 0
-        answer = struct.pack("<BBI", state, kind, present)
-        if rng.random() < self._lies / 4:
-            answer = mutate.raw(rng, answer + b"why")
-        self._reply = FrameType.MODEL_STATE, answer
-
-
-def flashing(rng: Random, _: Path) -> None:
-    """Send a model to a device with random replies. The transfer must end soon."""
-    device = _FlashedDevice(rng)
-    data = rng.randbytes(rng.choice((8, 200, 9000)))
-    with (
-        patch.multiple(flashing_of_models, SerialTransport=lambda port: device),
-        patch.multiple(flashing_of_models, REPEAT_AFTER=0.002, PATIENCE=0.004),
-    ):
-        try:
-            assert flashing_of_models.flash_model("port", data) == MODEL
-        finally:
-            pieces = len(data) // flashing_of_models.CHUNK
-            assert device.asked < 10 * (pieces + 10), "it is served for ever"
-
-
 class _Controls:
     """Session controls that do nothing."""
 
@@ -299,3 +241,43 @@ def page(rng: Random, _: Path) -> None:
         answer, wait = asyncio.run(commands.obey(message, Allowance(10, 5.0), "viewer"))
         json.dumps(answer, allow_nan=False).encode()
         assert wait >= 0
+
+
+def lines(rng: Random, _: Path) -> None:
+    """Feed lines of a board in pieces of any size. All numbers that are read must be finite."""
+    between = rng.choice((",", ";", "\t", " ", ", "))
+    rows = ["n", "left", "right"] if rng.random() < 0.5 else ["0", "1", "2"]
+    text = between.join(rows) + "\n"
+    for i in range(60):
+        words = [str(i), str(rng.randrange(1024)), str(rng.randrange(1024))]
+        if rng.random() < 0.1:
+            words[rng.randrange(3)] = rng.choice((*mutate.TEXTS, *map(str, mutate.NUMBERS)))
+        text += between.join(words) + rng.choice(("\n", "\r\n"))
+    stream = text.encode(errors="replace")
+    stream = mutate.raw(rng, stream) if rng.random() < 0.5 else stream
+    reader, at = LineReader(), 0
+    while at < len(stream):
+        step = rng.choice((1, 7, 64, 100_000))
+        for numbers in reader.feed(stream[at : at + step]):
+            if numbers is not None:
+                assert 0 < len(numbers) <= MOST
+                assert np.isfinite(numbers).all(), "a number that is none"
+        at += step
+
+
+def stamps(rng: Random, _: Path) -> None:
+    """Feed stamps that jump, stop, go back or are NaN. Sample numbers must still rise."""
+    counted, last, now = StampedSamples(1000.0), -1, rng.choice((0.0, 1e9, -5.0))
+    for _ in range(rng.choice((3, 60, 150))):
+        n = rng.choice((1, 2, 40))
+        if rng.random() < 0.1:
+            now += rng.choice((-1.0, 0.5, 30.0, -1e4, 1e6))
+        jitter = rng.choice((0.0, 1e-4, 5e-3))
+        sample = now + np.arange(n) / 1000.0 + [jitter * rng.gauss(0, 1) for _ in range(n)]
+        if rng.random() < 0.1:
+            sample[rng.randrange(n)] = rng.choice((np.nan, np.inf, -np.inf, 1e300))
+        now += n / 1000.0
+        numbers = counted.numbers(sample)
+        assert numbers[0] > last, "a number twice"
+        assert (np.diff(numbers) > 0).all(), "numbers that do not rise"
+        last = int(numbers[-1])

@@ -172,8 +172,6 @@ LAYOUT_OF_ONE = Layout((sensor(None),), 5000.0).to_json()
     "text",
     [
         "",
-        "{",
-        "[]",
         "{}",
         json.dumps(LAYOUT_OF_ONE | {"rate": 100.0}),
         json.dumps(LAYOUT_OF_ONE | {"channels": []}),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 from example_events import ANSWER, FINAL, FIRST_EVENT, START
 from msgspec.structs import replace
@@ -95,20 +94,6 @@ def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
                 assert grasping.last == expected
                 assert grasping.loop.counts.estimates == 1
     assert grasping.loop.counts.misses == 0
-
-
-def test_the_end_summarises_the_events(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    grasping = Grasping(live_policy("early_exit"), hand, LAYOUT)
-    with hand:
-        drive(fresh, Pipeline(LAYOUT, detector, WindowLadder(models), clock=still), grasping, still)
-    counts = grasping.loop.counts
-    text = "\n".join(grasping.lines())
-    for number in (counts.commands, counts.closings, counts.estimates, counts.misses):
-        assert str(number) in text
-    assert "time limit" not in "\n".join(grasping.lines(real_time=False))
-    assert np.isfinite([c.force for c in hand.commands if isinstance(c, Command)]).all()
 
 
 def test_a_policy_acts_on_the_final_estimate(hand: PrintHand) -> None:

@@ -27,7 +27,6 @@ from firstcontact.streaming import (
     NoEstimate,
     PinchDone,
     Pipeline,
-    Verdict,
     WindowLadder,
 )
 
@@ -121,23 +120,6 @@ def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> Non
         assert [(c.finger, c.sample) for c in live.strips] == [
             (c.finger, c.sample) for c in pinch.truth
         ]
-
-
-def test_in_hindsight_the_computation_and_the_real_instant_count(
-    fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    ticks = iter(range(10**9))
-    slow = 1 / LAYOUT.rate  # each look at the clock takes a sample
-    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models), clock=lambda: slow * next(ticks))
-    verdicts = set()
-    for process in finished(run(pipeline, as_blocks(fresh))):
-        for estimate in process.estimates:
-            assert estimate.waited > 0  # the whole pinch is one block
-            out = estimate.contact.sample + estimate.available * LAYOUT.rate
-            is_late = process.second is not None and process.second.sample <= out
-            assert estimate.in_time is not is_late
-        verdicts.add(process.verdict)
-    assert Verdict.TOO_LATE in verdicts
 
 
 def test_a_window_across_a_gap_is_refused(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from dask_cluster import Cluster, cluster
 from firstcontact.core import InputError, Serial, parallel
-from processes import gone
+from processes import until
 
 
 def use_cluster(address: str) -> AbstractContextManager[None]:
@@ -70,28 +70,22 @@ def test_results_are_complete_after_a_cancelled_call(two_workers: Cluster) -> No
             assert runner.map(squared_later, range(20)) == [n * n for n in range(20)]
 
 
-def test_killed_scheduler_is_an_input_error(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 4.0)
-    with cluster(tmp_path, 1) as dying, use_cluster(dying.address), parallel(1) as runner:
-        stream = runner.stream(paused, [False, True, True])
-        assert next(stream) is False
-        dying.scheduler.kill()
-        with pytest.raises(InputError):
-            next(stream)
-        with pytest.raises(InputError):
-            runner.map(pid, [0])
-
-
-def test_job_that_kills_its_workers_is_an_input_error(
+def test_killed_worker_and_killed_scheduler_are_input_errors(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
+    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 4.0)
     with cluster(tmp_path, 2) as doomed, use_cluster(doomed.address), parallel(1) as runner:
-        with pytest.raises(InputError):
-            runner.map(ended, range(2))
-        assert any(gone(worker.pid) for worker in doomed.workers)
+        with pytest.raises(InputError, match="workers"):
+            runner.map(ended, [0])
+        until(lambda: any(worker.poll() is not None for worker in doomed.workers))
+        stream = runner.stream(paused, [False, True, True])
+        assert next(stream) is False
+        doomed.scheduler.kill()
+        with pytest.raises(InputError, match="connection"):
+            next(stream)
+        with pytest.raises(InputError, match="connection"):
+            runner.map(pid, [0])
 
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://127.0.0.1", "ftp://a:1", "tcp://a:port"])

@@ -4,7 +4,6 @@ from ._closing import ClosingBegan as ClosingBegan
 from ._closing import ClosingEnded as ClosingEnded
 from ._closing import Closings as Closings
 from ._closing import ClosingSamples as ClosingSamples
-from ._closing_start import STEPS as STEPS
 from ._closing_start import closing_start as closing_start
 from ._closing_start import closing_starts as closing_starts
 from ._closing_start import count_starts as count_starts

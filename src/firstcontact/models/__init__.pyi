@@ -13,7 +13,6 @@ from ._combined import adapt_combined as adapt_combined
 from ._context_network import ContextNetwork as ContextNetwork
 from ._context_network import Familiar as Familiar
 from ._estimator import Estimator as Estimator
-from ._estimator import EstimatorInfo as EstimatorInfo
 from ._estimator import Reference as Reference
 from ._estimator import target_scale as target_scale
 from ._estimator import training_spec as training_spec
@@ -51,14 +50,12 @@ from ._registry import window_estimators as window_estimators
 from ._rig import Rig as Rig
 from ._rig import spectra as spectra
 from ._scores import CLUSTERS as CLUSTERS
-from ._scores import Bounded as Bounded
 from ._scores import ClassificationScores as ClassificationScores
 from ._scores import Ends as Ends
 from ._scores import RegressionScores as RegressionScores
 from ._scores import SpecimenErrors as SpecimenErrors
 from ._scores import TaskScores as TaskScores
 from ._scores import bootstrap_interval as bootstrap_interval
-from ._scores import bounded as bounded
 from ._scores import classification_scores as classification_scores
 from ._scores import cluster_intervals as cluster_intervals
 from ._scores import per_object as per_object

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,28 +73,6 @@ class SpecimenErrors(Record, frozen=True, kw_only=True):
     rmse: float
     mae: float
     mse: float
-
-
-class Scores(Protocol):
-    """Interface of score records that have intervals."""
-
-    @property
-    def intervals(self) -> dict[str, Ends]:
-        """Interval of each score, by its name."""
-        ...
-
-
-class Bounded(NamedTuple):
-    """Score with its interval, if it has one."""
-
-    value: float
-    ends: Ends | None = None
-
-
-def bounded(scores: Scores | None, name: str) -> Bounded | None:
-    """Return a score of a record with its interval; None if the record lacks the score."""
-    value = getattr(scores, name, None)
-    return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))
 
 
 def _sums(clusters: NDArray[Any], columns: Values) -> Values:

@@ -13,7 +13,6 @@ import numpy as np
 from firstcontact.core import GREY, INK
 from firstcontact.grasp import POLICIES, Task
 from firstcontact.grasp import Part as Role
-from firstcontact.models import bounded
 from firstcontact_lab.grasping._judgement import baseline, candidate
 from firstcontact_lab.grasping._payload import variants
 from firstcontact_lab.grasping.results import (
@@ -28,6 +27,9 @@ from firstcontact_lab.grasping.results import (
     Payload,
 )
 from firstcontact_lab.grasping.sentences import percent, policy_title, sentences
+from firstcontact_lab.report.bounded import (
+    bounded,
+)
 from firstcontact_lab.report.findings import Figure, State
 from firstcontact_lab.report.page import Page
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from firstcontact.core import percent
-from firstcontact.models import Bounded
+from firstcontact_lab.report.bounded import (
+    Bounded,
+)
 
 R = TypeVar("R")
 S = TypeVar("S")

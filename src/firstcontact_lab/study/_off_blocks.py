@@ -11,7 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
-from firstcontact.models import Bounded, Ends, LabelledWindows, cluster_intervals
+from firstcontact.models import (
+    Ends,
+    LabelledWindows,
+    cluster_intervals,
+)
+from firstcontact_lab.report.bounded import (
+    Bounded,
+)
 from firstcontact_lab.study._rig_sets import Use
 
 Values = NDArray[np.float64]

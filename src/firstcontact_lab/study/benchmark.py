@@ -25,7 +25,6 @@ from firstcontact.core import (
 from firstcontact.models import (
     CLUSTERS,
     ESTIMATORS,
-    Bounded,
     LabelledTouches,
     Predictions,
     Split,
@@ -37,6 +36,9 @@ from firstcontact.models import (
 from firstcontact.recording import check_rate, load_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import condition
+from firstcontact_lab.report.bounded import (
+    Bounded,
+)
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.names import competitor_title
 from firstcontact_lab.report.page import Page

@@ -8,7 +8,9 @@ from dataclasses import replace
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact.models import Bounded
+from firstcontact_lab.report.bounded import (
+    Bounded,
+)
 from firstcontact_lab.report.results import SubjectResults
 from firstcontact_lab.report.tables import Claim, Row
 from firstcontact_lab.study.page import claims, shared

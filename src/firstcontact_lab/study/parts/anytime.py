@@ -14,7 +14,6 @@ from firstcontact.models import (
     ESTIMATORS,
     RIG_ESTIMATOR,
     Adapted,
-    Bounded,
     Ends,
     LabelledTouches,
     NetworkEstimator,
@@ -22,13 +21,16 @@ from firstcontact.models import (
     Split,
     Task,
     Touches,
-    bounded,
     by_session,
     pretrained,
     regression_scores,
     rig_estimators,
 )
 from firstcontact_lab.report import names
+from firstcontact_lab.report.bounded import (
+    Bounded,
+    bounded,
+)
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri

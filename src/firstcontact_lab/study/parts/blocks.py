@@ -20,7 +20,6 @@ from firstcontact.models import (
     Task,
     TaskScores,
     Values,
-    bounded,
     by_session,
     classification_scores,
     held_out,
@@ -29,6 +28,9 @@ from firstcontact.models import (
     window_estimators,
 )
 from firstcontact_lab.report import names
+from firstcontact_lab.report.bounded import (
+    bounded,
+)
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import box_figure, canvas, uri

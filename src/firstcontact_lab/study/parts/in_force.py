@@ -16,10 +16,12 @@ from firstcontact.models import (
     LabelledTouches,
     Touches,
     Values,
-    bounded,
     regression_scores,
 )
 from firstcontact_lab.report import names
+from firstcontact_lab.report.bounded import (
+    bounded,
+)
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional

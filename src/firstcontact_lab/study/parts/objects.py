@@ -20,13 +20,15 @@ from firstcontact.models import (
     Split,
     Task,
     Values,
-    bounded,
     held_out,
     per_object,
     regression_scores,
 )
 from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
+from firstcontact_lab.report.bounded import (
+    bounded,
+)
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import box_figure

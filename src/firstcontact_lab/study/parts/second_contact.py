@@ -12,11 +12,13 @@ from firstcontact.models import (
     DURATION,
     RegressionScores,
     Values,
-    bounded,
     regression_scores,
 )
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report import names
+from firstcontact_lab.report.bounded import (
+    bounded,
+)
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix

@@ -19,7 +19,6 @@ from firstcontact.contact import (
 )
 from firstcontact.core import FINGERTIP_RATE, Contact, Dataset, Record, Runner
 from firstcontact.models import (
-    Bounded,
     CombinedModel,
     Ends,
     InContextModel,
@@ -27,6 +26,9 @@ from firstcontact.models import (
     cluster_intervals,
     fit_detector,
     train,
+)
+from firstcontact_lab.report.bounded import (
+    Bounded,
 )
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

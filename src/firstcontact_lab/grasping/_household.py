@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,7 +132,8 @@ class HouseholdStudy:
         blind, ours, everyone = judged.blind, judged.ours, judged.everyone
         best = ceiling(table)
         between_of = {name: drops(policy, weights) for name, policy in everyone.items()}
-        closings = {name: self._shares(name, policy) for name, policy in self._full_of(everyone)}
+        full = dict.fromkeys(row.job.policy for row in self.full)
+        closings = {name: self._shares(name, everyone[name]) for name in full}
         successes = {name: _success(policy) for name, policy in everyone.items()}
         count = self.settings.permutations
         return Household(
@@ -183,9 +184,6 @@ class HouseholdStudy:
             folds=self.tables.folds,
             families=[list(words) for words in FAMILIES],
         )
-
-    def _full_of(self, everyone: Mapping[str, Judged]) -> Iterable[tuple[str, Judged]]:
-        return ((name, everyone[name]) for name in dict.fromkeys(r.job.policy for r in self.full))
 
     def _success_gain(self) -> Between:
         """Return the share of successes with stiffness minus the share without, on equal picks."""

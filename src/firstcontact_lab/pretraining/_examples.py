@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -251,7 +251,6 @@ def example_set(
     runner: Runner,
     family: str = "",
     again: int = 0,
-    progress: Callable[[int], object] = lambda count: None,
 ) -> Examples:
     """Return the examples of ``rigs`` rigs from number ``first`` on."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -264,11 +263,10 @@ def example_set(
     missing = [part for part, file in zip(parts, files, strict=True) if not file.exists()]
     made = iter(runner.stream(_make_part, missing, seed, family, again))
     out: list[Examples] = []
-    for part, file in zip(parts, files, strict=True):
+    for file in files:
         if not file.exists():
             _write_part(file, next(made))
         out.append(_read_part(file))
-        progress(part[1])
     return joined(out)
 
 

@@ -24,7 +24,7 @@ from firstcontact.models import (
 from firstcontact.twin import Condition
 from firstcontact_lab.study._off_blocks import Answered, OffBlocks, off_blocks
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
-from firstcontact_lab.study.window_ladder import fit_window_ladder, registered
+from firstcontact_lab.study.window_ladder import fit_window_ladder
 
 Index = NDArray[np.intp]
 Values = NDArray[np.float64]
@@ -95,8 +95,8 @@ def fit_predictor(
     if competitor.method == "in context":
         kind = rig_estimators()[name]
         return kind(Task.REGRESSION, touches.rate).fit_touches(touches, shore_a, groups, seed).model
-    learner = registered(name if regressor is None else regressor, options)
-    return fit_window_ladder(learner, touches, shore_a, groups, seed=seed)
+    estimator = name if regressor is None else regressor
+    return fit_window_ladder(estimator, touches, shore_a, groups, seed=seed, options=options)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

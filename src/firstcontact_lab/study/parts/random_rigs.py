@@ -40,7 +40,7 @@ from firstcontact_lab.study._random_rigs import (
     rig_scores,
 )
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
-from firstcontact_lab.study.window_ladder import WindowLadder, fit_window_ladder, registered
+from firstcontact_lab.study.window_ladder import LadderModel, fit_window_ladder
 
 Values = NDArray[np.float64]
 #: Seed of the rigs, and rigs of each family. No choice was made on rigs of this seed.
@@ -121,8 +121,7 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
     combined = adapt_combined(pretrained(), learn, shore_a, sessions).model
     assert isinstance(combined, CombinedModel)
     ladders = {
-        name: fit_window_ladder(registered(name), learn, shore_a, sessions)
-        for name in ("svm", "log_spectrum")
+        name: fit_window_ladder(name, learn, shore_a, sessions) for name in ("svm", "log_spectrum")
     }
 
     def timed(model: InContextModel, radius: bool = False) -> Predict:
@@ -134,7 +133,7 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
 
         return predict_at_time
 
-    def windows(ladder: WindowLadder) -> Predict:
+    def windows(ladder: LadderModel) -> Predict:
         def predict_at_time(touches: Touches, ms: int) -> Predicted:
             out = ladder.predict(touches.until(samples_in(1e-3 * ms, touches.rate)))
             return out.value, out.low, out.high, np.maximum(out.high - out.low, 1e-6) / 2

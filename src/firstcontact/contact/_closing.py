@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -42,6 +43,8 @@ class ClosingEnded:
 
 Stage = ClosingBegan | ClosingSamples | ClosingEnded
 
+
+_log = logging.getLogger("firstcontact.contact")
 
 #: More samples than can pass before the next event.
 _NEVER = 1 << 30
@@ -133,6 +136,7 @@ class Closings:
                     self._first = self._first or contact
                     contacts = (*contacts, contact)
                 case EventKind.CONTACT_WITHDRAWN:
+                    _log.info("the contact at sample %d is withdrawn", event.sample)
                     piece = _cut(block, position, event.known + 1)
                     yield ClosingSamples(piece, contacts, self._first)
                     position, contacts, self._first = event.known + 1, (), None

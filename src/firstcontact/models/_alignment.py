@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -27,6 +28,8 @@ from firstcontact.signal import resample_dataset, restore_contacts
 
 Places = NDArray[np.intp]
 Contacts = Literal["detected", "known"]
+
+_log = logging.getLogger("firstcontact.models")
 
 #: Largest distance of a contact that is placed right from the known one, s.
 TOLERANCE = 0.003
@@ -123,6 +126,7 @@ def choose_detector(
         f"of {counted(len(by_fitted), 'known contact')}, that of the package places "
         f"{by_shipped.sum()} within 3 ms, and one fitted to your other pinches {by_fitted.sum()}"
     )
+    _log.info("%s", reason)
     detector, alignment = (
         (fitted, fitted_alignment) if takes_fitted else (shipped, shipped_alignment)
     )

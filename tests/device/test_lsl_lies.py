@@ -177,3 +177,25 @@ def test_clock_step_starts_an_epoch() -> None:
         read_all(source, 4936)
     assert source.health.reconnects == 1
     assert (source.health.samples, source.health.lost_samples) == (4936, 0)
+
+
+@pytest.mark.parametrize("is_whole", [True, False])
+def test_stamps_that_run_backwards_are_refused(is_whole: bool) -> None:
+    outlet = Outlet()
+    zero, count = pylsl.local_clock(), 0
+    deadline = time.monotonic() + SOON
+    with LslSource(outlet.name) as source, pytest.raises(InputError, match="backwards"):
+        while time.monotonic() < deadline:
+            stamps = zero + np.arange(count, count + 50) / outlet.rate
+            count += len(stamps)
+            # All of them run backwards, or those of each chunk.
+            outlet.push(np.zeros(50), 2 * zero - stamps if is_whole else stamps[::-1])
+            source.read(0.01)
+
+
+def test_jittering_stamps_do_not_run_backwards() -> None:
+    outlet = Outlet()
+    stamps = np.random.default_rng(0).permutation(outlet.past(2 * 4936))
+    with LslSource(outlet.name) as source:
+        outlet.push(np.zeros(len(stamps)), stamps)
+        read_all(source, len(stamps))

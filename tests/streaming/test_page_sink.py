@@ -7,7 +7,7 @@ import socket
 import threading
 import tracemalloc
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from http import HTTPStatus
 from typing import Any
 
@@ -220,6 +220,21 @@ def test_a_deaf_viewer_is_let_go_and_its_place_is_free(
         stop.set()
         feeding.join()
         line.close()
+
+
+def test_viewers_that_never_read_give_their_places_to_others(
+    page: PageSink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("firstcontact.streaming.page._server.GRACE", 0.1)
+    monkeypatch.setattr("firstcontact.streaming.page._server.PATIENCE", 10 * PATIENCE)
+    with ExitStack() as stack:
+        for _ in range(16):
+            stack.enter_context(deaf(page))
+        viewers = 0
+        while viewers < 2:  # each of them gets the place of another
+            with suppress(InvalidStatus):
+                merged(stack.enter_context(view(page)), lambda s: "hello" in s)
+                viewers += 1
 
 
 def test_closing_does_not_wait_for_the_deaf(page: PageSink) -> None:

@@ -80,6 +80,8 @@ class _Epoch:
         self._least = math.inf  # smallest age of a sample at arrival, s
         self._unstamped = 0  # number of samples before the first usable stamp
         self.count = 0
+        self._newest = -math.inf  # newest stamp
+        self._steps = self._backward = 0  # number of steps between stamps, and of steps back
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask of the samples whose ages ``ago``, s, fit the ages of earlier samples."""
@@ -89,6 +91,18 @@ class _Epoch:
         good &= (ago > self._least - FUTURE) & (ago < self._least + PAST)
         self._least = min(self._least, float(ago[good].min(initial=math.inf)))
         return good
+
+    def runs_backwards(self, stamps: NDArray[np.float64]) -> bool:
+        """Return True if three of four stamps of a second step back, which no jitter explains."""
+        stamps = np.append(self._newest, stamps[usable_stamps(stamps)])
+        self._backward += int((np.diff(stamps) < 0).sum())
+        self._steps += len(stamps) - 1
+        self._newest = float(stamps[-1])
+        if self._steps < self._rate:
+            return False
+        share = self._backward / self._steps
+        self._steps = self._backward = 0
+        return share > 0.75
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
         """Return the numbers of the next samples. Stamps that :meth:`in_time` rejects are NaN."""
@@ -209,6 +223,10 @@ class LslSource(ThreadedSource):
         clock: float,
     ) -> _Epoch:
         """Deliver a chunk. Return its epoch, a new one if the sender's clock was changed."""
+        if epoch.runs_backwards(stamps):
+            raise InputError(
+                f"{self.name}: its time stamps run backwards: correct the program that sends"
+            )
         ages = clock - stamps
         fits = epoch.in_time(ages)
         if not fits.any() and usable_stamps(stamps).any():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import socket
 import struct
 import time
@@ -28,9 +29,9 @@ from firstcontact.streaming.page.serving import Guard, answer, plain, serve_page
 TICK = 0.05
 #: Largest number of viewers. It limits their total cost.
 VIEWERS = 16
-#: Time without a reply to a ping after which a viewer is disconnected, s. Data that wait for a slow
-#: viewer delay its replies.
-PATIENCE = 10.0
+#: Time without a reply to a ping after which a viewer is disconnected, and after which it gives its
+#: place to a new viewer, s. Data that wait for a slow viewer delay its replies.
+PATIENCE, GRACE = 10.0, 2.0
 #: Time from a reply to the next ping, s.
 PAUSE = 1.0
 #: Time after which a silent viewer that closed the hand is disconnected, s. The hand then opens.
@@ -150,6 +151,7 @@ class _Viewer:
     commands: Commands
     heard: float = 0.0
     closes: bool = False
+    pinged: float = math.inf  # time of the ping without a reply; infinite if there is none
 
     async def watch(self) -> None:
         """Wait until the viewer has closed the hand and is silent, then raise TimeoutError."""
@@ -160,14 +162,19 @@ class _Viewer:
     async def ping(self) -> None:
         """Ping the viewer until it does not reply because it reads nothing, then disconnect it."""
         while True:
+            self.pinged = time.monotonic()
             try:
                 async with asyncio.timeout(PATIENCE):
                     await (await self.connection.ping())
             except TimeoutError:
-                # It would not read a closing handshake.
-                self.connection.transport.abort()
+                self.drop()
                 raise
+            self.pinged = math.inf
             await asyncio.sleep(PAUSE)
+
+    def drop(self) -> None:
+        """Disconnect a viewer that reads nothing: it would not read a closing handshake."""
+        self.connection.transport.abort()
 
 
 class PageServer:
@@ -204,12 +211,21 @@ class PageServer:
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         answered = answer(request, self._guard, self._files)
         # Nothing else runs between this check and `_view`, which counts the viewer.
-        if answered is None and len(self._viewers) >= VIEWERS:
+        if answered is None and len(self._viewers) >= VIEWERS and not self._make_room():
             return plain(
                 HTTPStatus.SERVICE_UNAVAILABLE,
                 f"{VIEWERS} viewers are watching: close one of them.",
             )
         return answered
+
+    def _make_room(self) -> bool:
+        """Disconnect the viewer whose reply has been missing longest. Return True if one was."""
+        slowest = min(self._viewers.values(), key=lambda viewer: viewer.pinged)
+        if time.monotonic() - slowest.pinged < GRACE:
+            return False
+        del self._viewers[slowest.name]
+        slowest.drop()
+        return True
 
     async def _view(self, connection: ServerConnection) -> None:
         request = connection.request
@@ -234,7 +250,7 @@ class PageServer:
         except* (ConnectionClosed, TimeoutError):
             pass
         finally:
-            del self._viewers[viewer.name]
+            self._viewers.pop(viewer.name, None)
             viewer.commands.gone(viewer.name)
 
     async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:

@@ -33,7 +33,7 @@ from firstcontact.core import (
 )
 
 Array = NDArray[Any]
-INPUTS, TRAITS, KNOWN, LINES, TURN = 241, 16, 15, 400, 2048
+INPUTS, TRAITS, KNOWN, LINES, TURN = 241, 16, 15, 400, 512
 #: Ranks and outputs of the network's thin layers.
 RANKS, HIDDEN = (28, 30, 26, 20), (256, 256, 256, 128)
 MOMENTS = (10, 15, 20, 25, 30, 35, 39, 44, 49, 54, 59, 64, 69, 74)

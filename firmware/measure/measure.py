@@ -121,7 +121,7 @@ def of_windows(sets: list[Dataset], out: Path, cmsis: Path | None) -> Numbers:
     return {"models": rows, "peers": peer_rows}
 
 
-def of_chain(sets: list[Dataset], out: Path) -> Numbers:
+def of_chain(sets: list[Dataset], out: Path) -> tuple[Numbers, Numbers]:
     """Measure the chain with the default detector and model, adapted to the blocks."""
     learn, held_out, objects = parts(sets[0])
     made = adapt(learn, seed=SEED)
@@ -134,11 +134,16 @@ def of_chain(sets: list[Dataset], out: Path) -> Numbers:
     for condition, seed in SETS:
         stream = TwinStream(condition, seed=seed)
         streams.append((DeviceFilter().update(stream.read(STREAM)), FLOORS))
-    rows = parity.of_chain(image, layout, streams, out / "chain")
+    rows, events = parity.of_chain(image, layout, streams, out / "chain")
     rows["chain_74"] |= {"estimator": model.kind, "task": Task.REGRESSION.value}
     rows["chain_74"] |= {"samples": Touches.moments(model.rate)[0], "rate_hz": model.rate}
     rows["chain_74"] |= _running(model, held_out, objects)
-    return rows
+    in_time: Numbers = {}
+    for (condition, _), dataset in zip(SETS, sets, strict=True):
+        mine, events = events[: len(dataset.pinches)], events[len(dataset.pinches) :]
+        seconds = [p.second and p.second.sample - p.first_sample for p in dataset.pinches]
+        in_time[condition] = parity.in_time(list(zip(mine, seconds, strict=True)), layout.rate)
+    return rows, in_time
 
 
 def _touches(dataset: Dataset) -> tuple[Touches, NDArray[np.intp]]:
@@ -177,6 +182,19 @@ def table(results: Numbers) -> str:
     return "\n".join(lines)
 
 
+def in_time_table(results: Numbers) -> str:
+    """Return the shares of closings with an estimate in time as a Markdown table."""
+    titles = {"any": "any estimate in time", "first": "first estimate in time",
+              "final": "last estimate before the second contact in time",
+              "instant": "any, if computing took no time"}  # fmt: skip
+    lines = [f"| condition | closings | {' | '.join(titles.values())} |"]
+    lines.append("|" + "---|" * (len(titles) + 2))
+    for condition, row in results["in_time"].items():
+        cells = [f"{100 * row[f'{name}_share']:.1f} %" for name in titles]
+        lines.append(f"| {condition} | {row['closings']:,} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
 def main() -> None:
     """Run all measurements and write their results."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -188,13 +206,14 @@ def main() -> None:
     built = settings.out / "built"
     shutil.rmtree(built, ignore_errors=True)
     results = of_windows(sets, built, settings.cmsis)
-    results["models"] |= of_chain(sets, built)
+    rows, results["in_time"] = of_chain(sets, built)
+    results["models"] |= rows
     results["seeds"] = dict(SETS)
     with replacing(settings.out / "embedded.json") as temporary:
         temporary.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     rows = {name: row for name, row in results["models"].items() if "same_bytes" in row}
     unequal = [name for name, r in rows.items() if r["class_mismatches"] or not r["same_bytes"]]
-    text = table(results)
+    text = f"{table(results)}\n\n{in_time_table(results)}"
     (settings.out / "embedded.md").write_text(text + "\n", encoding="utf-8")
     print(text)
     if unequal:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
@@ -21,7 +22,7 @@ from firstcontact.core import (
     Layout,
     VibrationCalibration,
 )
-from firstcontact.export import MODEL_EXPORTERS, NamedModel, Trained
+from firstcontact.export import MODEL_EXPORTERS, NamedModel, Trained, microseconds
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
     return Cost(dearest, flash, ram, error, wrong, len(X), building.same(got, on_m7))
 
 
-#: Samples of a stream, and the noise floors of its fingers.
+#: Samples of a stream, and the noise floors of its fingers; None for one closing.
 Samples = tuple[NDArray[Any], tuple[float, float] | None]
 #: Memory that streams.c provides for an image and for the work of a chain, bytes.
 PROVIDED = (1 << 18) + (1 << 16)
@@ -93,12 +94,12 @@ def of_chain(
     layout: Layout,
     data: Sequence[Samples],
     folder: Path,
-) -> dict[str, dict[str, Any]]:
-    """Return the costs of the chain: of a sample, of the first estimate, and of later ones.
+) -> tuple[dict[str, dict[str, Any]], list[NDArray[np.void]]]:
+    """Return the costs of the chain, and the events of each stream on the Cortex-M7.
 
-    Each stream has its samples and its noise floors. Without floors it is one closing. An
-    estimate's cost includes that of its sample. The first estimate of a contact includes the
-    analysis of the motor's pitch. Events of Python and of both machines must be equal.
+    Costs are of a sample on average, of the costliest sample, of the first estimate of a contact,
+    and of later ones. An estimate's cost includes that of its sample. Events of Python and of both
+    machines must be equal.
     """
     folder.mkdir(parents=True)
     columns = (*layout.columns(ChannelKind.VIBRATION), *layout.columns(ChannelKind.FORCE))
@@ -135,12 +136,57 @@ def of_chain(
               "class_mismatches": int(wrong), "asked": len(made), "same_bytes": same}  # fmt: skip
     rows = {
         "chain_sample": {"instructions": round(totals["sample"].sum() / totals["samples"].sum())},
+        "chain_costliest": {"instructions": int(totals["known"].max())},
         "chain_first": {"instructions": int(max(first))},
     }
     for samples in MEASURED:
         counts = made["instructions"][made["samples"] == samples]
         rows[f"chain_{samples}"] = {"instructions": int(counts.max())}
-    return {name: row | shared for name, row in rows.items()}
+    return {name: row | shared for name, row in rows.items()}, _without_totals(records[1])
+
+
+def in_time(closings: Sequence[tuple[NDArray[np.void], int | None]], rate: float) -> dict[str, Any]:
+    """Return in how many closings an estimate was in time on the Cortex-M7, and the shares.
+
+    The definition is that of ``benchmarks/live.py``: closings without a contact do not count, and
+    an estimate is in time if it was available before the second contact, by the clock, with all
+    delays. Here the second contact is the true one, the clock is that of the emulated processor,
+    and the delays are computing, and waiting for earlier samples. Without a second contact every
+    estimate is in time.
+
+    Parameters
+    ----------
+    closings
+        Events of each closing, and the sample of its second contact, or None.
+    rate
+        Sampling rate, Hz.
+
+    Returns
+    -------
+    dict
+        Number of ``closings``. Number and share of those in which ``any`` estimate was in time;
+        any would be if ``instant``, without computing; the ``first`` was; the ``final`` one was,
+        the last from samples before the second contact.
+    """
+    counts = dict.fromkeys(("any", "instant", "first", "final"), 0)
+    n = 0
+    for events, second in closings:
+        is_first = (events["kind"] == EventKind.CONTACT_FOUND) & (events["flags"] & Flag.FIRST != 0)
+        found, withdrawn = is_first.sum(), (events["kind"] == EventKind.CONTACT_WITHDRAWN).sum()
+        if found == withdrawn:
+            continue
+        contact = events["sample"][is_first][-1]
+        is_estimate = (events["kind"] == EventKind.ESTIMATED) & (events["flags"] & Flag.FINAL == 0)
+        made = events[is_estimate & (events["sample"] == contact)]
+        end = math.inf if second is None else second
+        spent = made["waited"].astype(np.int64) + made["instructions"]
+        is_early = made["known"] + spent * (1e-6 * microseconds(1) * rate) < end
+        n += 1
+        counts["any"] += bool(is_early.any())
+        counts["instant"] += bool((made["known"] < end).any())
+        counts["first"] += bool(is_early[:1].any())
+        counts["final"] += bool(is_early[contact + made["samples"] <= end][-1:].any())
+    return {"closings": n, **counts} | {f"{name}_share": k / n for name, k in counts.items()}
 
 
 def _without_totals(records: Sequence[NDArray[np.void]]) -> list[NDArray[np.void]]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.chain import Matrix, ModelConstants, ProcessConstants, RigConstants
 
 Values = NDArray[np.float64]
-POINTS, LEAST, SHIFT, TURN = 74, 1e-4, 88, 2048
+POINTS, LEAST, SHIFT, TURN, EACH = 74, 1e-4, 88, 512, 4
 NAMES = (
     "peak", "steepest rise", "time to peak", "time to a tenth", "time to a half", "width at half",
     "roughness", "undershoot", "time to undershoot", "power", "centre of energy", "length",
@@ -122,13 +122,24 @@ def spectrum(m: ModelConstants, before: Values) -> Values:
 
 
 def pitch(lines: Values, reference: Values) -> tuple[int, float]:
-    """Return the shift against a reference that fits best, and the correlation there."""
-    n, fits = len(lines), {}
-    for s in range(-SHIFT, SHIFT + 1):
+    """Return the shift against a reference that fits best, and the correlation there.
+
+    Every fourth point gives a rough shift, and all points the best one near it.
+    """
+    rough = fits(lines[::EACH], reference[::EACH], range(-SHIFT // EACH, SHIFT // EACH + 1))
+    middle = EACH * max(rough, key=lambda s: rough[s])
+    near = fits(lines, reference, range(middle - EACH + 1, middle + EACH))
+    best = max(near, key=lambda s: near[s] if abs(s) <= SHIFT else -math.inf)
+    return best, near[best] / (lines.std() * reference.std() + 1e-9)
+
+
+def fits(lines: Values, reference: Values, shifts: range) -> dict[int, float]:
+    """Return the correlation at each shift, without the scale of the spectra."""
+    n, fit = len(lines), {}
+    for s in shifts:
         one, other = lines[max(s, 0) : n + min(s, 0)], reference[max(-s, 0) : n - max(s, 0)]
-        fits[s] = float(one @ other) / math.sqrt((n - abs(s)) * n)
-    best = max(fits, key=lambda s: fits[s])
-    return best, fits[best] / (lines.std() * reference.std() + 1e-9)
+        fit[s] = float(one @ other) / math.sqrt((n - abs(s)) * n)
+    return fit
 
 
 def product(matrix: Matrix, x: Values) -> Values:

@@ -15,7 +15,7 @@ from firstcontact.chain import DetectorKind, EventKind, Image
 from random_chains import Stream, python_events, random_image, random_stream
 
 CHAIN = Path(__file__).parents[2] / "src/firstcontact/chain/c"
-FIELDS = [name for name in building.EVENT.names or () if name not in ("instructions", "unused")]
+FIELDS = [name for name in building.EVENT.names or () if name not in ("instructions", "waited")]
 KINDS = (DetectorKind.LOGISTIC, DetectorKind.THRESHOLD)
 #: Streams with one random model.
 MOST = 500

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from device_process import running
-from hand import chain_events, of_chain, of_device
+from hand import FLOORS, chain_events, of_chain, of_device
 from numpy.typing import NDArray
 from test_emulated_device import emulated
 
 from firstcontact.device import DeviceEstimate, DevicePrediction, SerialSource, flash_model
-from firstcontact.export import HandImage
+from firstcontact.export import HandImage, hand_image
+from firstcontact.streaming import twin_model
 from firstcontact.twin import DeviceFilter, TwinStream
 
 SAMPLES = 30 * 4936
@@ -45,15 +46,21 @@ def read_until(
     return np.concatenate(blocks), messages
 
 
+@pytest.mark.parametrize("kind", ["random", "default"])
 def test_native_device_predicts_as_the_chain_in_python(
-    strict_program: Path, images: tuple[HandImage, HandImage], scans: Path, tmp_path: Path
+    kind: str,
+    strict_program: Path,
+    images: tuple[HandImage, HandImage],
+    scans: Path,
+    tmp_path: Path,
 ) -> None:
+    sent = images[0] if kind == "random" else hand_image(twin_model("paper-rig", 0), FLOORS)
     options = ("--scans", str(scans), "--speed", "8", "--ring", "65000")
     options += ("--models", str(tmp_path / "models"))
     with running(strict_program, *options) as device:
-        assert flash_model(device.path, images[0].data) == images[0].digest
+        assert flash_model(device.path, sent.data) == sent.digest
         data, messages = read_until(device.path, lambda n, _: n >= SAMPLES // 5 * 5)
-    host = of_chain(chain_events(images[0], data))
+    host = of_chain(chain_events(sent, data))
     answers = of_device(messages)
     assert len(host.contacts) >= 10
     assert len(host.estimates) >= 50

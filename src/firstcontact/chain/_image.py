@@ -22,7 +22,7 @@ from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
 
 Array = NDArray[Any]
 #: Version of the format. It increases when older programs cannot read new images.
-VERSION = 2
+VERSION = 3
 #: Longest description of a model, bytes.
 TEXT_MOST = 300
 #: Vibration channels of a chain.
@@ -36,7 +36,7 @@ BEFORE_PUSH, GUARD = 0.017, 0.001
 #: Shortest time for which samples stay in memory, s.
 REMEMBERED = 0.1
 #: Samples of the Fourier transform, and points of the spectrum.
-TURN, LINES = 2048, 400
+TURN, LINES = 512, 400
 
 
 class DetectorKind(IntEnum):

@@ -641,7 +641,7 @@ static PyObject *spectra(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return NULL;
     const long samples = PyLong_AsLong(args[1]);
     if (PyErr_Occurred() || samples < 2 || samples > FC_TURN)
-        return refuse("the spectrum needs 2 to 2048 samples");
+        return refuse("the spectrum needs 2 to 512 samples");
     is_right = array_get(args[0], v, F32, false) && ++held
                && array_take(args[2], v + 1, FC_TURN / 4 + 1, F32, false) && ++held
                && array_take(args[3], v + 2, samples, F32, false) && ++held

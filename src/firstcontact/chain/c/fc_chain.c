@@ -10,6 +10,9 @@ static const double RUNNING = 1.4;
    loud is a contact, however fast it changes. ROUGHEST is the largest mean change of a push,
    relative to its mean deviation. */
 static const double FAINT = 4.0, CLEAR = 20.0, ROUGHEST = 0.35;
+/* No sample may take too long. So an estimate waits for the next sample if the detector computed more
+   looks than this with the newest one, or if the motor's pitch was analysed. */
+enum { EFFORT_MOST = 3 };
 
 static size_t room_of_detector(const fc_detector_constants *d)
 {
@@ -74,6 +77,7 @@ static void forget_contacts(fc_chain *c)
     memset(c->is_skipped, 0, sizeof c->is_skipped);
     c->has_first = c->has_second = c->is_waiting = false;
     c->is_touch_ready = c->is_settled = c->varies = false;
+    c->is_put_off = c->is_second_put_off = false;
     c->predicted = 0;
 }
 
@@ -142,9 +146,13 @@ static void settle(fc_chain *c, int64_t known, int32_t reason)
         emit(c, FC_NOT_ESTIMATED, reason, FC_IS_FINAL, c->first, known);
 }
 
+static void estimate(fc_chain *c, bool has_new_second);
+
 static void end_closing(fc_chain *c, int64_t sample, int32_t reason)
 {
     if (!c->is_over) {
+        if (c->is_put_off)
+            estimate(c, false);
         if (c->has_first && !c->is_settled && c->image->has_model)
             settle(c, sample - 1, reason);
         emit(c, FC_CLOSING_ENDED, reason, 0, sample, sample - 1);
@@ -362,7 +370,7 @@ static bool begin_touch(fc_chain *c, int32_t *reason)
 static bool extend_touch(fc_chain *c)
 {
     fc_touch *const t = &c->touch;
-    while (c->first + t->samples <= c->next && t->samples < FC_POINTS) {
+    while (c->first + t->samples < c->past.end && t->samples < FC_POINTS) {
         const double x = fc_past_at(&c->past, c->channel, c->first + t->samples);
         if (!isfinite(x))
             return false;
@@ -384,7 +392,7 @@ static bool predict(fc_chain *c, int32_t samples)
         return false;
     c->is_predicted[k] = true;
     c->predicted = samples > c->predicted ? samples : c->predicted;
-    emit_estimate(c, samples, 0, c->next);
+    emit_estimate(c, samples, 0, c->past.end - 1);
     return true;
 }
 
@@ -392,9 +400,12 @@ static bool predict(fc_chain *c, int32_t samples)
 static void estimate(fc_chain *c, bool has_new_second)
 {
     const fc_model *const m = &c->image->model;
-    const int64_t available = c->next + 1 - c->first;
+    const int64_t newest = c->past.end - 1, available = c->past.end - c->first;
+    const bool was_put_off = c->is_put_off;
     int64_t limit = available;
     int32_t reason = FC_SECOND_TOUCHED;
+    has_new_second |= c->is_second_put_off;
+    c->is_put_off = c->is_second_put_off = false;
     if (!c->has_first || (c->is_settled && !has_new_second))
         return;
     if (c->has_second && c->second - c->first < limit)
@@ -402,34 +413,43 @@ static void estimate(fc_chain *c, bool has_new_second)
     const int32_t moment = newest_moment(m, limit);
     const int32_t k = moment > 0 ? moment_index(m, moment) : 0;
     const bool is_due = moment > 0 && !c->is_predicted[k] && (has_new_second || moment > c->predicted);
+    bool is_long = c->detector.effort > EFFORT_MOST;
+    if (newest == c->decided && !was_put_off)
+        is_long |= begin_touch(c, &reason) && c->touch.rig->has_pitch;
+    if (is_long && is_due && !was_put_off) {
+        c->is_put_off = true;
+        c->is_second_put_off = has_new_second;
+        return;
+    }
     if (is_due && (!c->is_settled || c->is_skipped[k])) {
         const int32_t waiting = c->program.waiting != NULL && !has_new_second
                                     ? c->program.waiting(c->program.context) : 0;
         if (!c->is_touch_ready && !begin_touch(c, &reason)) {
-            settle(c, c->next, reason);
+            settle(c, newest, reason);
             return;
         }
         if (!extend_touch(c) || !c->varies) {
-            settle(c, c->next, FC_NO_SIGNAL);
+            settle(c, newest, FC_NO_SIGNAL);
             return;
         }
         if (newest_moment(m, available + waiting) > moment && !has_new_second) {
             if (!c->is_skipped[k])
-                emit(c, FC_SKIPPED, 0, 0, c->first, c->next);
+                emit(c, FC_SKIPPED, 0, 0, c->first, newest);
             c->is_skipped[k] = true;
         } else if (!predict(c, moment)) {
-            settle(c, c->next, FC_NOT_FINITE);
+            settle(c, newest, FC_NOT_FINITE);
             return;
         }
     }
     const bool is_last = !c->has_second && c->predicted == m->moment[m->moments - 1];
     if (has_new_second || is_last)
-        settle(c, c->next, reason);
+        settle(c, newest, reason);
 }
 
 void fc_chain_take(fc_chain *c, const double *vibration, const double *loads)
 {
     const bool is_finite = store(c, vibration);
+    c->detector.effort = 0;
     if (c->is_open && !c->is_over) {
         const bool has_new_second = detect(c, is_finite);
         if (c->image->has_model)
@@ -461,6 +481,8 @@ int32_t fc_chain_due(const fc_chain *c, int32_t most)
     int64_t due = most;
     if (!c->is_open || c->is_over)
         return most;
+    if (c->is_put_off)
+        return 1;
     const int64_t next = c->detector.is_settled
                              ? c->detector.next : c->detector.settles + c->detector.constants->step;
     if (!(c->is_confirmed && all_latched(c)) && next - c->next < due)

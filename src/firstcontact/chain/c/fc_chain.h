@@ -103,6 +103,8 @@ typedef struct fc_chain {
     int32_t channel;        /* channel of the first contact */
     int64_t first, decided, second;
     bool is_touch_ready, is_settled;
+    bool is_put_off;        /* an estimate waits for the next sample */
+    bool is_second_put_off; /* and so does the report of the second contact */
     double baseline;
     fc_hints hints;
     fc_touch touch;

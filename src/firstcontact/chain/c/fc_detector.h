@@ -11,7 +11,7 @@
 #include "fc_gate.h"
 
 enum {
-    FC_ORDER = 12,          /* order of the linear prediction */
+    FC_ORDER = 12,          /* order of the linear prediction, a multiple of 4 */
     FC_PARTS = 5,           /* spans at the end of a look */
     FC_LEVELS = FC_PARTS + 3, /* features of the signal, and of its prediction error */
     FC_LOOKS_MOST = 8,
@@ -65,6 +65,7 @@ typedef struct {
     fc_judge program;
     int32_t channels;
     double *window, *work;  /* room for (channels, n) and (n,) numbers; n is the larger of window and steady */
+    int32_t effort;         /* looks computed since the program set it to 0, or as much other work */
     bool is_settled;
     int64_t settles, next;  /* ends of the steady state, and of the next window */
     double mean[FC_CHANNELS_MOST], sigma[FC_CHANNELS_MOST]; /* a constant channel has sigma 0 */

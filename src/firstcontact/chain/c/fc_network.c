@@ -35,13 +35,21 @@ static float round_all(const float *x, int32_t n, int16_t *rounded)
 }
 
 #if defined(__ARM_FEATURE_SIMD32)
-/* Add a[0] b[0] + a[1] b[1], which is one instruction. */
-static inline int32_t add_pair(const int16_t *a, const int16_t *b, int32_t sum)
+/* Four numbers, which one instruction loads. The compiler would take three for it and the pointer. */
+typedef struct {
+    int16x2_t low, high;
+} four;
+
+static inline four next_four(const int16_t **at)
 {
-    int16x2_t x, y;
-    memcpy(&x, a, sizeof x);
-    memcpy(&y, b, sizeof y);
-    return __smlad(x, y, sum);
+    four x;
+    __asm__("ldrd %0, %1, [%2], #8" : "=r"(x.low), "=r"(x.high), "+r"(*at) : : "memory");
+    return x;
+}
+
+static inline int32_t add_products(four a, four b, int32_t sum)
+{
+    return __smlad(a.high, b.high, __smlad(a.low, b.low, sum));
 }
 
 /* Multiply four rows at a time, so that each input is loaded once for all four. */
@@ -54,11 +62,12 @@ static void multiply(const fc_matrix *m, const int16_t *x, int32_t *sums)
         const int16_t *d = c + columns, *y = x;
         int32_t p = 0, q = 0, r = 0, s = 0;
         FC_UNROLL
-        for (; y != x + columns; y += 4, a += 4, b += 4, c += 4, d += 4) {
-            p = add_pair(a + 2, y + 2, add_pair(a, y, p));
-            q = add_pair(b + 2, y + 2, add_pair(b, y, q));
-            r = add_pair(c + 2, y + 2, add_pair(c, y, r));
-            s = add_pair(d + 2, y + 2, add_pair(d, y, s));
+        while (y != x + columns) {
+            const four inputs = next_four(&y);
+            p = add_products(next_four(&a), inputs, p);
+            q = add_products(next_four(&b), inputs, q);
+            r = add_products(next_four(&c), inputs, r);
+            s = add_products(next_four(&d), inputs, s);
         }
         sums[i] = p;
         sums[i + 1] = q;
@@ -66,9 +75,10 @@ static void multiply(const fc_matrix *m, const int16_t *x, int32_t *sums)
         sums[i + 3] = s;
     }
     for (; i < m->rows; i++) {
+        const int16_t *a = m->weight + i * columns, *y = x;
         int32_t sum = 0;
-        for (int32_t k = 0; k < columns; k += 2)
-            sum = add_pair(m->weight + i * columns + k, x + k, sum);
+        while (y != x + columns)
+            sum = add_products(next_four(&a), next_four(&y), sum);
         sums[i] = sum;
     }
 }

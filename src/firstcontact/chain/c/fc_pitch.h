@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 enum {
-    FC_TURN = 2048,         /* samples of the Fourier transform */
+    FC_TURN = 512,          /* samples of the Fourier transform */
     FC_LINES = 400,         /* points of the spectrum, evenly spaced in ln(frequency) */
     FC_SHIFT_MOST = 88      /* largest shift that is searched, in points */
 };

@@ -47,9 +47,11 @@ def count_samples(estimate: Estimate) -> int:
 def made_after(contact: Contact, samples: int) -> list[int]:
     """Return the moments of the estimates from at most this many samples.
 
-    When a contact is decided late, only the newest complete moment is estimated.
+    When a contact is decided late, only the newest complete moment is estimated, one sample after
+    the decision: the pitch of the motor comes first.
     """
     decided = contact.decided - contact.sample + 1
+    decided += decided >= min(Touches.moments(RATE))
     complete = [n for n in Touches.moments(RATE) if n <= min(decided, samples)]
     return complete[-1:] + [n for n in Touches.moments(RATE) if decided < n <= samples]
 

@@ -26,7 +26,7 @@ from firstcontact.models import load_model, shipped_model
 from firstcontact.testing import closings
 
 #: Version of the images that the firmware reads.
-FORMAT = 2
+FORMAT = 3
 #: First bytes of a slot that holds a model.
 MAGIC = b"1CFS"
 

@@ -403,7 +403,7 @@ static void estimate(fc_chain *c, bool has_new_second)
     const int64_t newest = c->past.end - 1, available = c->past.end - c->first;
     const bool was_put_off = c->is_put_off;
     int64_t limit = available;
-    int32_t reason = FC_SECOND_TOUCHED;
+    int32_t reason = FC_SECOND_TOUCHED, ignored;
     has_new_second |= c->is_second_put_off;
     c->is_put_off = c->is_second_put_off = false;
     if (!c->has_first || (c->is_settled && !has_new_second))
@@ -415,7 +415,7 @@ static void estimate(fc_chain *c, bool has_new_second)
     const bool is_due = moment > 0 && !c->is_predicted[k] && (has_new_second || moment > c->predicted);
     bool is_long = c->detector.effort > EFFORT_MOST;
     if (newest == c->decided && !was_put_off)
-        is_long |= begin_touch(c, &reason) && c->touch.rig->has_pitch;
+        is_long |= begin_touch(c, &ignored) && c->touch.rig->has_pitch;
     if (is_long && is_due && !was_put_off) {
         c->is_put_off = true;
         c->is_second_put_off = has_new_second;

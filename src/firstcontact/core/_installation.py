@@ -131,15 +131,20 @@ def _load_kernels() -> ModuleType:
             "the compiled functions of this package are missing: install a C compiler and the "
             "headers of Python (Debian: gcc libc6-dev python3-dev), then this package again"
         ) from error
-    built = Path(str(module.__file__)).stat().st_mtime
+    built = Path(str(module.__file__))
+    package = Path(__file__).parents[1]
     firmware = _CLONE / "firmware" / "core"
-    sources = [*Path(__file__).with_name("c").glob("*.[ch]"), *firmware.glob("fc_c*.[ch]")]
+    own = [*package.glob("core/c/*.[ch]"), *firmware.glob("fc_c*.[ch]")]
+    chain = [*package.glob("chain/c/*.[ch]"), *package.glob("core/c/arrays.[ch]")]
     # Only in a checkout can sources change after the build: what an installer writes has times
     # without meaning.
     is_clone = (_CLONE / "pyproject.toml").is_file()
-    if is_clone and any(source.stat().st_mtime > built for source in sources):
-        raise InputError(
-            "the compiled functions of this package are older than their C sources: install the "
-            "package again, with pip install --editable ."
-        )
+    for binary, sources in ((built, own), (package / "chain" / built.name, chain)):
+        if is_clone and binary.exists():
+            age = binary.stat().st_mtime
+            if any(source.stat().st_mtime > age for source in sources):
+                raise InputError(
+                    "the compiled functions of this package are older than their C sources: "
+                    "install the package again, with pip install --editable ."
+                )
     return module

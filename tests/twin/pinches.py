@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from firstcontact.core import Label, Pinch
+from firstcontact.core import Command, Label, Pinch
 from firstcontact.twin import (
     CONDITIONS,
     Condition,
+    Drive,
+    GraspPlant,
     PinchDraw,
     TwinObject,
+    VelostatParameters,
     contact_stiffness,
     draw_pinch,
     draw_specimen,
@@ -63,3 +67,22 @@ def integrated(
     )  # fmt: skip
     assert integrate_all([piece]) == [times.size]
     return out
+
+
+COMMANDS = st.builds(Command, st.floats(-0.5, 0.5), st.floats(-1.0, 30.0))
+
+
+def plant(
+    kind: TwinObject, number: int = 0, drive: Drive | None = None,
+    velostat: VelostatParameters | None = None,
+) -> GraspPlant:  # fmt: skip
+    return GraspPlant(drawn(kind, number), drive or Drive(), kind, velostat)
+
+
+def closed(hand: GraspPlant, command: Command | None = None, piece: int = 50) -> NDArray[np.int16]:
+    if command is not None:
+        hand.command(command)
+    blocks = []
+    while not hand.ended:
+        blocks.append(hand.advance(piece))
+    return np.concatenate(blocks)

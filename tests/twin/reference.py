@@ -1,6 +1,7 @@
 """Reference of the twin's compiled loops, in plain Python: slow and short.
 
-Functions have the names and arguments of the compiled ones.
+Functions have the names and arguments of the compiled ones. Other tests check the
+device's filters, the slide and the band-pass.
 """
 
 from __future__ import annotations
@@ -11,23 +12,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import sosfilt
 
 from firstcontact.core import (
     ADC_COUNTS,
     ADC_VOLTS,
     FINGERTIP_RATE,
-    GRAVITY,
     PIEZO_OFFSET_VOLTS,
-    SUBCOUNTS,
     TAXELS,
 )
-from firstcontact.twin import (
-    SlipParameters,
-)
+from firstcontact.twin import SlipParameters
 from firstcontact.twin._mechanics import DRIVE_SPEED, FINGER_STATES, INDENTATION, STATES, Piece
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters, VelostatParameters
-from firstcontact.twin._sensor import FORCE_READINGS, ROUND
 from firstcontact.twin._slip_sound import PLACES
 
 #: Distance below which a finger is about to touch, m.
@@ -163,11 +158,6 @@ def tones(lines: Array, turns: Array, amplitudes: Array, depth: Array, out: Arra
     lines *= turns**out.size
 
 
-def filtered(sections: Array, x: Array, out: Array) -> None:
-    """Filter samples by second-order sections."""
-    out[:] = sosfilt(sections, x)
-
-
 def adc_count(volts: float) -> int:
     """Return the ADC count of a voltage."""
     return min(max(math.floor(volts * (ADC_COUNTS / ADC_VOLTS)), 0), ADC_COUNTS - 1)
@@ -194,45 +184,6 @@ def force_counts(
         # Taxels 2r and 2r + 1 share a row.
         g = p.resistor * (conductance[taxel] + p.crosstalk * conductance[taxel ^ 1])
         out[i] = adc_count(ADC_VOLTS * g / (1 + g) + noise[i])
-
-
-def smooth(counts: Array, out: Array) -> None:
-    """Write the smoothed counts of one piezo."""
-    levels = np.minimum(counts, ADC_COUNTS - 1).astype(int) * SUBCOUNTS
-    state = levels[0]
-    for i, level in enumerate(levels):
-        out[i] = state = (state + level) >> 1
-
-
-def filter_scans(
-    scans: Array, place: Array, smoothed: Array, readings: Array, sums: Array, out: Array
-) -> None:
-    """Filter scans. Change ``place`` and the states of the filters in place."""
-    for i, scan in enumerate(np.minimum(scans, ADC_COUNTS - 1).astype(int)):
-        if place[0] < 0:
-            smoothed[:], place[0] = scan[:2] * SUBCOUNTS, 0
-        slot, taxel = divmod(int(place[0]), TAXELS)
-        smoothed[:] = (smoothed + scan[:2] * SUBCOUNTS) >> 1
-        for f, count in enumerate(scan[2:4]):
-            ring = readings[f, taxel]
-            ring[slice(None) if ring[0] < 0 else slot] = count
-            sums[f, taxel] = ring.sum()
-        means = sums.ravel() * (SUBCOUNTS // FORCE_READINGS)
-        out[i] = *smoothed, *means, *(scan[4:] > 0)
-        place[0] = (place[0] + 1) % ROUND
-
-
-def slide(
-    forces: Array, hanging: Array, mass: float, friction: float, dt: float, slid: Array, out: Array
-) -> None:
-    """Write distance and speed of an object's slip after each sample."""
-    distance, speed = slid
-    for i, deceleration in enumerate(friction * forces.sum(axis=1) / mass):
-        gravity = GRAVITY * hanging[i]
-        if speed > 0.0 or deceleration < gravity:
-            previous, speed = speed, max(speed + (gravity - deceleration) * dt, 0.0)
-            distance += (previous + speed) / 2 * dt
-        out[i] = distance, speed
 
 
 def slide_patches(

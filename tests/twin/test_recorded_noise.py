@@ -91,8 +91,16 @@ def test_correlation_of_two_sensors_is_preserved(tmp_path: Path) -> None:
     assert len(alone.draw(50_000, np.random.default_rng(1))[0]) == 50_000
 
 
-@pytest.mark.parametrize("fault", ["short", "unit", "loud", "dead"])
-def test_recording_not_at_rest_is_refused(fault: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("fault", "problem"),
+    [
+        ("short", "less than 2 s"),
+        ("unit", "is in counts"),
+        ("loud", "not at rest"),
+        ("dead", "not at rest"),
+    ],
+)
+def test_recording_not_at_rest_is_refused(fault: str, problem: str, tmp_path: Path) -> None:
     volts = 0.01 * np.random.default_rng(0).standard_normal((20_000, 1))
     channel_layout = layout(unit="counts" if fault == "unit" else "V")
     volts = volts[:5000] if fault == "short" else volts
@@ -100,13 +108,7 @@ def test_recording_not_at_rest_is_refused(fault: str, tmp_path: Path) -> None:
         volts[9000:9500] *= 20
     if fault == "dead":
         volts[:] = 0.0
-    problem = {
-        "short": "less than 2 s",
-        "unit": "is in counts",
-        "loud": "not at rest",
-        "dead": "not at rest",
-    }
-    with pytest.raises(InputError, match=problem[fault]):
+    with pytest.raises(InputError, match=problem):
         read_noise(write_quiet(tmp_path / "x.mcap", volts, channel_layout))
 
 

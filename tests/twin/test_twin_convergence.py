@@ -22,10 +22,8 @@ TENNIS_BALL = EVERYDAY_OBJECTS[4]
 AVOCADO = EVERYDAY_OBJECTS[7]
 
 
-def output(
-    kind: TwinObject, number: int, condition: Condition, substeps: int
-) -> NDArray[np.float64]:
-    return integrate_pinch(drawn(kind, number, condition), substeps=substeps)[1]
+def output(kind: TwinObject, number: int, condition: Condition, steps: int) -> NDArray[np.float64]:
+    return integrate_pinch(drawn(kind, number, condition), substeps=steps)[1]
 
 
 @pytest.mark.parametrize("condition", [PAPER_RIG, EVERYDAY], ids=lambda c: c.name)

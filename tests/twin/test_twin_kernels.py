@@ -139,7 +139,7 @@ def kernel(name: str) -> Callable[..., Any]:
     return function
 
 
-@pytest.mark.parametrize("name", calls())
+@pytest.mark.parametrize("name", [n for n, (f, _) in calls().items() if hasattr(reference, f)])
 def test_a_kernel_gives_the_numbers_of_the_reference(name: str) -> None:
     function, arguments = calls()[name]
     compiled, expected = copied(arguments), copied(arguments)

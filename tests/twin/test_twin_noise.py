@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from firstcontact.core import kernels
 from firstcontact.twin._noise import (
     RUBBING,
     RUBBING_BAND,
@@ -43,6 +44,10 @@ def test_rotor_harmonics_have_the_frequency_of_the_speed() -> None:
 def test_the_band_of_rubbing_is_scipys() -> None:
     sections = signal.butter(2, RUBBING_BAND, "bandpass", fs=RATE, output="sos")
     np.testing.assert_allclose(RUBBING, sections, rtol=1e-12)
+    white = np.random.default_rng(1).standard_normal(500)
+    out = np.empty_like(white)
+    kernels().filtered(RUBBING, white, out)
+    np.testing.assert_allclose(out, signal.sosfilt(sections, white), rtol=1e-8, atol=1e-10)
 
 
 def test_rubbing_has_its_power_and_band() -> None:

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from pinches import SEED, drawn
-from plants import closed, plant
+from pinches import SEED, closed, drawn, plant
 
 from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command, holding_force
 from firstcontact.twin import BLOCKS, BRITTLE, Drive, GraspPlant, Lift, TwinObject, block, generator

@@ -36,22 +36,6 @@ def pinches(condition: Condition = PAPER_RIG, per_block: int = 60) -> tuple[Pinc
     return tuple(simulated(kind, i, condition) for kind in BLOCKS for i in range(per_block))
 
 
-def test_pinch_has_the_format_of_the_device() -> None:
-    for pinch in pinches():
-        assert pinch.layout == LAYOUT
-        assert pinch.data.dtype == np.int16
-        assert len(pinch.data) >= 0.3 * LAYOUT.rate
-        assert pinch.data.min() >= 0
-        assert pinch.data[:, :14].max() <= 1023 * 32
-
-
-def test_sample_numbers_start_at_the_given_one() -> None:
-    at_zero = simulated(BLOCKS[0])
-    shifted = simulate_pinch(drawn(BLOCKS[0]), Label(), first_sample=5000)
-    assert (shifted.data == at_zero.data).all()
-    assert [c.sample - 5000 for c in shifted.truth] == [c.sample for c in at_zero.truth]
-
-
 def test_strips_close_at_the_drawn_contacts() -> None:
     for number in range(20):
         timing = drawn(BLOCKS[2], number).timing
@@ -110,8 +94,12 @@ def test_peak_alone_does_not_separate_the_blocks() -> None:
     assert all(overlap)
 
 
-def test_contact_exceeds_noise_that_is_not_zero() -> None:
+def test_pinch_has_the_device_format_and_a_contact_above_its_noise() -> None:
     for pinch in pinches():
+        assert pinch.layout == LAYOUT
+        assert pinch.data.dtype == np.int16
+        assert len(pinch.data) >= 0.3 * LAYOUT.rate
+        assert 0 <= pinch.data.min() <= pinch.data[:, :14].max() <= 1023 * 32
         assert pinch.first is not None
         piezo = pinch.vibration()[:, pinch.first.finger]
         quiet = piezo[: pinch.first.sample].std()
@@ -129,6 +117,8 @@ def test_pinches_simulated_together_are_those_simulated_alone() -> None:
         alone = simulate_pinch(drawn(kinds[i], i), jobs[i].label, 7 * i, duration=0.2)
         assert together.data.tobytes() == alone.data.tobytes()
         assert (together.truth, together.label) == (alone.truth, alone.label)
+        at_zero = simulate_pinch(drawn(kinds[i], i), jobs[i].label, duration=0.2)
+        assert [c.sample - 7 * i for c in alone.truth] == [c.sample for c in at_zero.truth]
 
 
 BEFORE, DURATION = 0.04, 0.06

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pinches import EVERYDAY, PAPER_RIG, drawn, simulated
-from plants import COMMANDS, closed, plant
+from pinches import COMMANDS, EVERYDAY, PAPER_RIG, closed, drawn, plant, simulated
 
 from firstcontact.core import FINGERTIP_RATE, ChannelKind, Command, fingertip_layout
 from firstcontact.twin import (

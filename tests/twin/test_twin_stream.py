@@ -43,17 +43,12 @@ def test_same_seed_gives_the_same_scans_for_any_reads(cuts: list[int]) -> None:
 
 
 @pytest.mark.parametrize("condition", CONDITIONS)
-def test_scans_are_counts_and_strips(condition: str) -> None:
+def test_truth_of_each_pinch_matches_the_strips(condition: str) -> None:
     scans, pinches = streamed(condition)
     assert scans.dtype == np.uint16
     assert scans[:, :4].max() < ADC_COUNTS
     assert set(np.unique(scans[:, 4:])) == {0, 1}
     assert len(pinches) > 10
-
-
-@pytest.mark.parametrize("condition", CONDITIONS)
-def test_truth_of_each_pinch_matches_the_strips(condition: str) -> None:
-    scans, pinches = streamed(condition)
     ends = [p.start for p in pinches[1:]] + [len(scans)]
     for pinch, end in zip(pinches, ends, strict=True):
         strips = scans[pinch.start : end, 4:]
@@ -74,11 +69,9 @@ def test_each_pinch_has_all_phases(condition: str) -> None:
         rest_scans = scans[following.start - round(0.6 * FINGERTIP_RATE) : following.start]
         assert not rest_scans[:, 4:].any()
         # The hum and the electronics alone.
-        assert rest_scans[:, :2].astype(float).std() < 1.5
-        running = scans[contact_sample - round(0.12 * FINGERTIP_RATE) : contact_sample, :2].astype(
-            float
-        )
-        assert (running.std(axis=0) > rest_scans[:, :2].astype(float).std(axis=0)).all()
+        assert rest_scans[:, :2].std() < 1.5
+        running = scans[contact_sample - round(0.12 * FINGERTIP_RATE) : contact_sample, :2]
+        assert (running.std(axis=0) > rest_scans[:, :2].std(axis=0)).all()
         squeezed = scans[contact_sample + round(0.3 * FINGERTIP_RATE), 2:4].astype(int)
         assert (squeezed > rest_scans[-1, 2:4].astype(int) + 100).all()
 
@@ -173,13 +166,9 @@ def since_start(pinch: StreamPinch) -> tuple[object, ...]:
     return pinch.label, truth, pinch.end - pinch.start, pinch.peak
 
 
-def test_stream_without_commands_does_not_depend_on_latency() -> None:
-    _, scans = uncommanded()
-    assert (closings(latency=0.08)[1] == scans).all()
-
-
-def test_each_closing_has_its_peak_force() -> None:
+def test_each_closing_has_its_peak_force_whatever_the_latency() -> None:
     pinches, scans = uncommanded()
+    assert (closings(latency=0.08)[1] == scans).all()
     for pinch in pinches:
         assert pinch.end is not None
         assert pinch.peak is not None
@@ -207,7 +196,6 @@ def test_command_changes_the_peak_of_its_closing_only(at: int) -> None:
 
 def test_command_changes_scans_only_after_the_latency() -> None:
     _, scans = uncommanded()
-    first_changes: dict[float, int] = {}
     for latency in (0.0, 0.02, 0.05):
         command_samples: list[int] = []
 
@@ -218,12 +206,9 @@ def test_command_changes_scans_only_after_the_latency() -> None:
         _, commanded_scans, _ = closings(tell, latency=latency)
         n = min(len(commanded_scans), len(scans))
         differs = (commanded_scans[:n] != scans[:n]).any(axis=1)
-        first_changes[latency] = int(differs.argmax()) - command_samples[0]
-        # What is made ahead is a piece at most.
-        assert first_changes[latency] >= round(latency * FINGERTIP_RATE)
-    # A drive that stops is felt some milliseconds later, through gears and link.
-    spread = [first_changes[k] - round(k * FINGERTIP_RATE) for k in first_changes]
-    assert max(spread) < 0.03 * FINGERTIP_RATE
+        late = differs.argmax() - command_samples[0] - round(latency * FINGERTIP_RATE)
+        # A drive that stops is felt some milliseconds later, through gears and link.
+        assert 0 <= late < 0.03 * FINGERTIP_RATE
 
 
 def test_release_opens_at_once_and_leaves_later_closings() -> None:

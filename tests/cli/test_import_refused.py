@@ -9,7 +9,6 @@ import h5py
 import numpy as np
 import pytest
 from import_files import LENGTH, RATE, arrays, long_csv, npz, table, wavs
-from scipy.io import wavfile
 
 nan = np.nan
 hole = np.zeros((4, LENGTH, 2))
@@ -38,18 +37,10 @@ BAD_ARRAYS: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"piezo_unit": np.array("mV")}, ("piezo_unit", "mV")),
     ({"smoothing_alpha": np.array(0.0)}, ("smoothing_alpha",)),
     ({"source": np.array("dream")}, ("source", "dream")),
-    ({"shore_a": np.array([10.0, 20.0])}, ("shore_a", "4 pinches")),
     ({"shore_a": np.array([10.0, nan, 10, 20])}, ("shore_a", "pinch 1")),
-    ({"shore_a": np.array([10.0, 120, 10, 20])}, ("shore_a", "120", "0 to 100")),
-    ({"hardness_rank": np.array([0, 1.5, 1, 0])}, ("hardness_rank", "whole number")),
     ({"specimen": np.array(["a", "", "a", "b"])}, ("specimen", "pinch 1")),
     ({"session": np.array([1.0, nan, 1, 1])}, ("session", "pinch 1")),
-    ({"role": np.array(["train", "test", "validate", "test"])}, ("role", "validate")),
-    ({"first_contact": np.array([20, 60, 20, 20])}, ("first_contact", "pinch 1", "60")),
     ({"first_contact": np.array([20, 20.5, 20, 20])}, ("first_contact", "20.5")),
-    ({"second_contact": np.array([19, -1, -1, 33])}, ("second_contact", "before", "pinch 0")),
-    ({"second_contact": np.array([30, -1, 40, 33])}, ("second_contact", "pinch 2")),
-    ({"first_finger": np.array([0, 1, 2, 0])}, ("first_finger", "is 2,")),
 ]
 
 
@@ -73,11 +64,6 @@ def test_bad_hdf5_is_refused(tmp_path, refused):
     refused(path, "shore_a", "4 pinches")
 
 
-def test_objects_in_an_npz_are_never_unpickled(tmp_path, refused):
-    bomb = np.array([print], dtype=object)
-    refused(npz(tmp_path, specimen=bomb), "pinches.npz", "without objects")
-
-
 def test_a_damaged_npz_is_refused(tmp_path, refused):
     path = npz(tmp_path)
     path.write_bytes(path.read_bytes()[:300])
@@ -97,10 +83,7 @@ BAD_TABLES: list[tuple[dict[str, list[Any]], tuple[str, ...]]] = [
     ({"shore_a": [10, "", 20]}, ("labels.csv", "shore_a", "line 3")),
     ({"hardness_class": ["soft", "harder", "hard"]}, ("hardness_class", "harder")),
     ({"pre_trigger_samples": [5, 5, 500]}, ("pre_trigger_samples", "500")),
-    ({"pre_trigger_samples": [5, 5, 5], "first_contact": [5, 5, 5]}, ("keep one",)),
     ({"material": ["a"] * 3, "object": ["a"] * 3}, ("keep one",)),
-    ({"first_contact": [5, 5, 5], "second_contact": [4, 6, 7]}, ("second_contact", "before")),
-    ({"role": ["train", "test", "tset"]}, ("role", "tset")),
 ]
 
 
@@ -127,56 +110,56 @@ def test_labels_that_do_not_match_the_files_are_refused(tmp_path, refused):
     refused(folder, "labels.csv", "--labels", "--events")
 
 
-def test_wav_files_that_cannot_be_used_are_refused(tmp_path, refused):
-    folder = wavs(tmp_path)
-    file = folder / "wav" / "1.wav"
-    content = file.read_bytes()
-    for damaged in (b"", b"RIFF", content[:50], b"MP3" + content):
-        file.write_bytes(damaged)
-        refused(folder, "1.wav")
-    for rate, data, word in (
-        (RATE * 2, np.zeros(LENGTH, np.int16), "10000 Hz"),
-        (RATE, np.zeros(LENGTH, np.int32), "int32"),
-        (RATE, np.zeros((LENGTH, 2), np.int16), "2 channels"),
-        (RATE, np.zeros((LENGTH, 3), np.int16), "3 channels"),
-        (RATE, np.zeros((LENGTH, 3), np.int16), "column 'channel'"),
-        (RATE, np.zeros((LENGTH, 2), np.int16), "--events"),
-    ):
-        wavfile.write(file, rate, data)
-        refused(folder, "1.wav", word)
+def wav(
+    channels: int = 1,
+    bits: int = 16,
+    rate: int = 5000,
+    data: bytes = bytes(200),
+    kind: int = 1,
+    declared: int | None = None,
+) -> bytes:
+    block = max(channels * bits // 8, 1)
+    block &= 0xFFFF
+    form = struct.pack("<HHIIHH", kind, channels, rate, rate * block, block, bits)
+    size = len(data) if declared is None else declared
+    body = b"WAVEfmt " + struct.pack("<I", 16) + form + b"data" + struct.pack("<I", size) + data
+    return b"RIFF" + struct.pack("<I", len(body)) + body
 
 
 @pytest.mark.parametrize(
-    ("at", "form", "value"),
+    ("content", "word"),
     [
-        (34, "<H", 7),
-        (34, "<H", 8),
-        (32, "<H", 4),
-        (22, "<H", 2),
-        (24, "<I", 2 * RATE),
-        (28, "<I", RATE),
+        (wav(channels=0), "a.wav"),
+        (wav(channels=3, data=bytes(600)), "column 'channel'"),
+        (wav(channels=65535, data=bytes(200)), "a.wav"),
+        (wav(bits=64), "int64"),
+        (wav(bits=0), "a.wav"),
+        (wav(kind=3, bits=64, data=np.full(20, np.nan).tobytes()), "NaN"),
+        (wav(kind=77), "a.wav"),
+        (wav(rate=0), "sample rate"),
+        (wav(rate=1000), "1000"),
+        (wav(data=b""), "a.wav"),
+        (wav(declared=0xFFFFFFFF), "holds 200"),
+        (wav()[:-50], "holds 150"),
+        (wav()[:36], "a.wav"),
+        (wav()[:20], "a.wav"),
+        (b"RIFF\0\0\0\0WAVE", "a.wav"),
+        (b"RF64" + wav()[4:], "a.wav"),
+        (b"", "a.wav"),
     ],
 )
-def test_a_wav_header_that_contradicts_itself_is_refused(tmp_path, refused, at, form, value):
-    folder = wavs(tmp_path)
-    file = folder / "wav" / "1.wav"
-    raw = bytearray(file.read_bytes())
-    struct.pack_into(form, raw, at, value)
-    file.write_bytes(raw)
-    refused(folder, "1.wav")
+def test_invalid_wav_is_refused(tmp_path, refused, content, word):
+    table(tmp_path / "labels.csv", {"file": ["a.wav"]})
+    (tmp_path / "a.wav").write_bytes(content)
+    refused(tmp_path, word)
 
 
-def test_wav_with_bad_samples_or_rate_is_refused(tmp_path, refused):
-    folder = tmp_path / "w"
-    folder.mkdir()
-    table(folder / "labels.csv", {"file": ["a.wav"]})
-    for rate, data, word in (
-        (RATE, np.array([0, nan, 1], np.float32), "NaN"),
-        (1000, np.zeros(LENGTH, np.int16), "1000"),
-        (RATE, np.zeros(0, np.int16), "no samples"),
-    ):
-        wavfile.write(folder / "a.wav", rate, data)
-        refused(folder, "a.wav", word)
+def test_files_in_different_forms_are_refused(tmp_path, refused):
+    table(tmp_path / "labels.csv", {"file": ["a.wav", "b.wav"]})
+    (tmp_path / "a.wav").write_bytes(wav())
+    for form in (wav(rate=8000), wav(bits=8), wav(channels=2)):
+        (tmp_path / "b.wav").write_bytes(form)
+        refused(tmp_path, "b.wav", "a.wav", "--events")
 
 
 BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
@@ -185,6 +168,12 @@ BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"time_s": None}, ("rate", "--rate")),
     ({"piezo_index": [*range(9), "x"]}, ("piezo_index", "line 11", "'x'")),
     ({"piezo_index": [*range(9), "1e999"]}, ("piezo_index", "line 11", "'1e999'")),
+    ({"piezo_index": [*range(9), "9" * 5000]}, ("piezo_index",)),
+    ({"piezo_index": [*range(9), "-inf"]}, ("piezo_index",)),
+    ({"shore_a": ["1e400"] * 10}, ("shore_a",)),
+    ({"shore_a": ["\x1b[31m" + "9" * 4000] * 10}, ("'shore_a' of line 2",)),
+    ({"first_contact": ["9" * 300] * 10}, ("first_contact",)),
+    ({"first_contact": ["inf"] * 10}, ("first_contact",)),
     ({"piezo_index": [*range(9), "1_0"]}, ("piezo_index", "line 11", "'1_0'")),
     ({"piezo_index": [*range(9), 1e39]}, ("piezo_index", "beyond 1e+12")),
     ({"pinch": [0] * 4 + [1] * 5 + [0]}, ("pinch", "line 11")),
@@ -208,3 +197,18 @@ BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
 @pytest.mark.parametrize(("changes", "words"), BAD_CSV)
 def test_bad_csv_is_refused(tmp_path, refused, changes, words):
     refused(long_csv(tmp_path, **changes), "long.csv", *words)
+
+
+@pytest.mark.parametrize(
+    ("cell", "word"), [(b"x" * 140_000, "CSV"), (b"\xff", "UTF-8"), (b'"20', "CSV")]
+)
+def test_a_csv_that_cannot_be_read_is_refused(tmp_path, refused, cell, word):
+    path = long_csv(tmp_path)
+    path.write_bytes(path.read_bytes().replace(b"\n0,", b"\n" + cell + b",", 1))
+    refused(path, word)
+
+
+def test_header_of_a_million_columns_is_refused(tmp_path, refused):
+    path = tmp_path / "x.csv"
+    path.write_text("a," * 1_000_000 + "\n")
+    refused(path, "x.csv")

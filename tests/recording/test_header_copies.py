@@ -10,7 +10,6 @@ import pytest
 
 from firstcontact.core import Block, InputError, fingertip_layout
 from firstcontact.recording import Header, Marker, RecordingWriter, read_recording
-from firstcontact.recording._chunks import find_chunks
 from firstcontact.recording._messages import LONGEST_TEXT
 
 HEADER = Header(fingertip_layout(), "synthetic", session="1", notes="the only ones")
@@ -48,14 +47,6 @@ def test_recording_without_its_first_header_is_read(killed: Path) -> None:
     recording = read_recording(killed)
     assert recording.header == HEADER
     assert recording.stretches[-1].end >= 4900 - 0.1 * HEADER.layout.rate
-
-
-def test_second_header_is_written_within_the_first_second(killed: Path) -> None:
-    data = killed.read_bytes()
-    chunks = [data[start:stop] for start, stop in find_chunks(data)]  # type: ignore[arg-type]
-    with_header = [i for i, chunk in enumerate(chunks) if b'"firstcontact.recording"' in chunk]
-    assert len(with_header) == 2
-    assert with_header[0] == 0
 
 
 def test_recording_at_the_highest_rate_is_read(tmp_path: Path) -> None:

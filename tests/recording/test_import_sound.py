@@ -160,11 +160,6 @@ def test_events_are_for_sound_files_only(
     check_refused(folder / "mono.wav", "no row is for", "mono.wav", events=other_events)
 
 
-@pytest.fixture
-def wav(folder: Path) -> Path:
-    return folder / "mono.wav"
-
-
 def flac(tmp_path: Path, subtype: str = "PCM_16") -> Path:
     soundfile = pytest.importorskip("soundfile")
     path = tmp_path / f"{subtype}.flac"
@@ -184,8 +179,8 @@ LABELS = (
 )
 
 
-def test_points_and_ranges_become_labelled_contacts(wav: Path, tmp_path: Path) -> None:
-    dataset = import_path(wav, tmp_path / "out", events=track(tmp_path, LABELS))
+def test_points_and_ranges_become_labelled_contacts(folder: Path, tmp_path: Path) -> None:
+    dataset = import_path(folder / "mono.wav", tmp_path / "out", events=track(tmp_path, LABELS))
     assert dataset.objects.tolist() == ["eraser", "foam"]
     assert dataset.shore_a.tolist() == [40, 20]
     for pinch, at in zip(dataset.pinches, (2000, 4000), strict=True):
@@ -194,9 +189,9 @@ def test_points_and_ranges_become_labelled_contacts(wav: Path, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("subtype", ["PCM_16", "PCM_24"])
-def test_flac_imports_like_its_wav(wav: Path, tmp_path: Path, subtype: str) -> None:
+def test_flac_imports_like_its_wav(folder: Path, tmp_path: Path, subtype: str) -> None:
     events = track(tmp_path, LABELS)
-    from_wav = import_path(wav, tmp_path / "wav", events=events)
+    from_wav = import_path(folder / "mono.wav", tmp_path / "wav", events=events)
     from_flac = import_path(flac(tmp_path, subtype), tmp_path / "flac", events=events)
     for a, b in zip(from_wav.pinches, from_flac.pinches, strict=True):
         assert np.array_equal(a.vibration(), b.vibration())
@@ -219,9 +214,13 @@ def test_flac_imports_like_its_wav(wav: Path, tmp_path: Path, subtype: str) -> N
     ],
 )
 def test_invalid_label_track_is_refused(
-    wav: Path, tmp_path: Path, check_refused: Callable[..., None], text: str, words: tuple[str, ...]
+    folder: Path,
+    tmp_path: Path,
+    check_refused: Callable[..., None],
+    text: str,
+    words: tuple[str, ...],
 ) -> None:
-    check_refused(wav, *words, events=track(tmp_path, text))
+    check_refused(folder / "mono.wav", *words, events=track(tmp_path, text))
 
 
 def test_a_damaged_flac_is_refused(tmp_path: Path, check_refused: Callable[..., None]) -> None:

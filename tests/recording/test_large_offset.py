@@ -78,11 +78,3 @@ def test_the_offsets_of_pinches_count_apart(tmp_path: Path) -> None:
     values += np.array([1000, -1000])[:, None, None]
     with pytest.raises(InputError, match="hydrophone"):
         import_path(**npz(tmp_path, values), out=tmp_path / "out")
-
-
-def test_single_floats_and_integers_are_stored_as_they_are(tmp_path: Path) -> None:
-    values = 1e6 + np.arange(2000).reshape(1, 1000, 2) % 3
-    for number, dtype in enumerate(("float32", "int32", "float64")):
-        of_type = values.astype(dtype)
-        (pinch,) = import_path(**npz(tmp_path, of_type), out=tmp_path / f"{number}")
-        assert np.array_equal(pinch.data, of_type[0])

@@ -2,7 +2,6 @@ import re
 import shutil
 import tempfile
 from dataclasses import replace
-from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +11,11 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Contact, Dataset, Finger, InputError, Label, Pinch, Role
 from firstcontact.recording import (
-    EXPORTERS,
     Header,
     PinchMark,
     RecordingWriter,
-    export,
     import_path,
     load_dataset,
-    read_recording,
     write_dataset,
 )
 from firstcontact.recording._dataset import pause_between
@@ -101,31 +97,18 @@ def test_folders_without_pinches_are_refused(tmp_path, small):
 
 
 def test_subfolders_are_read_in_name_order(tmp_path, layout, pinches):
-    for folder in ("b", "a/deep"):
-        (tmp_path / folder).mkdir(parents=True)
     for folder, pinch in (("b", pinches[1]), ("a/deep", pinches[0])):
-        write_dataset(Dataset((pinch,)), tmp_path / folder, Header(layout))
+        (tmp_path / folder).mkdir(parents=True)
+        write_dataset(Dataset((pinch,)), f"{tmp_path}/{folder}", Header(layout))
     assert load_dataset(tmp_path).specimens.tolist() == ["b0", "b1"]
-    shutil.rmtree(tmp_path / "a")
-    assert len(load_dataset(tmp_path)) == 1
+    assert load_dataset(str(tmp_path / "b")).specimens.tolist() == ["b1"]
 
 
-def test_paths_may_be_strings(tmp_path, layout, pinches):
-    folder = str(tmp_path)
-    files = write_dataset(Dataset(pinches), folder, Header(layout, "synthetic"))
-    names = [str(file) for file in files]
-    assert len(load_dataset(folder)) == len(load_dataset(names)) == len(pinches)
-    assert len(load_dataset(names[0])) == len(read_recording(names[0]).pinches)
-    export(Dataset(pinches), EXPORTERS["csv"], f"{folder}/pinches.csv")
-    assert (tmp_path / "pinches.csv").is_file()
-
-
-@pytest.mark.parametrize("dtypes", [*permutations(("int16", "int32", "float32"), 2)])
 def test_recordings_of_one_layout_load_together_whatever_their_sample_types(
-    tmp_path, layout, pinches, dtypes
+    tmp_path, layout, pinches
 ):
     expected = []
-    for number, dtype in enumerate(dtypes):
+    for number, dtype in enumerate(("int32", "int16", "float32")):
         of_type = [replace(p, data=p.data[: 99 + number].astype(dtype)) for p in pinches[::2]]
         with RecordingWriter(tmp_path / f"{number}.mcap", Header(layout, dtype=dtype)) as writer:
             for pinch in of_type:
@@ -192,9 +175,3 @@ def test_imported_pinches_are_in_the_order_of_loading(sessions):
     for one, other in zip(imported, loaded, strict=True):
         assert one.label == other.label
         assert one.data[0, 0] == other.data[0, 0] == int(one.label.specimen)
-
-
-def test_names_of_a_thousand_sessions_sort_in_their_order(tmp_path, layout, pinches):
-    many = [replace(pinches[0], label=Label(session=f"s{i}")) for i in range(1001)]
-    files = write_dataset(Dataset(tuple(many)), tmp_path, Header(layout))
-    assert sorted(files) == list(files)

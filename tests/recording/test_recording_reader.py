@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import Writer
 
-from firstcontact.core import Block, Contact, Finger, InputError, Label, Pinch
+from firstcontact.core import Block, InputError, Pinch
 from firstcontact.core import counted as count_text
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.recording._chunks import MAGIC, find_chunks, unpack_chunk
@@ -215,16 +215,6 @@ def test_invalid_headers_are_refused(tmp_path, message, problem):
         writer.finish()
     with pytest.raises(InputError, match=problem):
         read_recording(path)
-
-
-def test_pinch_round_trips_through_a_recording(tmp_path, layout, counted):
-    truth = (Contact(Finger.THUMB, 30, 30), Contact(Finger.INDEX, 60, 60))
-    pinch = Pinch(counted(20, 90).data, layout, Label("block", 43.0), 20, truth)
-    with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:
-        writer.pinch(pinch)
-    (mark,) = read_recording(tmp_path / "a.mcap").pinches
-    assert (mark.label, mark.truth) == (pinch.label, truth)
-    assert np.array_equal(read_recording(tmp_path / "a.mcap").stretches[0].data, pinch.data)
 
 
 def block(first, end):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
@@ -18,8 +18,8 @@ from printing_board import PrintingBoard
 
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, SourceOptions, _csv_source, source_kind
-from firstcontact.device._csv_source import CsvSource, from_name
-from firstcontact.device._number_lines import LineReader, identify_columns
+from firstcontact.device._columns import identify_columns
+from firstcontact.device._csv_source import CsvSource, LineReader, from_name
 from firstcontact.device._ports import SerialTransport
 
 MEASURED = 0.6
@@ -137,36 +137,31 @@ def test_losses_are_unknown_without_a_counter(tmp_path: Path) -> None:
     assert source.health.lost == "0 or more (the device does not count its samples)"
 
 
-def test_each_damaged_line_costs_one_sample(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        (b"\xff\xfe12,,x", b"N,", b"12\x0034"),
+        (b"1e300,512,0", b"99N,512,0", b"-3,512,0", b"7,512,0"),
+    ],
+    ids=["words", "counts"],
+)
+def test_damaged_line_costs_one_sample_and_starts_no_epoch(
+    damaged: Sequence[bytes], tmp_path: Path
+) -> None:
     trouble = Trouble()
 
     def line(number: int) -> bytes:
+        number += 100_000  # far from 65,536, where a count of 7 would be a wrap
         place, lines_after = divmod(trouble.lines_since(number), 400)
-        if lines_after == 0 and 0 <= place < 6:
-            return (b"\xff\xfe12,,x\n", b"%d,\n" % number, b"12\x0034\n")[place % 3]
+        if lines_after == 0 and 0 <= place < len(damaged):
+            return damaged[place].replace(b"N", b"%d" % number) + b"\n"
         return numbered_line(number)
 
     with reading(tmp_path, line) as (_, source):
         trouble.begin()
-        until(source, lambda _: source.health.lost_samples >= 6)
-    assert source.health.bad_frames == source.health.lost_samples == 6
-
-
-def test_damaged_counter_value_starts_no_epoch_or_gap(tmp_path: Path) -> None:
-    trouble = Trouble()
-
-    def line(number: int) -> bytes:
-        place, lines_after = divmod(trouble.lines_since(number), 400)
-        if lines_after == 0 and 0 <= place < 4:
-            return b"%s,512,0\n" % (b"1e300", b"99%d" % number, b"-3", b"7")[place]
-        # Far from 65,536, where a count of 7 would be a wrap.
-        return numbered_line(100_000 + number)
-
-    with reading(tmp_path, line) as (_, source):
-        trouble.begin()
-        arrivals = until(source, lambda _: source.health.lost_samples >= 4)
+        arrivals = until(source, lambda _: source.health.lost_samples >= len(damaged))
     assert {a.block.epoch for a in arrivals} == {0}
-    assert source.health.bad_frames == source.health.lost_samples == 4
+    assert source.health.bad_frames == source.health.lost_samples == len(damaged)
 
 
 def test_reset_starts_an_epoch_after_its_header(tmp_path: Path) -> None:
@@ -183,9 +178,9 @@ def test_reset_starts_an_epoch_after_its_header(tmp_path: Path) -> None:
         arrivals += until(source, lambda arrivals: any(a.block.epoch == 1 for a in arrivals))
     assert {a.block.epoch for a in arrivals} == {0, 1}
     assert source.health.reconnects == 1
-    assert source.health.lost_samples == 0
-    # The first line that counts back is believed with the next, and is lost.
-    assert source.health.bad_frames >= 1
+    # Lost are the line that the reset cut, and the first line that counts back: only the next one
+    # proves the reset.
+    assert source.health.lost_samples == source.health.bad_frames == 2
 
 
 def test_reconnected_port_continues_in_another_epoch(tmp_path: Path) -> None:
@@ -208,18 +203,20 @@ def test_reconnected_port_continues_in_another_epoch(tmp_path: Path) -> None:
     assert len(arrivals[-1].block.data)
 
 
+@pytest.mark.usefixtures("_measured_rate")
 @pytest.mark.parametrize(
-    ("line", "columns", "problem"),
+    ("line", "rate", "columns", "problem"),
     [
-        (lambda n: b"hello world 1\n", (), "csv:PORT@BAUD"),
-        (lambda n: bytes([n % 251]) * 3, (), "csv:PORT@BAUD"),
-        (numbered_line, ("5",), "'5'.*1, 2, 3"),
-        (lambda n: b"1 2 3 4\n", (), "csv:PORT#4"),
-        (lambda n: b"1,2\n" if n % 2 else b"1\n", (), "1 to 2 numbers"),
+        (lambda n: b"hello world 1\n", 4936.0, (), "csv:PORT@BAUD"),
+        (lambda n: bytes([n % 251]) * 3, 4936.0, (), "csv:PORT@BAUD"),
+        (numbered_line, 4936.0, ("5",), "'5'.*1, 2, 3"),
+        (numbered_line, 200.0, ("2",), r"\b500\b"),
     ],
+    ids=["words", "bytes", "column", "slow"],
 )
-def test_port_without_number_lines_is_refused(
+def test_unusable_board_is_refused(
     line: Callable[[int], bytes],
+    rate: float,
     columns: tuple[str, ...],
     problem: str,
     tmp_path: Path,
@@ -228,19 +225,10 @@ def test_port_without_number_lines_is_refused(
     if problem == "csv:PORT@BAUD":  # no line of numbers ever comes
         monkeypatch.setattr(_csv_source, "PATIENCE", 0.5)
     with (
-        PrintingBoard(tmp_path / "port", line) as board,
+        PrintingBoard(tmp_path / "port", line, rate) as board,
         pytest.raises(InputError, match=problem),
     ):
         CsvSource(board.port, columns, measured=MEASURED).__enter__()
-
-
-@pytest.mark.usefixtures("_measured_rate")
-def test_slow_board_is_refused(tmp_path: Path) -> None:
-    with (
-        PrintingBoard(tmp_path / "port", numbered_line, rate=200.0) as board,
-        pytest.raises(InputError, match=r"\b500\b"),
-    ):
-        CsvSource(board.port, ("2",), measured=MEASURED).__enter__()
 
 
 @pytest.mark.usefixtures("_measured_rate")
@@ -304,66 +292,58 @@ def counted(source: CsvSource) -> int:
     return source.health.samples + source.health.lost_samples
 
 
-@pytest.mark.parametrize("line", [lambda n: b"%d,5,1\n" % -n, lambda n: b"1e300,%d,1\n" % n])
-def test_a_counter_that_does_not_count_up_is_refused(
-    line: Callable[[int], bytes], tmp_path: Path
-) -> None:
-    def headed(number: int) -> bytes:
-        return (b"count,piezo,x\n" if number % 100 == 0 else b"") + line(number)
-
-    with (
-        PrintingBoard(tmp_path / "port", headed) as board,
-        pytest.raises(InputError, match="'count'"),
-    ):
-        CsvSource(board.port, ("piezo",), measured=MEASURED).__enter__()
-
-
-@pytest.mark.parametrize("word", ["9" * 5000, "0", "-1", "a", "\u0663"])
-def test_missing_column_is_refused(word: str) -> None:
-    lines = [(float(n), 1.0, 2.0) for n in range(30)]
-    with pytest.raises(InputError, match="n, a 2, a 3"):
-        identify_columns(lines, ("n", "a", "a"), (word,), "port")
-    assert identify_columns(lines, ("n", "a", "a"), ("3", "a 2"), "port").names == ("a 3", "a 2")
-
-
 @pytest.mark.parametrize(
-    ("header", "wanted", "counter", "signals"),
+    ("header", "wanted", "counting", "counter", "signals"),
     [
-        (("index", "thumb"), (), None, (0, 1)),
-        (("index", "thumb"), (), 0, (1,)),
-        (("Index", "n", "Thumb"), (), 1, (0, 2)),
-        (("index", "piezo"), ("index", "piezo"), None, (0, 1)),
-        (("index", "n", "piezo"), ("1",), 1, (0,)),
-        (("n", "index"), ("n", "index"), None, (1, 0)),
-        (("thumb", "index"), (), None, (1, 0)),
-        (("thumb", "ms", "n", "piezo"), (), 2, (3, 0)),
-        ((), ("1", "2"), None, (0, 1)),
+        (("index", "thumb"), (), None, None, (0, 1)),
+        (("index", "thumb"), (), 0, 0, (1,)),
+        (("Index", "n", "Thumb"), (), 1, 1, (0, 2)),
+        (("index", "piezo"), ("index", "piezo"), None, None, (0, 1)),
+        (("index", "piezo"), (), 0, 0, (1,)),
+        (("index", "n", "piezo"), ("1",), 1, 1, (0,)),
+        (("n", "index"), ("n", "index"), None, None, (1, 0)),
+        (("thumb", "index"), (), None, None, (1, 0)),
+        (("thumb", "ms", "n", "piezo"), (), 2, 2, (3, 0)),
+        (("n", "a", "a"), ("3", "a 2"), 0, 0, (2, 1)),
+        ((), ("1", "2"), None, None, (0, 1)),
+        ((), ("1", "2"), 0, None, (0, 1)),
+        ((), (), 0, 0, (1,)),
     ],
 )
-def test_fingers_and_named_columns_are_no_counters(
+def test_columns_are_identified(
     header: tuple[str, ...],
     wanted: tuple[str, ...],
+    counting: int | None,
     counter: int | None,
     signals: tuple[int, ...],
 ) -> None:
     width = len(header) or 2
-    lines = [tuple(float(n if k == counter else n % 3) for k in range(width)) for n in range(30)]
-    columns = identify_columns(lines, header, wanted, "port")
+    lines = [tuple(float(n if k == counting else n % 3) for k in range(width)) for n in range(30)]
+    columns = identify_columns(lines, header, wanted, "csv:port")
     assert (columns.counter, columns.signals) == (counter, signals)
 
 
-def test_a_named_signal_that_counts_is_no_counter() -> None:
-    lines = [(float(n), float(n % 3)) for n in range(30)]
-    assert identify_columns(lines, (), (), "port").counter == 0
-    assert identify_columns(lines, (), ("1", "2"), "port").counter is None
+COUNTED = [(float(n), 1.0, 2.0) for n in range(30)]
 
 
-def test_index_without_a_thumb_is_a_counter() -> None:
-    lines = [(float(n), float(n % 3)) for n in range(30)]
-    assert identify_columns(lines, ("index", "piezo"), (), "port").counter == 0
-    stuck = [(5.0, signal) for _, signal in lines]
-    with pytest.raises(InputError, match=r"'index'.*#index"):
-        identify_columns(stuck, ("index", "piezo"), (), "port")
+@pytest.mark.parametrize(
+    ("lines", "header", "wanted", "problem"),
+    [
+        *((COUNTED, ("n", "a", "a"), (w,), "n, a 2, a 3") for w in ("9" * 5000, "0", "-1", "a")),
+        (COUNTED, ("n", "a", "a"), ("\u0663",), "n, a 2, a 3"),
+        (COUNTED, ("n", "a", "a"), ("2", "2"), "n, a 2, a 3"),
+        ([(1.0, 2.0, 3.0)] * 30, (), (), "csv:port#1"),
+        ([(1.0, 2.0), (1.0,)] * 15, (), (), "1 to 2 numbers"),
+        ([(-n, 5.0, 1.0) for n, *_ in COUNTED], ("count", "piezo", "x"), ("piezo",), "'count'"),
+        ([(1e300, n, 1.0) for n, *_ in COUNTED], ("count", "piezo", "x"), ("piezo",), "'count'"),
+        ([(5.0, n % 3) for n, *_ in COUNTED], ("index", "piezo"), (), r"'index'.*#index"),
+    ],
+)
+def test_unclear_columns_are_refused(
+    lines: list[tuple[float, ...]], header: tuple[str, ...], wanted: tuple[str, ...], problem: str
+) -> None:
+    with pytest.raises(InputError, match=problem):
+        identify_columns(lines, header, wanted, "csv:port")
 
 
 @pytest.mark.parametrize("period", [0.15, 0.3])

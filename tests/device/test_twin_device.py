@@ -14,7 +14,7 @@ import pytest
 from twin_host import host
 
 from firstcontact.core import InputError
-from firstcontact.device._twin_process import RING
+from firstcontact.device._responder import RING
 from firstcontact.device._twin_source import TwinDevice
 from firstcontact.twin import TwinStream
 from processes import PATIENCE, children, command_line, gone, stop, stopped, until

@@ -26,8 +26,8 @@ from firstcontact.device import (
     Health,
 )
 from firstcontact.device import _protocol as protocol
+from firstcontact.device._csv_source import MOST, LineReader
 from firstcontact.device._descriptor import contact_payload, estimate_payload
-from firstcontact.device._number_lines import MOST, LineReader
 from firstcontact.device._responder import Responder
 from firstcontact.device._stamped_samples import StampedSamples
 from firstcontact.recording import Header, RecordingWriter, read_recording

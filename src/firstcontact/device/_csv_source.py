@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from bisect import bisect_left
 from contextlib import suppress
@@ -10,15 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firstcontact.core import FINGERTIP_RATE, Channel, ChannelKind, Finger, InputError, Layout
+from firstcontact.core import FINGERTIP_RATE, InputError, Layout, parse_float
+from firstcontact.device._columns import LEAP, Columns, identify_columns, vibration_channels
 from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._number_lines import (
-    LEAP,
-    LINES_NEEDED,
-    Columns,
-    LineReader,
-    identify_columns,
-)
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._ports import LinkError, SerialTransport
 from firstcontact.device._threaded import LONGEST_LOOK, ThreadedSource
@@ -43,6 +38,78 @@ RETRY = 0.2
 BACKLOG = 2048
 #: Longest wait of a read, s.
 WAIT = 0.02
+
+
+#: Longest line, bytes. Longer ones are discarded.
+LONGEST = 1000
+#: Number of lines that are needed to identify the columns.
+LINES_NEEDED = 20
+#: Largest number of columns.
+MOST = 64
+
+
+@dataclass(slots=True)
+class LineReader:
+    """Reader that turns bytes into the numbers of each complete line."""
+
+    bad: int = 0
+    header: tuple[str, ...] = ()
+    _rest: bytes = b""
+    _begun: bool = False
+
+    def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
+        """Return the numbers in each line that ``data`` completes."""
+        pieces = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
+        self._rest = pieces.pop()
+        if len(self._rest) > LONGEST:  # wrong baud rate, or no text
+            self._rest, self._begun = b"", False
+            self.bad += 1
+        lines: list[tuple[float, ...] | None] = []
+        for piece in pieces:
+            if not self._begun:
+                self._begun = True
+                self._name(piece)
+            elif piece.strip():
+                lines.append(self._numbers(piece))
+        return lines
+
+    def _numbers(self, line: bytes) -> tuple[float, ...] | None:
+        words = _words(line)
+        try:
+            values = tuple(parse_float(w.rpartition(":")[2], finite=False) for w in words)
+        except ValueError:
+            self._name(line)
+            self.bad += not self._is_header(words)
+            return None
+        if not values or len(values) > MOST or not all(math.isfinite(v) for v in values):
+            self.bad += 1
+            return None
+        if len(self.header) != len(words) and all(
+            ":" in w for w in words
+        ):  # name:value, for plotters
+            self.header = tuple(w.partition(":")[0] for w in words)
+        return values
+
+    def _name(self, line: bytes) -> None:
+        words = _words(line)
+        if self._is_header(words):
+            self.header = words
+
+    @staticmethod
+    def _is_header(words: tuple[str, ...]) -> bool:
+        """Return True if these words can be column names: short ASCII words."""
+        return 0 < len(words) <= MOST and all(
+            w.isprintable() and w.isascii() and len(w) <= 40 and (w[0].isalpha() or w == "#")
+            for w in words
+        )
+
+
+def _words(line: bytes) -> tuple[str, ...]:
+    text = line.decode("ascii", "replace").strip().lstrip("# ") or line.decode("ascii", "replace")
+    for separator in (",", ";", "\t"):
+        if separator in text:
+            return tuple(w.strip() for w in text.split(separator) if w.strip())
+    return tuple(text.split())
 
 
 @dataclass(slots=True)
@@ -156,14 +223,10 @@ class CsvSource(ThreadedSource):
             if count is None
             else f"counter in column {count + 1}"
         )
-        fingers = [None] if len(self._columns.signals) == 1 else list(Finger)
-        signals = tuple(
-            Channel(f"column {name}", ChannelKind.VIBRATION, finger, "counts")
-            for name, finger in zip(self._columns.names, fingers, strict=True)
-        )
+        columns = [{"label": f"column {n}", "unit": "counts"} for n in self._columns.names]
         self._note(losses_known=count is not None)
         return Descriptor(
-            Layout(signals, self._rate),
+            Layout(vibration_channels(columns), self._rate),
             firmware=f"lines of numbers, {rate:.1f} Hz measured, {loss_note}",
             sensor=f"columns {', '.join(self._columns.names)} of {self.port}",
             source="real",
@@ -193,7 +256,7 @@ class CsvSource(ThreadedSource):
                 began = began if lines else now  # buffered lines arrive together
                 lines += new
                 arrivals.add(now - began, len(lines))
-        columns = identify_columns(lines, self._lines.header, self._named, self.port)
+        columns = identify_columns(lines, self._lines.header, self._named, self.name)
         rate = arrivals.rate()
         if columns.counter is not None:
             complete_lines = [n for n in lines if len(n) == columns.width]
@@ -220,7 +283,8 @@ class CsvSource(ThreadedSource):
                 self._behind = len(data) >= BACKLOG
                 lines = self._lines.feed(data)
             except LinkError:
-                lines = self._reconnect()
+                self._reconnect()
+                lines = []
                 epoch, damaged = epoch + 1, 0
                 counter = _Counter(self._columns.counter)
             now = time.monotonic()
@@ -236,12 +300,14 @@ class CsvSource(ThreadedSource):
                     damaged += 1
                     self._lines.bad += 1
                     continue
-                damaged = 0
                 if counter.restarted:
                     self._give_lines(run, numbers, epoch, now)
+                    # The first lines after the restart were not believed, so they are lost.
+                    self._drop(number + damaged, epoch)
                     run, numbers = [], []
                     epoch += 1
                     counter.number = number = 0
+                damaged = 0
                 run.append(line)
                 numbers.append(number)
             self._give_lines(run, numbers, epoch, now)
@@ -259,16 +325,15 @@ class CsvSource(ThreadedSource):
         signals = np.array(lines).reshape(-1, self._columns.width)[:, list(self._columns.signals)]
         self._give(signals, np.array(numbers, np.int64), epoch, now)
 
-    def _reconnect(self) -> list[tuple[float, ...] | None]:
-        """Wait until the port is back or the source is closed. Return an empty list of lines."""
+    def _reconnect(self) -> None:
+        """Wait until the port is back or the source is closed."""
         self._note(connected=False)
         self._shut()
         self._lines = LineReader(self._lines.bad, self._lines.header)
         while not self._closing.wait(RETRY):
             with suppress(InputError):
                 self._port = SerialTransport(self.port, self._baud)
-                break
-        return []
+                return
 
     def _shut(self) -> None:
         if self._port is not None:

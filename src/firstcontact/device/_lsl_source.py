@@ -16,18 +16,15 @@ from numpy.typing import NDArray
 from firstcontact.core import (
     FINGERTIP_RATE,
     Channel,
-    ChannelKind,
-    Finger,
     InputError,
     Layout,
     VibrationSensor,
-    finger_name,
     install_command,
     require_modules,
 )
 from firstcontact.device._clock import RateCheck
+from firstcontact.device._columns import distinct_names, select_signals, vibration_channels
 from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._number_lines import distinct_names, find_column
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._stamped_samples import StampedSamples, usable_stamps
 from firstcontact.device._threaded import ThreadedSource
@@ -169,7 +166,7 @@ class LslSource(ThreadedSource):
             raise InputError(
                 f"{self.name} does not answer ({error}): start the sender of this stream again"
             ) from error
-        channels, self._places = vibration_channels(info, self._named, self.name)
+        channels, self._places = stream_channels(info, self._named, self.name)
         delay = self._resample(float(info.nominal_srate()), self._rate)
         acquisition = info.desc().child("acquisition")
         source = acquisition.child_value("source")
@@ -262,44 +259,24 @@ class LslSource(ThreadedSource):
             inlet.close_stream()
 
 
-def vibration_channels(
+def stream_channels(
     info: Any, names: tuple[str, ...], name: str
 ) -> tuple[tuple[Channel, ...], list[int]]:
     """Return the vibration channels and their positions in the stream."""
     metadata = []
     node = info.desc().child("channels").child("channel")
     for k in range(info.channel_count()):
-        words = {w: node.child_value(w) for w in ("label", "type", "unit", "finger")}
-        metadata.append({**words, "label": words["label"][:LONGEST_LABEL] or str(k + 1)})
+        words = {
+            w: node.child_value(w)[:LONGEST_LABEL] for w in ("label", "type", "unit", "finger")
+        }
+        metadata.append({**words, "label": words["label"] or str(k + 1)})
         node = node.next_sibling()
     labels = distinct_names([t["label"] for t in metadata])
     kinds = {str(v) for v in VibrationSensor}
-    if names:
-        matches = [find_column(w, labels) for w in names]
-        places = [] if None in matches else [k for k in matches if k is not None]
-    else:
-        places = [k for k, t in enumerate(metadata) if t["type"].lower() in kinds]
-        places = places or (list(range(len(metadata))) if len(metadata) <= 2 else [])
-    if not 1 <= len(set(places)) == len(places) <= 2:
-        raise InputError(
-            f"{name}: the one or two vibration channels of this stream cannot be identified: name "
-            f"them, as in {name}#{(*labels, '1')[0]} (its channels: {', '.join(labels[:16])})"
-        )
-    fingers = {finger_name(f): f for f in Finger}
-    fingers_of: list[Finger | None] = [fingers.get(metadata[k]["finger"]) for k in places]
-    if len(set(fingers_of)) < len(places):
-        fingers_of = list(Finger)
-    channels = tuple(
-        Channel(
-            labels[k],
-            ChannelKind.VIBRATION,
-            finger,
-            metadata[k]["unit"][:LONGEST_LABEL],
-            sensor=VibrationSensor(t) if (t := metadata[k]["type"].lower()) in kinds else None,
-        )
-        for k, finger in zip(places, fingers_of, strict=True)
-    )
-    return channels, places
+    signals = [k for k, t in enumerate(metadata) if t["type"].lower() in kinds]
+    signals = signals or (list(range(len(metadata))) if len(metadata) <= 2 else [])
+    places = select_signals(name, labels, names, signals)
+    return vibration_channels([{**metadata[k], "label": labels[k]} for k in places]), places
 
 
 def _predicate(stream: str) -> str:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import secrets
-import select
 import threading
 import time
 from collections import deque
@@ -18,7 +16,7 @@ from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._ports import PseudoTerminal
 from firstcontact.device._protocol import FRAME_SAMPLES, Decoder, FrameType
-from firstcontact.device._responder import Responder
+from firstcontact.device._responder import RING, TerminalDevice
 from firstcontact.device._source import Arrival, Health, Source
 from firstcontact.recording import Marker, PinchMark, Recording, read_recording
 
@@ -26,12 +24,8 @@ from firstcontact.recording import Marker, PinchMark, Recording, read_recording
 BLOCK = 5
 #: ... and at infinite speed, 0.1 s at 4936 Hz.
 LONG_BLOCK = 494
-#: Length of the buffer for a host that does not read, s of the host's time.
-RING = 0.5
 #: Longest time between two checks for a stop, s.
 TICK = 0.05
-#: Approximate number of bytes of frames prepared in advance.
-WIRE_BYTES = 4096
 #: Number of samples that are due at a time at infinite speed.
 PIECE = 100
 #: Time for the host to read the last answer, s.
@@ -212,7 +206,7 @@ def from_path(path: str, options: SourceOptions) -> ReplaySource:
     return source
 
 
-class ReplayDevice:
+class ReplayDevice(TerminalDevice):
     """Device that sends a recording of int16 samples to its host, again and again.
 
     The recording plays after the host has sent a start frame, and pauses after a stop frame. At the
@@ -244,8 +238,7 @@ class ReplayDevice:
         #: True if the recording has a calibration, which is not sent.
         self.calibrated = header.calibration is not None
         self._rate = header.layout.rate * speed
-        self._boot = secrets.randbits(31)
-        self._terminal = terminal
+        super().__init__(terminal)
         self._decoder = Decoder()
         self._begin(0)
 
@@ -259,7 +252,7 @@ class ReplayDevice:
         while not stopped() and time.monotonic() < deadline:
             self._play()
             self._send()
-            data = self._wait()
+            data = self._listen()
             if data and self._hear(data, once) and once:
                 self._send()
                 deadline = time.monotonic() + LINGER
@@ -267,15 +260,12 @@ class ReplayDevice:
     def _begin(self, epoch_index: int) -> None:
         """Start the device at the beginning of an epoch."""
         self._epoch_index = epoch_index
-        self._boot += 1
         self._tape = _pieces(self._recording, FRAME_SAMPLES, self._epochs[epoch_index])
         self._next = next(self._tape, None)
         self._due = 0.0
         self._last_look: float | None = None  # time of the last update, while samples are sent
-        self._drained = True
-        self._wire = b""
         room = math.ceil(RING * self._rate) if math.isfinite(self._rate) else 0
-        self._responder = Responder(self.descriptor, self._boot, max(room, 2 * PIECE))
+        self._restart(self.descriptor, max(room, 2 * PIECE))
 
     def _play(self) -> None:
         """Give the responder the samples that are due."""
@@ -284,7 +274,7 @@ class ReplayDevice:
             return
         now = time.monotonic()
         if math.isinf(self._rate):
-            self._due = float(PIECE if self._drained and not self._wire else 0)
+            self._due = float(0 if self._wire else PIECE)
         elif self._last_look is not None:
             self._due += (now - self._last_look) * self._rate
         self._last_look = now
@@ -300,34 +290,17 @@ class ReplayDevice:
             self._send()
         self._responder.finished = self._next is None
 
-    def _send(self) -> None:
-        """Send as much of the prepared frames as the line accepts."""
-        while True:
-            while len(self._wire) < WIRE_BYTES:
-                frame = self._responder.frame()
-                self._drained = not frame
-                if not frame:
-                    break
-                self._wire += frame
-            sent = self._terminal.write(self._wire) if self._wire else 0
-            self._wire = self._wire[sent:]
-            if not sent:
-                return
-
-    def _wait(self) -> bytes:
+    def _listen(self) -> bytes:
         """Wait for the host's bytes until samples are due. Return the bytes; b"" if none came."""
         wait = TICK
         if self._responder.streaming and self._next is not None:
             until_due = (FRAME_SAMPLES - self._due) / self._rate
             wait = min(max(until_due, 0.0), TICK) if not self._wire else TICK
-        listening = [self._terminal] if self._responder.listens else []
-        full = [self._terminal] if self._wire else []
-        readable, _, _ = select.select(listening, full, [], wait)
-        return self._terminal.read() if readable else b""
+        return self._terminal.read() if self._wait(wait) else b""
 
     def _hear(self, data: bytes, once: bool) -> bool:
         """Process bytes from the host. Return True once the whole recording was sent."""
-        sent = self._next is None and self._drained and not self._wire
+        sent = self._next is None and not self._wire
         is_last_epoch = self._epoch_index + 1 == len(self._epochs)
         has_hello = any(frame.type == FrameType.HELLO for frame in self._decoder.feed(data))
         if has_hello and sent and not (once and is_last_epoch):

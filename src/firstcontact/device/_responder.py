@@ -1,4 +1,4 @@
-"""Device side of the wire protocol, without I/O and clock, like ``firmware/core/fc_device.c``.
+"""Device side of the wire protocol, like ``firmware/core/fc_device.c``, and its terminal.
 
 Samples wait in a buffer until the line takes them. When it is full, samples are dropped and
 counted. The protocol is in ``docs/protocol.md``.
@@ -6,6 +6,8 @@ counted. The protocol is in ``docs/protocol.md``.
 
 from __future__ import annotations
 
+import secrets
+import select
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,12 +17,18 @@ from numpy.typing import NDArray
 
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._descriptor import Descriptor
+from firstcontact.device._ports import PseudoTerminal
 from firstcontact.device._protocol import FRAME_SAMPLES, FrameError, FrameType
 
 #: Longest stuffed frame of a host, bytes. Longer ones are ignored.
 LONGEST_HEARD = 256
 #: Largest number of the device's own markers in the queue. More markers push out the oldest one.
 MARKERS_WAITING = 16
+
+#: Length of the buffer of simulated devices for a host that does not read, s of the host's time.
+RING = 0.5
+#: Approximate number of bytes of frames that a terminal's device prepares in advance.
+WIRE_BYTES = 4096
 
 
 @dataclass(slots=True)
@@ -34,7 +42,7 @@ class _Run:
 
 
 class Responder:
-    """State machine of the device's side of the protocol."""
+    """State machine of the device's side of the protocol, without I/O and clock."""
 
     def __init__(
         self,
@@ -172,3 +180,43 @@ class Responder:
             return FrameType.DESCRIPTOR, protocol.descriptor_payload(self._boot, text)
         reason = f"this device speaks version {protocol.VERSION} of the protocol, not {version}"
         return FrameType.REFUSED, bytes([protocol.VERSION]) + reason.encode()
+
+
+class TerminalDevice:
+    """Simulated device at the device side of a pseudo terminal. Subclasses make its samples."""
+
+    def __init__(self, terminal: PseudoTerminal) -> None:
+        self._terminal = terminal
+        self._boot = secrets.randbits(31)
+        self._wire = b""  # prepared frames that the line has not taken
+        self._responder: Responder
+
+    def _restart(
+        self, descriptor: Descriptor, room: int, on_order: Callable[[str], str] | None = None
+    ) -> None:
+        """Restart with a new boot number: all counts begin again."""
+        self._boot += 1
+        # A zero ends an incomplete frame before the first new one.
+        self._wire = b"\0" if self._wire else b""
+        self._responder = Responder(descriptor, self._boot, room, on_order)
+
+    def _send(self) -> None:
+        """Send as much of the prepared frames as the line accepts."""
+        while self._terminal.plugged:
+            while len(self._wire) < WIRE_BYTES and (frame := self._responder.frame()):
+                self._wire += frame
+            sent = self._terminal.write(self._wire) if self._wire else 0
+            self._wire = self._wire[sent:]
+            if not sent:
+                return
+
+    def _wait(self, seconds: float, *inputs: int) -> list[int | PseudoTerminal]:
+        """Wait for bytes of the host or of other inputs, or until the line takes more frames.
+
+        Return what can be read.
+        """
+        listening: list[int | PseudoTerminal] = [*inputs]
+        if self._terminal.plugged and self._responder.listens:
+            listening.append(self._terminal)
+        full = [self._terminal] if self._wire else []
+        return select.select(listening, full, [], seconds)[0]

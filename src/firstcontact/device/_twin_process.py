@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
-import select
 import signal
 import sys
 import time
@@ -27,7 +25,7 @@ from firstcontact.core import (
 from firstcontact.device._descriptor import Descriptor
 from firstcontact.device._ports import PseudoTerminal, port_folder
 from firstcontact.device._protocol import FRAME_SAMPLES
-from firstcontact.device._responder import Responder
+from firstcontact.device._responder import RING, TerminalDevice
 from firstcontact.device._twin_words import (
     ACCEPTED,
     CLOSE_ORDER,
@@ -39,15 +37,11 @@ from firstcontact.device._twin_words import (
     read_order,
 )
 
-#: Length of the buffer for a host that does not read, s of the host's time.
-RING = 0.5
 #: Shortest time between two checks of the clock, s.
 TICK = 1e-3
-#: Approximate number of bytes of frames prepared in advance.
-WIRE_BYTES = 4096
 
 
-class TwinProcess:
+class TwinProcess(TerminalDevice):
     """Simulated hand at the device side of a pseudo terminal."""
 
     def __init__(
@@ -62,7 +56,7 @@ class TwinProcess:
         # Late, because its import takes a while.
         from firstcontact.twin import DeviceFilter, TwinStream
 
-        self._terminal = terminal
+        super().__init__(terminal)
         self._rate = FINGERTIP_RATE * speed
         self._waits = speed > 1.0
         # A batch fills complete frames, and at most one batch is due per tick.
@@ -73,37 +67,27 @@ class TwinProcess:
         self._ring = max(round(ring), 2 * self._batch)
         self._stream = TwinStream(condition, objects, seed, latency)
         self._filter = DeviceFilter()
-        self._boot = secrets.randbits(31)
         self._announced = -1
         self._begin = time.monotonic()
         self._made = 0
-        self._wire = b""
         self._start()
 
     def _start(self) -> None:
         """Restart the device: all counts begin again, but the hand continues its motion."""
-        self._boot += 1
         # A restarted device begins with the first taxel.
         self._stream.read(-self._stream.sample % TAXELS)
         self._origin = self._stream.sample
         self._filter.reset()
-        # End an incomplete frame before the first new one.
-        self._lead = b"\0" if self._wire else b""
-        self._wire = b""
-        self._responder = Responder(DESCRIPTOR, self._boot, self._ring, self._obey)
+        self._restart(DESCRIPTOR, self._ring, self._obey)
 
     def run(self) -> None:
         """Serve the host until standard input ends."""
         while True:
             behind = self._catch_up()
             self._send()
-            listening: list[int | PseudoTerminal] = [0]
-            if self._terminal.plugged and self._responder.listens:
-                listening.append(self._terminal)
-            full = [self._terminal] if self._wire else []
             next_batch = self._begin + (self._made + self._batch) / self._rate
             wait = 0.0 if behind else max(next_batch - time.monotonic(), 0.0)
-            readable, _, _ = select.select(listening, full, [], wait)
+            readable = self._wait(wait, 0)
             if self._terminal in readable:
                 self._responder.hear(self._terminal.read())
             if 0 in readable and not self._command():
@@ -138,18 +122,6 @@ class TwinProcess:
             if self._announced < sample < self._stream.sample:
                 self._responder.marker(max(sample - self._origin, 0), text)
         self._announced = self._stream.sample - 1
-
-    def _send(self) -> None:
-        if not self._terminal.plugged:
-            return
-        while len(self._wire) < WIRE_BYTES:
-            frame = self._responder.frame()
-            if not frame:
-                break
-            self._wire += self._lead + frame
-            self._lead = b""
-        if self._wire:
-            self._wire = self._wire[self._terminal.write(self._wire) :]
 
     def _obey(self, text: str) -> str:
         """Carry out an order about the object or the hand. Return the text of the answer."""

@@ -1,0 +1,130 @@
+"""Columns of boards and streams without metadata: names, counters, and vibration channels."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from firstcontact.core import Channel, ChannelKind, Finger, InputError, VibrationSensor, finger_name
+
+#: Names of a column that counts samples.
+COUNTERS = ("counter", "count", "sample", "n", "i", "index", "nr", "#")
+#: Names of columns with the time, which are neither signal nor counter.
+TIMES = ("t", "time", "ms", "us", "millis", "micros", "timestamp")
+#: Order of columns with the name of a finger, before and after other columns.
+_FINGERS = {"index": -1, "thumb": 1}
+#: Largest step of a counter between lines. A larger one means damage or a restart.
+LEAP = 100_000.0
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Meaning of the columns of a line."""
+
+    names: tuple[str, ...]
+    signals: tuple[int, ...]
+    counter: int | None
+    width: int
+
+
+def find_column(word: str, names: Sequence[str]) -> int | None:
+    """Return the index of a column from its name or its position from 1; None if missing."""
+    if word in names:
+        return names.index(word)
+    positions = [str(k + 1) for k in range(len(names))]
+    return positions.index(word) if word in positions else None
+
+
+def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names. A name that occurs more than once gets its position appended."""
+    distinct = [f"{n} {k + 1}" if names.count(n) > 1 else n for k, n in enumerate(names)]
+    if len(set(distinct)) < len(distinct):
+        distinct = [str(k + 1) for k in range(len(names))]
+    return tuple(distinct)
+
+
+def select_signals(
+    device: str, names: Sequence[str], wanted: Sequence[str], default: list[int]
+) -> list[int]:
+    """Return the positions of the one or two wanted columns, or ``default`` if none is wanted."""
+    matches = [find_column(word, names) for word in wanted]
+    places = [k for k in matches if k is not None] if wanted else default
+    if None in matches or not 1 <= len(set(places)) == len(places) <= 2:
+        missing = next((w for w, k in zip(wanted, matches, strict=True) if k is None), None)
+        fault = f"no column {missing!r}" if missing else f"{len(places)} columns of signals"
+        raise InputError(
+            f"{device} has {fault}: name one or two of {', '.join(names[:16])}, as in "
+            f"{device}#{(*names, '1')[0]}"
+        )
+    return places
+
+
+def vibration_channels(columns: Sequence[Mapping[str, str]]) -> tuple[Channel, ...]:
+    """Return channels for one or two columns, from label, unit, and if known finger and sensor."""
+    by_name = {finger_name(f): f for f in Finger}
+    fingers = [by_name.get(column.get("finger", "")) for column in columns]
+    if len(set(fingers)) < len(fingers):
+        fingers = list(Finger)
+    sensors = {str(sensor): sensor for sensor in VibrationSensor}
+    return tuple(
+        Channel(
+            column["label"],
+            ChannelKind.VIBRATION,
+            finger,
+            column["unit"],
+            sensor=sensors.get(column.get("type", "").lower()),
+        )
+        for column, finger in zip(columns, fingers, strict=True)
+    )
+
+
+def identify_columns(
+    lines: list[tuple[float, ...]], header: tuple[str, ...], wanted: tuple[str, ...], device: str
+) -> Columns:
+    """Return the meaning of the columns, from the first lines of a board."""
+    widths = [len(line) for line in lines]
+    width = max(set(widths), key=widths.count)
+    full_lines = [line for line in lines if len(line) == width]
+    if len(full_lines) < 0.8 * len(lines):
+        raise InputError(
+            f"{device}: the lines have from {min(widths)} to {max(widths)} numbers: print the same "
+            "number of columns in each line, or set its baud rate (csv:PORT@BAUD)"
+        )
+    named = len(header) == width
+    names = distinct_names(header) if named else tuple(str(k + 1) for k in range(width))
+    wanted_places = [k for word in wanted if (k := find_column(word, names)) is not None]
+    counter = _counter(full_lines, names if named else (), wanted_places)
+    if counter is not None and not _counts(full_lines, counter):
+        raise InputError(
+            f"{device}: column {names[counter]!r} has the name of a counter but does not count up: "
+            "rename it, let the board count its samples in it, or name it if it is a signal, as in "
+            f"{device}#{names[counter]}"
+        )
+    times = {k for k, n in enumerate(names) if n.lower() in TIMES}
+    signals = [k for k in range(width) if k != counter and k not in times]
+    places = select_signals(device, names, wanted, signals)
+    places.sort(key=lambda k: _FINGERS.get(names[k].lower(), 0))
+    return Columns(tuple(names[k] for k in places), tuple(places), counter, width)
+
+
+def _counter(
+    lines: list[tuple[float, ...]], names: tuple[str, ...], signals: Sequence[int]
+) -> int | None:
+    """Return the counter column: the one with a counter's name, or one that rises by 1 per line."""
+    lower = [name.lower() for name in names]
+    for k, name in enumerate(lower):
+        is_finger = name == "index" and "thumb" in lower and not _counts(lines, k)
+        if name in COUNTERS and k not in signals and not is_finger:
+            return k
+    for k in range(len(lines[0]) if not names and len(lines[0]) > 1 else 0):
+        steps = [b[k] - a[k] for a, b in itertools.pairwise(lines)]
+        if k not in signals and steps and steps.count(1.0) > 0.8 * len(steps):
+            return k
+    return None
+
+
+def _counts(lines: list[tuple[float, ...]], column: int) -> bool:
+    """Return True if a column rises in most lines, by at most ``LEAP`` each time."""
+    steps = [b[column] - a[column] for a, b in itertools.pairwise(lines)]
+    return sum(0 < step <= LEAP for step in steps) >= 0.8 * len(steps)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -60,39 +61,133 @@ class Line:
 
     @property
     def stretches(self) -> list[tuple[int, int, int]]:
-        return [(b.epoch, b.first_sample, b.end) for b in self.out.blocks]
+        """Epoch, first sample and end of each run of blocks without a gap."""
+        runs: list[tuple[int, int, int]] = []
+        for block in self.out.blocks:
+            if runs and (runs[-1][0], runs[-1][2]) == (block.epoch, block.first_sample):
+                runs[-1] = (block.epoch, runs[-1][1], block.end)
+            else:
+                runs.append((block.epoch, block.first_sample, block.end))
+        return runs
+
+
+def late(counter: int, skipped: int, unheard: int) -> bytes:
+    return encode(FrameType.LATE, counter, protocol.late_payload(skipped, unheard))
+
+
+def stopped(counter: int, sample: int, overflow: int = 0) -> bytes:
+    return encode(FrameType.STOPPED, counter, protocol.stopped_payload(sample, overflow))
+
+
+#: What happens to an assembler: bytes that arrive, or a call of the host.
+Step = bytes | Callable[[Assembler], None]
+OTHER_COLUMNS = protocol.samples_payload(5, 0, np.zeros((5, 15), np.int16))
+#: Steps, the epochs and sample numbers of the blocks, and the counts.
+CASES: dict[str, tuple[list[Step], list[tuple[int, int, int]], Counts]] = {
+    "gap": (
+        [descriptor(), *frames(0, 15, 1), *frames(25, 25, 6)],
+        [(0, 0, 15), (0, 25, 50)],
+        Counts(40, lost_samples=10, lost_frames=2),
+    ),
+    "samples dropped by the device": (
+        [*(descriptor(), *frames(0, 10, 1, 3), *frames(17, 5, 3, 10)), stopped(4, 30, 18)],
+        [(0, 0, 10), (0, 17, 22)],
+        Counts(15, lost_samples=15, overflow_samples=15),
+    ),
+    "stop counts losses at the end": (
+        [descriptor(), *frames(0, 35, 1), stopped(11, 50)],
+        [(0, 0, 35)],
+        Counts(35, lost_samples=15, lost_frames=3),
+    ),
+    "late answers, with a restart": (
+        [
+            *(descriptor(), late(1, LAST, 7), late(2, 4, 9)),
+            *(descriptor(2), late(1, 3, 0), late(2, 4, 0), encode(FrameType.LATE, 3, b"short")),
+        ],
+        [],
+        Counts(late_answers=6, unheard_samples=2, malformed_frames=1),
+    ),
+    **{
+        f"new frame repeats {n} samples": (
+            [descriptor(), *frames(0, 20, 1), *frames(20 - n, 1, 5), *frames(20, 5, 6)],
+            [(0, 0, 25)],
+            Counts(25, doubled_frames=1),
+        )
+        for n in (1, 2, 5, 20)
+    },
+    **{
+        f"frame counter wraps, {n} missing": (
+            [descriptor(1, LAST - 3), *frames(0, 10, LAST - 2), *frames(10 + 5 * n, 40, LAST + n)],
+            [(0, 0, 10), (0, 10 + 5 * n, 50 + 5 * n)] if n else [(0, 0, 50)],
+            Counts(50, lost_samples=5 * n, lost_frames=n),
+        )
+        for n in (0, 1, 2)
+    },
+    "unknown frame": (
+        [descriptor(), encode(0x7F, 1, b"of a later version"), *frames(0, 10, 2)],
+        [(0, 0, 10)],
+        Counts(10),
+    ),
+    "later frame of other columns": (
+        [
+            *(descriptor(), *frames(0, 5, 1)),
+            *(encode(FrameType.SAMPLES, 2, OTHER_COLUMNS), *frames(10, 5, 3)),
+        ],
+        [(0, 0, 5), (0, 10, 15)],
+        Counts(10, lost_samples=5, malformed_frames=1),
+    ),
+    "frames before the descriptor": (
+        [*frames(500, 20, 90), descriptor(1, 94), *frames(520, 20, 95)],
+        [(0, 520, 540)],
+        Counts(20),
+    ),
+    "doubled descriptor": (
+        [descriptor(), *frames(0, 100, 1), descriptor(), *frames(100, 10, 21)],
+        [(0, 0, 110)],
+        Counts(110, doubled_frames=1),
+    ),
+    **{
+        f"restart with boot number {boot}": (
+            [
+                *(descriptor(), *frames(0, 100, 1)),
+                *(Assembler.expect_descriptor, descriptor(boot), *frames(0, 100, 1)),
+            ],
+            [(0, 0, 100), (1, 0, 100)],
+            Counts(200),
+        )
+        for boot in (1, 2)
+    },
+    # Frames before the next descriptor may be of a new start.
+    "interruption": (
+        [
+            *(descriptor(), *frames(0, 100, 1), Assembler.interrupted),
+            *(*frames(150, 10, 31), descriptor(1, 33), *frames(170, 30, 34)),
+        ],
+        [(0, 0, 100), (1, 170, 200)],
+        Counts(130, lost_samples=70, lost_frames=12),
+    ),
+}
+
+
+@pytest.mark.parametrize(("steps", "stretches", "counts"), CASES.values(), ids=CASES)
+def test_samples_and_losses_are_counted(
+    steps: list[Step], stretches: list[tuple[int, int, int]], counts: Counts
+) -> None:
+    line = Line(b"")
+    for step in steps:
+        if isinstance(step, bytes):
+            line.feed(step)
+        else:
+            step(line.assembler)
+    assert line.stretches == stretches
+    assert line.counts == counts
 
 
 def test_consecutive_frames_are_one_block() -> None:
     line = Line()
-    line.feed(*frames(7, 98, 1))
-    assert line.stretches == [(0, 7, 105)]
-    assert line.counts == Counts(samples=98)
-
-
-def test_a_gap_begins_a_block_and_is_counted() -> None:
-    line = Line()
-    wire = frames(0, 50, 1)
-    line.feed(*wire[:3], *wire[5:])
-    assert line.stretches == [(0, 0, 15), (0, 25, 50)]
-    assert line.counts == Counts(samples=40, lost_samples=10, lost_frames=2)
-
-
-def test_samples_dropped_by_the_device_are_lost() -> None:
-    line = Line()
-    line.feed(*frames(0, 10, 1, overflow=3), *frames(17, 5, 3, overflow=10))
-    line.feed(encode(FrameType.STOPPED, 4, protocol.stopped_payload(30, 18)))
-    assert line.counts == Counts(samples=15, lost_samples=15, overflow_samples=15)
-
-
-def test_late_answers_are_counted_from_the_start_of_the_stream() -> None:
-    def late(counter: int, skipped: int, unheard: int) -> bytes:
-        return encode(FrameType.LATE, counter, protocol.late_payload(skipped, unheard))
-
-    line = Line(descriptor(), late(1, LAST, 7), late(2, 4, 9))
-    assert line.counts == Counts(late_answers=5, unheard_samples=2)
-    line.feed(descriptor(boot=2), late(1, 3, 0), late(2, 4, 0), encode(FrameType.LATE, 3, b"short"))
-    assert line.counts == Counts(late_answers=6, unheard_samples=2, malformed_frames=1)
+    (block,) = line.feed(*frames(7, 98, 1)).blocks
+    assert (block.first_sample, block.end) == (7, 105)
+    assert line.counts == Counts(98)
 
 
 @given(st.lists(st.integers(1, 30), unique=True, max_size=20), st.data())
@@ -117,14 +212,6 @@ def test_lost_doubled_and_late_frames_are_each_counted_once(
     )
 
 
-@pytest.mark.parametrize("repeated", [1, 2, 5, 20])
-def test_new_frame_that_repeats_samples_is_ignored(repeated: int) -> None:
-    line = Line()
-    line.feed(*frames(0, 20, 1), *frames(20 - repeated, 1, 5), *frames(20, 5, 6))
-    assert line.stretches == [(0, 0, 25)]
-    assert line.counts == Counts(samples=25, doubled_frames=1)
-
-
 @pytest.mark.parametrize("offset", range(0, 12))
 def test_sample_numbers_continue_beyond_32_bits(offset: int) -> None:
     line = Line()
@@ -146,84 +233,12 @@ def test_sample_numbers_wrap_repeatedly() -> None:
     assert line.counts.lost_samples == numbers[-1] + 5 - 45
 
 
-@pytest.mark.parametrize("missing", [0, 1, 2])
-def test_the_frame_counter_wraps(missing: int) -> None:
-    line = Line(descriptor(1, LAST - 3))
-    wire = frames(0, 50, LAST - 2)
-    line.feed(*wire[:2], *wire[2 + missing :])
-    assert line.counts.lost_frames == missing
-    assert line.counts.samples == 50 - 5 * missing
-    assert line.counts.doubled_frames == 0
-
-
-def test_unknown_frames_are_counted() -> None:
-    line = Line()
-    line.feed(encode(0x7F, 1, b"what may come"), *frames(0, 10, 2))
-    assert line.counts == Counts(samples=10)
-
-
-def test_frames_before_the_descriptor_are_ignored() -> None:
-    line = Line(*frames(500, 20, 90), descriptor(1, 94), *frames(520, 20, 95))
-    assert line.stretches == [(0, 520, 540)]
-    assert line.counts == Counts(samples=20)
-
-
-def test_reset_starts_an_epoch() -> None:
-    line = Line()
-    line.feed(*frames(0, 100, 1))
-    line.assembler.expect_descriptor()
-    line.feed(descriptor(2), *frames(0, 100, 1))
-    assert line.stretches == [(0, 0, 100), (1, 0, 100)]
-    assert line.counts == Counts(samples=200)
-
-
-def test_restart_with_the_same_boot_number_starts_an_epoch() -> None:
-    line = Line()
-    line.feed(*frames(0, 100, 1))
-    line.assembler.expect_descriptor()
-    line.feed(descriptor(1, 0), *frames(0, 100, 1))
-    assert [s[0] for s in line.stretches] == [0, 1]
-    assert line.counts == Counts(samples=200)
-
-
-def test_doubled_descriptor_starts_no_epoch() -> None:
-    line = Line()
-    line.feed(*frames(0, 100, 1), descriptor(1, 0), *frames(100, 10, 21))
-    assert line.counts == Counts(samples=110, doubled_frames=1)
-    assert line.assembler.epoch == 0
-
-
-def test_interruption_starts_a_new_epoch() -> None:
-    line = Line()
-    line.feed(*frames(0, 100, 1))
-    line.assembler.interrupted()
-    # What it had sent meanwhile is not known to be of this start before it has said so.
-    line.feed(*frames(150, 10, 31), descriptor(1, 33), *frames(170, 30, 34))
-    assert line.stretches == [(0, 0, 100), (1, 170, 200)]
-    assert line.counts == Counts(samples=130, lost_samples=70, lost_frames=12)
-
-
 def test_markers_have_unwrapped_sample_numbers() -> None:
     line = Line()
     line.feed(*frames(2**32 - 10, 10, 1))
     line.feed(encode(FrameType.MARKER, 3, protocol.marker_payload(2**32 + 4, "später")))
     (marker,) = line.out.markers
     assert (marker.sample, marker.text, marker.epoch) == (2**32 + 4, "später", 0)
-
-
-def test_stopped_frame_counts_losses_at_the_end() -> None:
-    line = Line()
-    wire = frames(0, 50, 1)
-    line.feed(*wire[:7])
-    assert line.feed(encode(FrameType.STOPPED, 11, protocol.stopped_payload(50, 0))).stopped
-    assert line.counts == Counts(samples=35, lost_samples=15, lost_frames=3)
-
-
-def test_later_frame_of_other_columns_is_counted() -> None:
-    line = Line()
-    payload = protocol.samples_payload(5, 0, np.zeros((5, 15), np.int16))
-    line.feed(*frames(0, 5, 1), encode(FrameType.SAMPLES, 2, payload), *frames(10, 5, 3))
-    assert line.counts == Counts(samples=10, lost_samples=5, malformed_frames=1)
 
 
 ESTIMATE = DeviceEstimate(Finger.THUMB, 1000, 59, 1058, 30.5, 22.0, 39.0, False, False, 4e-4, 0)
@@ -243,46 +258,32 @@ def predictions_of_frame(
 @pytest.mark.parametrize("flags", [{}, {"refused": True, "value": 0.0, "low": 0.0, "high": 0.0}])
 def test_estimate_is_passed_on_unchanged(flags: dict[str, float]) -> None:
     estimate = replace(ESTIMATE, **flags)  # type: ignore[arg-type]
-    assert predictions_of_frame(estimate_payload(estimate), FrameType.ESTIMATE) == (
-        [estimate],
-        Counts(70),
-    )
+    predictions, counts = predictions_of_frame(estimate_payload(estimate), FrameType.ESTIMATE)
+    assert (predictions, counts) == ([estimate], Counts(70))
+
+
+WRONG_ESTIMATES: tuple[dict[str, float], ...] = (
+    *({"value": 1e38, "high": 1e38}, {"value": -500.0, "low": -500.0}, {"value": math.nan}),
+    *({"high": math.inf}, {"low": 39.0, "high": 22.0}, {"low": 31.0}, {"high": 30.0}),
+    *({"contact": -1}, {"contact": 1059}, {"samples": 60}, {"decided": 1060 + MINUTE + 1}),
+    {"contact": 2**31 - 1, "decided": 2**31 - 1},
+)
+WRONG_CONTACTS = (-1, 1058), (1059, 1058), (2**31, 2**31 + 5), (0, 1060 + MINUTE + 1)
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    ("kind", "payload"),
     [
-        {"value": 1e38, "high": 1e38},
-        {"value": -500.0, "low": -500.0},
-        {"value": math.nan},
-        {"high": math.inf},
-        {"low": 39.0, "high": 22.0},
-        {"low": 31.0},
-        {"high": 30.0},
-        {"contact": -1},
-        {"contact": 1059},
-        {"samples": 60},
-        {"decided": 1060 + MINUTE + 1},
-        {"contact": 2**31 - 1, "decided": 2**31 - 1},
+        *(
+            (FrameType.ESTIMATE, estimate_payload(replace(ESTIMATE, **wrong)))  # type: ignore[arg-type]
+            for wrong in WRONG_ESTIMATES
+        ),
+        *((FrameType.CONTACT, contact_payload(Finger.INDEX, *w, True)) for w in WRONG_CONTACTS),
     ],
 )
-def test_invalid_estimate_is_counted_as_malformed(wrong: dict[str, float]) -> None:
-    payload = estimate_payload(replace(ESTIMATE, **wrong))  # type: ignore[arg-type]
-    assert predictions_of_frame(payload, FrameType.ESTIMATE) == (
-        [],
-        Counts(samples=70, malformed_frames=1),
-    )
-
-
-@pytest.mark.parametrize(
-    ("sample", "decided"), [(-1, 1058), (1059, 1058), (2**31, 2**31 + 5), (0, 1060 + MINUTE + 1)]
-)
-def test_contact_outside_the_samples_is_counted_as_malformed(sample: int, decided: int) -> None:
-    payload = contact_payload(Finger.INDEX, sample, decided, True)
-    assert predictions_of_frame(payload, FrameType.CONTACT) == (
-        [],
-        Counts(samples=70, malformed_frames=1),
-    )
+def test_invalid_prediction_is_counted_as_malformed(kind: FrameType, payload: bytes) -> None:
+    predictions, counts = predictions_of_frame(payload, kind)
+    assert (predictions, counts) == ([], Counts(70, malformed_frames=1))
 
 
 def test_contact_is_accepted_after_a_long_interruption() -> None:

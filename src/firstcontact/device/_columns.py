@@ -52,7 +52,7 @@ def select_signals(
     places = [k for k in matches if k is not None] if wanted else default
     if None in matches or not 1 <= len(set(places)) == len(places) <= 2:
         missing = next((w for w, k in zip(wanted, matches, strict=True) if k is None), None)
-        fault = f"no column {missing!r}" if missing else f"{len(places)} columns of signals"
+        fault = f"no signal {missing!r}" if missing else f"{len(places)} signals"
         raise InputError(
             f"{device} has {fault}: name one or two of {', '.join(names[:16])}, as in "
             f"{device}#{(*names, '1')[0]}"

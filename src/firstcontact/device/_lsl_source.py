@@ -274,8 +274,7 @@ def stream_channels(
     labels = distinct_names([t["label"] for t in metadata])
     kinds = {str(v) for v in VibrationSensor}
     signals = [k for k, t in enumerate(metadata) if t["type"].lower() in kinds]
-    signals = signals or (list(range(len(metadata))) if len(metadata) <= 2 else [])
-    places = select_signals(name, labels, names, signals)
+    places = select_signals(name, labels, names, signals or list(range(len(metadata))))
     return vibration_channels([{**metadata[k], "label": labels[k]} for k in places]), places
 
 

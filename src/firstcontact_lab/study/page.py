@@ -1,17 +1,21 @@
-"""Report of a study: its front, and a table of the paper's claims."""
+"""Report of a study: its outcome, a table of the paper's claims, and the front page."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import ByName, InputError
-from firstcontact.models import window_estimators
+from firstcontact.core import ByName, InputError, percent
+from firstcontact.models import ESTIMATORS, window_estimators
+from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import STUDY, Findings, State, StudyResults
 from firstcontact_lab.report.page import Page
 from firstcontact_lab.report.results import NOTHING, SubjectResults, read_results, subject_kind
 from firstcontact_lab.report.tables import (
+    ERROR_TOLERANCE,
+    SHARE_TOLERANCE,
+    UNITS,
     VERDICTS,
     Row,
     Table,
@@ -19,11 +23,14 @@ from firstcontact_lab.report.tables import (
 )
 from firstcontact_lab.study.part import Subjects
 from firstcontact_lab.study.parts import PARTS
-from firstcontact_lab.study.parts.blocks import BLOCKS
+from firstcontact_lab.study.parts.blocks import BLOCKS, LEVEL, RANDOM
+from firstcontact_lab.study.parts.blocks import PUBLISHED as ACCURACIES
 from firstcontact_lab.study.parts.contacts import CONTACT, is_learned
 from firstcontact_lab.study.parts.data import DATA, is_twin, kind
 from firstcontact_lab.study.parts.hardness import HARDNESS
+from firstcontact_lab.study.parts.in_force import IN_FORCE
 from firstcontact_lab.study.parts.objects import OBJECTS
+from firstcontact_lab.study.parts.objects import PUBLISHED as ERRORS
 
 
 def read_study(path: Path) -> StudyResults:
@@ -48,6 +55,67 @@ def claims(subjects: Subjects) -> Table:
     return claims_table(chosen, subjects)
 
 
+def outcome(subjects: Subjects) -> list[str]:
+    """Return sentences on the blocks, on what was not in the training, and on the time."""
+    blocks = _about("Accuracy on blocks (random 90/10)", subjects, _on_blocks)
+    objects = _about("Unseen objects, RMSE in Shore A", subjects, _on_objects)
+    left_out = _about("RMSE with one block level left out of training", subjects, _left_out)
+    at_second = "Pinches with an estimate ready when the second finger touches"
+    ready = _about(at_second, subjects, _ready)
+    return [text for text in (blocks, f"{objects} {left_out}".strip(), ready) if text]
+
+
+def _about(topic: str, subjects: Subjects, describe: Callable[[SubjectResults], str]) -> str:
+    """Return a sentence with the description of each subject that has one; or ""."""
+    texts = {title: text for title, results in subjects.items() if (text := describe(results))}
+    several = len(subjects) > 1
+    listed = "; ".join(f"{title.lower()} {t}" if several else t for title, t in texts.items())
+    return f"{topic}: {listed}." if listed else ""
+
+
+def _on_blocks(results: SubjectResults) -> str:
+    splits = {name: results[BLOCKS][name].split(RANDOM) for name in results[BLOCKS]}
+    shares = {n: s.accuracy for n in ACCURACIES if (s := splits.get(n)) and s.accuracy is not None}
+    worse = any(share < ACCURACIES[n] - SHARE_TOLERANCE for n, share in shares.items())
+    return _compared(shares, ACCURACIES, worse, percent)
+
+
+def _on_objects(results: SubjectResults) -> str:
+    errors = {n: results[OBJECTS][n].rmse for n in ERRORS if n in results[OBJECTS]}
+    worse = any(error > (1 + ERROR_TOLERANCE) * ERRORS[n] for n, error in errors.items())
+    return _compared(errors, ERRORS, worse, UNITS["one"])
+
+
+def _compared(
+    scores: Mapping[str, float],
+    published: Mapping[str, float],
+    worse: bool,
+    form: Callable[[float], str],
+) -> str:
+    listed = [
+        f"{names.estimator(name).title} {form(score)} against {form(published[name])}"
+        for name, score in scores.items()
+    ]
+    verdict = "worse than" if worse else "as good as"
+    return f"{verdict} published ({', '.join(listed)})" if listed else ""
+
+
+def _left_out(results: SubjectResults) -> str:
+    """Return the errors of the default estimator, of the peak amplitude and of the best one."""
+    splits = {name: scores.split(LEVEL) for name, scores in results[BLOCKS].items()}
+    errors = {name: s.rmse for name, s in splits.items() if s and s.rmse is not None}
+    if ESTIMATORS.default not in errors:
+        return ""
+    chosen = dict.fromkeys([ESTIMATORS.default, "peak", min(errors, key=lambda n: errors[n])])
+    one = UNITS["one"]
+    return ", ".join(f"{names.estimator(n).title} {one(errors[n])}" for n in chosen if n in errors)
+
+
+def _ready(results: SubjectResults) -> str:
+    scores = results[IN_FORCE]
+    return "" if scores is None else percent(scores.share)
+
+
 def subject_title(findings: Findings) -> str:
     """Return the title of a subject, with "(twin)" after it if its pinches are simulated."""
     return f"{findings.title} (twin)" if is_twin(findings.results) else findings.title
@@ -67,6 +135,7 @@ def study_page(state: State) -> Page:
         intro=_TWIN_INTRO if twin else _INTRO,
         badges=[data, *subjects, state.started, state.elapsed, f"seed {state.settings['seed']}"],
         warning=f"Quick study: {few}, briefly trained networks; do not quote its numbers",
+        outcome=outcome(by_title),
         claims=claims(by_title),
         claims_text=f"{_TWIN_CLAIMS if twin else _CLAIMS} {VERDICTS}",
         how=_how(state, subjects),

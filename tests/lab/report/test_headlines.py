@@ -8,12 +8,10 @@ from dataclasses import replace
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact_lab.report.bounded import (
-    Bounded,
-)
+from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.report.results import SubjectResults
 from firstcontact_lab.report.tables import Claim, Row
-from firstcontact_lab.study.page import claims, shared
+from firstcontact_lab.study.page import claims, outcome, shared
 from firstcontact_lab.study.part import Subject
 from firstcontact_lab.study.parts.blocks import block_table
 from firstcontact_lab.study.parts.data import DATA as DATA_FIELD
@@ -83,6 +81,30 @@ def test_the_verdict_on_detection_says_what_silence_would_score() -> None:
     assert "A: a detector that never fires: 97.6 %; b: a detector that never fires: 66.7 %" in both
     (unknown,) = verdicts(A=windows(0.91, 0, 0)).values()
     assert unknown == "reproduced"
+
+
+def test_the_outcome_is_stated_for_each_subject_and_topic() -> None:
+    def make(share: float, rmse: float) -> SubjectResults:
+        left_out = {"svm": 16.9, "peak": 9.5, "log_spectrum": 3.0}
+        blocks = {n: {"leave_one_shore_out": {"rmse": e, "n": 9}} for n, e in left_out.items()}
+        blocks["svm"]["random_90_10"] = {"accuracy": share, "n": 9}
+        return results(blocks=blocks, objects={"svm": {"rmse": rmse}}, in_force={"share": 0.95})
+
+    blocks, unseen, time = outcome({"A": make(0.98, 6.4)})
+    assert "as good as published (SVM 98.0 % against 97.2 %)" in blocks
+    assert "worse than published (SVM 6.4 against 4.2)" in unseen
+    assert "SVM 16.9, Peak amplitude 9.5, Log spectrum 3.0." in unseen
+    assert "95.0 %" in time
+    # Within the tolerance with which the row of this error is "reproduced".
+    both = outcome({"A": make(0.98, 6.4), "B": make(0.9, 4.5)})
+    assert "a as good as published (SVM 98.0 % against 97.2 %); b worse" in both[0]
+    assert "a worse than published (SVM 6.4 against 4.2); b as good" in both[1]
+
+
+def test_what_was_not_measured_has_no_sentence() -> None:
+    assert outcome({"A": results()}) == []
+    (ready,) = outcome({"A": results(in_force={"share": 0.5})})
+    assert "50.0 %" in ready
 
 
 DATA = {

@@ -85,7 +85,7 @@ def early_force(pinch: Pinch) -> float | None:
 
 
 def describe(subject: Subject) -> PartResult:
-    """Describe the data: counts, offsets, force before the second contact, timing of one pinch."""
+    """Describe the data: counts, offsets, and force before the second contact."""
     dataset = subject.dataset
     recorded, rate = dataset.recorded_rate, float(dataset.layout.rate)
     summary = DataSummary(

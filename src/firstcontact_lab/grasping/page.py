@@ -27,9 +27,7 @@ from firstcontact_lab.grasping.results import (
     Payload,
 )
 from firstcontact_lab.grasping.sentences import percent, policy_title, sentences
-from firstcontact_lab.report.bounded import (
-    bounded,
-)
+from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import Figure, State
 from firstcontact_lab.report.page import Page
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -244,13 +244,7 @@ RIGS_PER_FILE = 50
 
 
 def example_set(
-    folder: Path,
-    first: int,
-    rigs: int,
-    seed: int,
-    runner: Runner,
-    family: str = "",
-    again: int = 0,
+    folder: Path, first: int, rigs: int, seed: int, runner: Runner, family: str = "", again: int = 0
 ) -> Examples:
     """Return the examples of ``rigs`` rigs from number ``first`` on."""
     folder.mkdir(parents=True, exist_ok=True)

@@ -80,15 +80,7 @@ class TorchNetwork(nn.Module):
         attended = (share[..., None] * values).sum(2).reshape(n, -1)
         # Without levels the mean is zero, so that the bias of its layer has no effect.
         any_ = (present.sum(1, keepdim=True) > 0).float()
-        body = torch.cat(
-            [
-                h,
-                mean * any_,
-                attended,
-                general.clamp(-_FARTHEST, _FARTHEST),
-            ],
-            1,
-        )
+        body = torch.cat([h, mean * any_, attended, general.clamp(-_FARTHEST, _FARTHEST)], 1)
         for name in ("body1", "body2", "body3"):
             body = silu(layers[name](body))
         weight, centre, spread = layers["answer"](body).chunk(3, dim=1)

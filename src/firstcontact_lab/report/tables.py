@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from firstcontact.core import percent
-from firstcontact_lab.report.bounded import (
-    Bounded,
-)
+from firstcontact_lab.report.bounded import Bounded
 
 R = TypeVar("R")
 S = TypeVar("S")

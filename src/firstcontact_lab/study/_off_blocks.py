@@ -11,14 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
-from firstcontact.models import (
-    Ends,
-    LabelledWindows,
-    cluster_intervals,
-)
-from firstcontact_lab.report.bounded import (
-    Bounded,
-)
+from firstcontact.models import Ends, LabelledWindows, cluster_intervals
+from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.study._rig_sets import Use
 
 Values = NDArray[np.float64]

@@ -10,23 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, Record
-from firstcontact.models import (
-    Ends,
-    Touches,
-    bootstrap_interval,
-    resampled_sums,
-)
+from firstcontact.models import Ends, Touches, bootstrap_interval, resampled_sums
 from firstcontact.signal import samples_in
-from firstcontact.twin import (
-    BLOCKS,
-    CONDITIONS,
-    EVERYDAY_OBJECTS,
-    draw_offset,
-    draw_specimen,
-)
-from firstcontact_lab.report.bounded import (
-    Bounded,
-)
+from firstcontact.twin import BLOCKS, CONDITIONS, EVERYDAY_OBJECTS, draw_offset, draw_specimen
+from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.report.tables import Cell, format_cell
 from firstcontact_lab.rigs import (
     FAMILIES,

@@ -36,14 +36,7 @@ from firstcontact.twin import (
     generator,
     integrate_pinch,
 )
-from firstcontact_lab.rigs import (
-    RandomObject,
-    RandomRig,
-    Rng,
-    draw_block,
-    draw_object,
-    draw_rig,
-)
+from firstcontact_lab.rigs import RandomObject, RandomRig, Rng, draw_block, draw_object, draw_rig
 
 Values = NDArray[np.float64]
 #: Times of a closing, s: rest before the motor starts, free closing (range), and after the contact.

@@ -13,15 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import (
-    Contact,
-    Dataset,
-    InputError,
-    Record,
-    Runner,
-    counted,
-    percent,
-)
+from firstcontact.core import Contact, Dataset, InputError, Record, Runner, counted, percent
 from firstcontact.models import (
     CLUSTERS,
     ESTIMATORS,
@@ -36,9 +28,7 @@ from firstcontact.models import (
 from firstcontact.recording import check_rate, load_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import condition
-from firstcontact_lab.report.bounded import (
-    Bounded,
-)
+from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.names import competitor_title
 from firstcontact_lab.report.page import Page

@@ -10,13 +10,8 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS, PinchDecisions, make_detector
 from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Runner
-from firstcontact.models import (
-    Split,
-    by_session,
-)
-from firstcontact_lab.study.detection_scores import (
-    judge_pinches,
-)
+from firstcontact.models import Split, by_session
+from firstcontact_lab.study.detection_scores import judge_pinches
 from firstcontact_lab.study.scores import random_folds
 
 #: Number of folds: fewer than for an estimator, because a detector takes longer to train.

@@ -301,11 +301,7 @@ def right_and_not_early(
 
 
 def outcome(
-    contact: Contact | None,
-    truth: Contact,
-    rate: float,
-    early: float,
-    tolerance: float = TOLERANCE,
+    contact: Contact | None, truth: Contact, rate: float, early: float, tolerance: float = TOLERANCE
 ) -> str:
     """Return the outcome of a pinch: "success" or the kind of failure."""
     if contact is None:

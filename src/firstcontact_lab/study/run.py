@@ -9,13 +9,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 
-from firstcontact.core import (
-    FINGERTIP_RATE,
-    Dataset,
-    InputError,
-    Runner,
-    files_below,
-)
+from firstcontact.core import FINGERTIP_RATE, Dataset, InputError, Runner, files_below
 from firstcontact.recording import find_importer, import_path, load_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import simulate

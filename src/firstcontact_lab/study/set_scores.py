@@ -24,11 +24,7 @@ from firstcontact.signal import resample_dataset
 from firstcontact_lab.report.results import SubjectResults
 from firstcontact_lab.report.run import RESULTS
 from firstcontact_lab.study.detection import trigger_delays
-from firstcontact_lab.study.detection_scores import (
-    Delays,
-    judge_pinches,
-    quantiles,
-)
+from firstcontact_lab.study.detection_scores import Delays, judge_pinches, quantiles
 from firstcontact_lab.study.page import read_study
 from firstcontact_lab.study.parts.contacts import CONTACT
 from firstcontact_lab.study.parts.hardness import HARDNESS

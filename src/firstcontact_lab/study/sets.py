@@ -36,11 +36,7 @@ from firstcontact_lab.report.tables import (
     optional,
     row_table,
 )
-from firstcontact_lab.study.detection_scores import (
-    Delays,
-    DetectionScores,
-    score_detector,
-)
+from firstcontact_lab.study.detection_scores import Delays, DetectionScores, score_detector
 from firstcontact_lab.study.part import Part, Subjects
 from firstcontact_lab.study.parts.short_windows import SHOWN_MS
 from firstcontact_lab.study.set_scores import (

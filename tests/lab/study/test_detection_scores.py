@@ -9,20 +9,9 @@ import numpy as np
 import pytest
 
 from firstcontact.contact import PinchDecisions, ThresholdDetector, WindowDecisions
-from firstcontact.core import (
-    Contact,
-    Dataset,
-    Finger,
-    InputError,
-    Pinch,
-    fingertip_layout,
-    to_tree,
-)
+from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout, to_tree
 from firstcontact.signal import lookahead
-from firstcontact_lab.study.detection_scores import (
-    score_decisions,
-    score_detector,
-)
+from firstcontact_lab.study.detection_scores import score_decisions, score_detector
 
 LAYOUT = fingertip_layout()
 STEP = 15

@@ -8,9 +8,7 @@ import numpy as np
 from msgspec.structs import asdict
 
 from firstcontact.core import Contact, Dataset, Pinch, Record
-from firstcontact.models import (
-    DURATION,
-)
+from firstcontact.models import DURATION
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

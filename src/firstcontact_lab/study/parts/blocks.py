@@ -28,9 +28,7 @@ from firstcontact.models import (
     window_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import (
-    bounded,
-)
+from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import box_figure, canvas, uri

@@ -17,10 +17,7 @@ from firstcontact.contact import (
     untrained_name,
 )
 from firstcontact.core import INK, ByName, Dataset, Record, Runner, percent
-from firstcontact.models import (
-    Group,
-    Split,
-)
+from firstcontact.models import Group, Split
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -7,16 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import (
-    BLUE,
-    GREY,
-    INK,
-    RED,
-    ChannelKind,
-    Pinch,
-    Record,
-    percent,
-)
+from firstcontact.core import BLUE, GREY, INK, RED, ChannelKind, Pinch, Record, percent
 from firstcontact.models import DURATION, distinct_specimens
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

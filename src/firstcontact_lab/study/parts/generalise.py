@@ -6,11 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 
 from firstcontact.core import INK, Runner, missing_modules
-from firstcontact.models import (
-    ESTIMATORS,
-    Task,
-    window_estimators,
-)
+from firstcontact.models import ESTIMATORS, Task, window_estimators
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
@@ -29,10 +25,7 @@ from firstcontact_lab.study._comparison import (
 )
 from firstcontact_lab.study._off_blocks import OffBlocks
 from firstcontact_lab.study._rig_sets import Sizes
-from firstcontact_lab.study.detection_scores import (
-    TOLERANCE,
-    outcome,
-)
+from firstcontact_lab.study.detection_scores import TOLERANCE, outcome
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 
 #: Number of sets on which estimators that train slowly are scored. Their training is brief.

@@ -22,9 +22,7 @@ from firstcontact.models import (
     pretrained,
 )
 from firstcontact.signal import samples_in
-from firstcontact.twin import (
-    CONDITIONS,
-)
+from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table

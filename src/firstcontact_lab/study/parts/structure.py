@@ -27,9 +27,7 @@ from firstcontact.models import (
     fit_detector,
     train,
 )
-from firstcontact_lab.report.bounded import (
-    Bounded,
-)
+from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix
@@ -40,9 +38,7 @@ from firstcontact_lab.study._structures import (
     draw_objects,
     draw_structured,
 )
-from firstcontact_lab.study.detection_scores import (
-    outcome,
-)
+from firstcontact_lab.study.detection_scores import outcome
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 
 Values = NDArray[np.float64]

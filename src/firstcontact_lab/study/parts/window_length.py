@@ -18,9 +18,7 @@ from firstcontact.models import (
     regression_scores,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import (
-    bounded,
-)
+from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri

@@ -42,10 +42,10 @@ def _recording() -> Recording:
         return read_recording(Path(folder) / "knocks.mcap")
 
 
-def _message(rng: Random, requests: float = 0.3) -> bytes:
+def _message(rng: Random) -> bytes:
     """Return an action of the page, or a request, sometimes with a damaged field."""
     tree: dict[str, object]
-    if rng.random() < requests:
+    if rng.random() < 0.3:
         tree = {
             "ask": rng.choice(("signal", "signal", "signal", "finish")),
             "number": 1, "recording": rng.choice((0, 0, 0, 1)), "stretch": rng.choice((0, 0, 0, 1)),
@@ -113,16 +113,3 @@ def journal(rng: Random, folder: Path) -> None:
     with closing(again):
         assert damaged.strip(bytes(1)) or not damaged, "zeros are taken for a new journal"
         assert again.marks.done == finished[: len(again.marks.done)], "an action that was not done"
-
-
-def write_journal(rng: Random, recording: Path, folder: Path) -> None:
-    """Write a recording, and a damaged journal of its labelling into a new folder."""
-    _write(recording)
-    folder.mkdir()
-    lines = [
-        json.dumps({"labelling": [recording.name], "found": rng.choice((4, 4, 0, 3))}).encode()
-    ]
-    for _ in range(rng.randrange(1, 6)):
-        lines.append(_message(rng, 0.0))
-    raw = b"\n".join(lines) + rng.choice((b"\n", b"\n", b""))
-    (folder / "labels.jsonl").write_bytes(mutate.raw(rng, raw) if rng.random() < 0.2 else raw)

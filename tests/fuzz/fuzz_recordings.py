@@ -6,10 +6,9 @@ import io
 import json
 import struct
 import zlib
-from dataclasses import dataclass
 from functools import cache
 from random import Random
-from typing import Any
+from typing import Any, NamedTuple
 
 import fuzz_mutate as mutate
 import lz4.frame
@@ -24,8 +23,7 @@ TOPICS = ("/header", "/samples", "/pinch", "/marker")
 _PREFIX = struct.Struct("<4sQIHxxI")
 
 
-@dataclass(frozen=True)
-class RawMessage:
+class RawMessage(NamedTuple):
     """Message of a recording."""
 
     topic: str
@@ -42,11 +40,6 @@ def messages(recording: bytes) -> list[RawMessage]:
     ]
 
 
-def damaged(rng: Random, recording: bytes) -> bytes:
-    """Return the recording with damaged bytes."""
-    return mutate.raw(rng, recording)
-
-
 def rewritten(rng: Random, messages: list[RawMessage]) -> bytes:
     """Write changed messages by one of three writers, with valid checksums."""
     messages = list(messages)
@@ -59,12 +52,8 @@ def rewritten(rng: Random, messages: list[RawMessage]) -> bytes:
 def _change(rng: Random, messages: list[RawMessage]) -> None:
     if not messages:
         return
-    of_interest = [i for i, t in enumerate(messages) if t.topic != "/samples"]
-    i = (
-        rng.choice(of_interest)
-        if of_interest and rng.random() < 0.7
-        else rng.randrange(len(messages))
-    )
+    others = [i for i, t in enumerate(messages) if t.topic != "/samples"]
+    i = rng.choice(others) if others and rng.random() < 0.7 else rng.randrange(len(messages))
     kind = rng.randrange(12)
     if kind <= 6:
         messages[i] = _changed(rng, messages[i])
@@ -76,12 +65,10 @@ def _change(rng: Random, messages: list[RawMessage]) -> None:
         j = rng.randrange(len(messages))
         messages[i], messages[j] = messages[j], messages[i]
     elif kind == 10:
-        messages[i] = RawMessage(
-            rng.choice((*TOPICS, "/other", "")), messages[i].data, messages[i].time
-        )
+        messages[i] = messages[i]._replace(topic=rng.choice((*TOPICS, "/other", "")))
     else:
         time = rng.choice((0, 2**63, 2**64 - 1, messages[i].time // 2))
-        messages[i] = RawMessage(messages[i].topic, messages[i].data, time)
+        messages[i] = messages[i]._replace(time=time)
 
 
 def _changed(rng: Random, message: RawMessage) -> RawMessage:
@@ -91,7 +78,7 @@ def _changed(rng: Random, message: RawMessage) -> RawMessage:
             data = mutate.tree(rng, json.loads(message.data))
         except (ValueError, RecursionError):  # it was changed before
             data = mutate.raw(rng, message.data)
-    return RawMessage(message.topic, data, message.time)
+    return message._replace(data=data)
 
 
 def _samples(rng: Random, data: bytes) -> bytes | None:
@@ -149,11 +136,10 @@ def _by_hand(rng: Random, messages: list[RawMessage]) -> bytes:
     if rng.random() < 0.8:
         records.append(Schema(data=b"{}", encoding="jsonschema", id=1, name="any"))
         for topic, number in numbers.items():
-            displayed = (
-                topic if rng.random() < 0.97 else rng.choice((*TOPICS, mutate.text(rng)[:999]))
-            )
-            displayed = displayed.encode(errors="replace").decode()
-            records.append(Channel(number, displayed, "json", {}, 1))
+            if rng.random() < 0.03:
+                topic = rng.choice((*TOPICS, mutate.text(rng)[:999]))
+            name = topic.encode(errors="replace").decode()
+            records.append(Channel(number, name, "json", {}, 1))
     for k, message in enumerate(messages):
         number = numbers.get(message.topic, 77)
         time = message.time % 2**64
@@ -179,23 +165,11 @@ def _chunk(rng: Random, data: bytes) -> bytes:
         at = rng.randrange(len(data) - 8)
         number = rng.choice((0, 2**31, 2**63, 2**64 - 1))
         data = data[:at] + struct.pack("<Q", number) + data[at + 8 :]
-    packed = {"": data, "lz4": lz4.frame.compress(data), "zstd": _zstd(data)}[kind]
+    packed = {"": data, "lz4": lz4.frame.compress(data), "zstd": zstandard.compress(data)}[kind]
     if rng.random() < 0.02:
         kind = rng.choice(("lz4", "zstd", "", "brotli"))
-    return _packed(
-        Chunk(
-            compression=kind,
-            data=packed,
-            message_end_time=0,
-            message_start_time=rng.choice((0, 2**64 - 1)),
-            uncompressed_crc=zlib.crc32(data) if rng.random() < 0.97 else 0,
-            uncompressed_size=size,
-        )
-    )
-
-
-def _zstd(data: bytes) -> bytes:
-    return zstandard.ZstdCompressor().compress(data)
+    crc = zlib.crc32(data) if rng.random() < 0.97 else 0
+    return _packed(Chunk(kind, packed, 0, rng.choice((0, 2**64 - 1)), crc, size))
 
 
 @cache

@@ -192,10 +192,8 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
     from firstcontact.models import Model, Rig, RigPredictor, pretrained
 
     rng = np.random.default_rng(3)
-    tokens, general = (
-        rng.standard_normal((len(Rig.STAGES), 3, Rig.TOKEN)),
-        rng.standard_normal(Rig.GENERAL),
-    )
+    tokens = rng.standard_normal((len(Rig.STAGES), 3, Rig.TOKEN))
+    general = rng.standard_normal(Rig.GENERAL)
     rig = Rig(0.4, 1.0, None, None, tokens, general)
     model = pretrained().conditioned_on({Rig.ANY: rig, 0: rig})
     detector = load_detector(seeds.models[0])

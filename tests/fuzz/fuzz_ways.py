@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from collections.abc import Callable
@@ -61,7 +62,7 @@ def _recording(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     raw, predictions = _read_messages(original)
     path = folder / "damaged.mcap"
     if rng.random() < 0.45:
-        path.write_bytes(fuzz_recordings.damaged(rng, raw))
+        path.write_bytes(mutate.raw(rng, raw))
         if original == seeds.recordings[0]:
             case.calls.append(lambda: _none_is_wrong(path, seeds))
     else:
@@ -142,8 +143,6 @@ def _text(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     path = folder / kind
     out = str(folder / "out")
     if kind == "calibration":
-        import json
-
         path.write_bytes(mutate.tree(rng, json.loads(seeds.calibration.read_text())))
         if rng.random() < 0.6:
             words = ["live", "--device", str(seeds.recordings[0]), "--speed", "inf"]
@@ -217,14 +216,6 @@ def _wire(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     case.calls.append(lambda: kind(rng, folder))
 
 
-def _journal(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    """Continue the journal of a label page."""
-    fuzz_label.write_journal(rng, folder / "a.mcap", folder / "out")
-    case.commands.append(
-        ["label", str(folder / "a.mcap"), "--finish", "--out", str(folder / "out")]
-    )
-
-
 #: What comes over wires and from pages.
 WIRE = (
     fuzz_wire.descriptor, fuzz_wire.frames, fuzz_wire.frames, fuzz_wire.requests,
@@ -240,5 +231,4 @@ WAYS: dict[str, tuple[int, Maker]] = {
     "text": (6, _text),
     "path": (4, _path),
     "wire": (12, _wire),
-    "journal": (4, _journal),
 }

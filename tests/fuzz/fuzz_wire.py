@@ -127,32 +127,20 @@ def requests(rng: Random, _: Path) -> None:
         protocol.decode(frame[:-1])
 
 
-def _estimate(rng: Random, contact: int, labelled_contacts: int) -> bytes:
+def _estimate(rng: Random, contact: int, decided: int) -> bytes:
     numbers = [rng.choice((0.0, 30.5, 100.0, rng.uniform(0, 100)))] * 3
     numbers = [max(numbers[0] - 9, 0.0), *numbers[1:2], min(numbers[0] + 9, 100.0)]
     low, value, high = numbers
     wild = (1e38, -500.0, math.nan, math.inf, -0.0, 100.5, value)
     if rng.random() < 0.4:
         low, value, high = rng.choice(((high, value, low), (low, rng.choice(wild), high)))
-    finger, samples = (
-        rng.choice(list(Finger)),
-        rng.choice((0, 59, labelled_contacts - contact, 65535)),
-    )
+    finger, samples = rng.choice(list(Finger)), rng.choice((0, 59, decided - contact, 65535))
     refused, strange = rng.random() < 0.2, rng.random() < 0.2
-    predictions = DeviceEstimate(
-        finger,
-        contact,
-        max(samples, 0) % 65536,
-        labelled_contacts,
-        value,
-        low,
-        high,
-        refused,
-        strange,
-        4e-4,
-        0,
-    )
-    return estimate_payload(predictions)
+    estimate = DeviceEstimate(
+        finger, contact, max(samples, 0) % 65536, decided, value, low, high, refused, strange,
+        4e-4, 0,
+    )  # fmt: skip
+    return estimate_payload(estimate)
 
 
 def answers(rng: Random, _: Path) -> None:
@@ -168,14 +156,11 @@ def answers(rng: Random, _: Path) -> None:
     at = rng.choice((0, 5000, 2**31, 2**32 - 3000))
     for _ in range(rng.randrange(1, 40)):
         far = rng.choice((0, 0, 0, 1, -1, 5000, -5000, 10**6, 2**31))
-        contact, labelled_contacts = (
-            at - rng.randrange(3, 60) + far,
-            at + rng.choice((0, 0, 0, far)),
-        )
-        payload = _estimate(rng, contact, labelled_contacts)
+        contact, decided = at - rng.randrange(3, 60) + far, at + rng.choice((0, 0, 0, far))
+        payload = _estimate(rng, contact, decided)
         if rng.random() < 0.4:
-            first = rng.random() < 0.7
-            payload = contact_payload(rng.choice(list(Finger)), contact, labelled_contacts, first)
+            finger, is_first = rng.choice(list(Finger)), rng.random() < 0.7
+            payload = contact_payload(finger, contact, decided, is_first)
         kind = FrameType.ESTIMATE
         if len(payload) == 10:
             kind = rng.choice((FrameType.CONTACT, FrameType.CONTACT, FrameType.WITHDRAWN))
@@ -187,17 +172,11 @@ def answers(rng: Random, _: Path) -> None:
     wire = [protocol.encode(int(kind), k, payload) for k, (kind, payload) in enumerate(sent)]
     for k in range(0, len(wire), 20):
         made = assembler.feed(b"".join(wire[k : k + 20]))
-        for predictions in made.predictions:
-            contact = (
-                predictions.sample
-                if isinstance(predictions, DeviceContact)
-                else predictions.contact
-            )
-            assert 0 <= contact <= predictions.decided, "a contact that is not in the samples"
-            if isinstance(predictions, DeviceEstimate):
-                assert 0 <= predictions.low <= predictions.value <= predictions.high <= 100, (
-                    "no Shore A"
-                )
+        for event in made.predictions:
+            contact = event.sample if isinstance(event, DeviceContact) else event.contact
+            assert 0 <= contact <= event.decided, "a contact that is not in the samples"
+            if isinstance(event, DeviceEstimate):
+                assert 0 <= event.low <= event.value <= event.high <= 100, "no Shore A"
         blocks = made.blocks or [Block(np.zeros((1, CHANNELS), np.int16), at, assembler.epoch)]
         events = gathered.update(made.predictions, blocks[-1], 0.0)
         update = Update(events=tuple(events), health=Health(connected=True))

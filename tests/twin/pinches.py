@@ -22,8 +22,15 @@ from firstcontact.twin import (
     draw_specimen,
     simulate_pinch,
 )
-from firstcontact.twin._mechanics import FINGER_STATES, OUTPUTS, STATES, Piece, integrate_all
-from firstcontact.twin._parameters import FingerParameters, ObjectParameters
+from firstcontact.twin._mechanics import (
+    FINGER_STATES,
+    OUTPUTS,
+    STATES,
+    FingerParameters,
+    ObjectParameters,
+    Piece,
+    integrate_all,
+)
 
 PAPER_RIG, EVERYDAY = CONDITIONS["paper-rig"], CONDITIONS["everyday"]
 

@@ -21,8 +21,16 @@ from firstcontact.core import (
     TAXELS,
 )
 from firstcontact.twin import SlipParameters
-from firstcontact.twin._mechanics import DRIVE_SPEED, FINGER_STATES, INDENTATION, STATES, Piece
-from firstcontact.twin._parameters import FingerParameters, ObjectParameters, VelostatParameters
+from firstcontact.twin._mechanics import (
+    DRIVE_SPEED,
+    FINGER_STATES,
+    INDENTATION,
+    STATES,
+    FingerParameters,
+    ObjectParameters,
+    Piece,
+    VelostatParameters,
+)
 from firstcontact.twin._slip_sound import PLACES
 
 #: Distance below which a finger is about to touch, m.

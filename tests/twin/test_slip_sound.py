@@ -16,7 +16,7 @@ from firstcontact.twin import (
     draw_pinch,
     draw_specimen,
 )
-from firstcontact.twin._parameters import FingerParameters
+from firstcontact.twin._mechanics import FingerParameters
 from firstcontact.twin._slip_sound import SlipSound
 
 FINGERS = (FingerParameters(), FingerParameters())

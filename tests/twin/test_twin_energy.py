@@ -13,8 +13,7 @@ from firstcontact.twin import (
     INDENTATION,
     contact_stiffness,
 )
-from firstcontact.twin._mechanics import FINGER_STATES
-from firstcontact.twin._parameters import FingerParameters, ObjectParameters
+from firstcontact.twin._mechanics import FINGER_STATES, FingerParameters, ObjectParameters
 
 STEP = 5e-6
 

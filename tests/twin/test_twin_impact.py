@@ -8,8 +8,13 @@ from numpy.typing import NDArray
 from pinches import integrated
 
 from firstcontact.core import contact_modulus, hertz_stiffness
-from firstcontact.twin._mechanics import CONTACT_FORCE, FINGER_STATES, STATES
-from firstcontact.twin._parameters import FingerParameters, ObjectParameters
+from firstcontact.twin._mechanics import (
+    CONTACT_FORCE,
+    FINGER_STATES,
+    STATES,
+    FingerParameters,
+    ObjectParameters,
+)
 
 NEVER = 1e9
 #: Nothing but the skin: no drive, and nothing that ties it to the board.

@@ -23,9 +23,8 @@ from firstcontact.twin import (
 )
 from firstcontact.twin import _run as run_module
 from firstcontact.twin._drive import Drive
-from firstcontact.twin._mechanics import Piece, integrate_all
+from firstcontact.twin._mechanics import FingerParameters, Piece, integrate_all
 from firstcontact.twin._noise import RUBBING
-from firstcontact.twin._parameters import FingerParameters
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import DeviceFilter
 from firstcontact.twin._slip_sound import PLACES

@@ -31,8 +31,8 @@ from firstcontact.twin import _sensor as sensor
 from firstcontact.twin import _simulate as sets
 from firstcontact.twin import _stream as stream
 from firstcontact.twin._draw import Spread
+from firstcontact.twin._mechanics import FingerParameters, ObjectParameters
 from firstcontact.twin._noise import MotorNoise
-from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
 PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"
 NOMINAL: dict[str, dict[str, float]] = {

@@ -19,6 +19,10 @@ from ._household import find_object as find_object
 from ._household import household_named as household_named
 from ._mechanics import BUFFER as BUFFER
 from ._mechanics import INDENTATION as INDENTATION
+from ._mechanics import OPTIMISTIC as OPTIMISTIC
+from ._mechanics import FingerParameters as FingerParameters
+from ._mechanics import ObjectParameters as ObjectParameters
+from ._mechanics import VelostatParameters as VelostatParameters
 from ._mechanics import contact_stiffness as contact_stiffness
 from ._noise import MotorNoise as MotorNoise
 from ._noise import read_noise as read_noise
@@ -28,10 +32,6 @@ from ._objects import EVERYDAY_OBJECTS as EVERYDAY_OBJECTS
 from ._objects import TwinObject as TwinObject
 from ._objects import block as block
 from ._outcome import Lift as Lift
-from ._parameters import OPTIMISTIC as OPTIMISTIC
-from ._parameters import FingerParameters as FingerParameters
-from ._parameters import ObjectParameters as ObjectParameters
-from ._parameters import VelostatParameters as VelostatParameters
 from ._pinch import PinchJob as PinchJob
 from ._pinch import excerpt as excerpt
 from ._pinch import integrate_pinch as integrate_pinch

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import TAXELS, InputError
-from firstcontact.twin._noise import MotorNoise, RecordedNoise
-from firstcontact.twin._objects import TwinObject
-from firstcontact.twin._parameters import (
+from firstcontact.twin._mechanics import (
     FingerParameters,
     ObjectParameters,
     Timing,
     VelostatParameters,
 )
+from firstcontact.twin._noise import MotorNoise, RecordedNoise
+from firstcontact.twin._objects import TwinObject
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ class Drive:
     """Limits and latency of a drive. Sources are in ``docs/reference/twin-parameters.md``.
 
     A drive is a speed loop that follows a reference speed. A stalled drive pushes with
-    :attr:`firstcontact.twin._parameters.FingerParameters.speed_gain` times the commanded speed, up
+    :attr:`firstcontact.twin._mechanics.FingerParameters.speed_gain` times the commanded speed, up
     to the commanded force. So a slow command is also gentle, and a command to stop releases the
     object.
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from firstcontact.core import InputError, Role, gent_modulus
 from firstcontact.twin._draw import Condition, draw_specimen, generator
+from firstcontact.twin._mechanics import ObjectParameters
 from firstcontact.twin._objects import OBJECTS, Fragility, TwinObject
-from firstcontact.twin._parameters import ObjectParameters
 
 #: Entry in place of a source if the number is an estimate.
 ESTIMATE = "estimate"

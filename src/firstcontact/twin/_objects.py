@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firstcontact.core import Role, gent_modulus
-from firstcontact.twin._parameters import ObjectParameters
+from firstcontact.twin._mechanics import ObjectParameters
 
 #: Coefficients of friction: silicone on silicone, and silicone on the skin of fruit.
 FRICTION = 0.7

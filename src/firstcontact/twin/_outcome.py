@@ -78,7 +78,9 @@ SMOOTHED = 0.010
 STEADY = 15.0
 #: Distance of slip from which an object counts as dropped, m.
 DROPPED = 0.010
-_kernels = kernels()
+#: Function that simulates the slip of the object under friction: of contact forces, shares of the
+#: weight that hang, mass, friction, time step, last distance and speed, and an array for the next.
+slide = kernels().slide
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,19 +120,6 @@ class GraspOutcome:
     def is_held(self) -> bool:
         """Return True if both fingers hold an object that is neither dropped nor broken."""
         return self.second_contact is not None and not (self.dropped or self.broken)
-
-
-def slide(
-    forces: NDArray[np.float64],
-    hanging: NDArray[np.float64],
-    mass: float,
-    friction: float,
-    dt: float,
-    slid: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
-    """Simulate the slip of the object under friction for the next samples."""
-    _kernels.slide(forces, hanging, mass, friction, dt, slid, out)
 
 
 def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:

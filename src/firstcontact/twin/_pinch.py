@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from firstcontact.core import FINGERTIP_RATE, TAXELS, Finger, Label, Pinch, fingertip_layout
 from firstcontact.twin._draw import PinchDraw
 from firstcontact.twin._drive import Positions
-from firstcontact.twin._mechanics import BUFFER
-from firstcontact.twin._noise import MotorNoise
-from firstcontact.twin._parameters import (
+from firstcontact.twin._mechanics import (
+    BUFFER,
     FingerParameters,
     ObjectParameters,
     Timing,
     VelostatParameters,
 )
+from firstcontact.twin._noise import MotorNoise
 from firstcontact.twin._run import SUBSTEPS, PinchRun, whole_motions
 from firstcontact.twin._sensor import (
     PinchFingertips,

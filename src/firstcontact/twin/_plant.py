@@ -19,10 +19,16 @@ from firstcontact.core import (
 )
 from firstcontact.twin._draw import PinchDraw
 from firstcontact.twin._drive import Drive
-from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
+from firstcontact.twin._mechanics import (
+    BUFFER,
+    CONTACT_FORCE,
+    FACE,
+    INDENTATION,
+    OUTPUTS,
+    VelostatParameters,
+)
 from firstcontact.twin._objects import TwinObject
 from firstcontact.twin._outcome import DROPPED, GraspOutcome, Lift, slide, stable_since
-from firstcontact.twin._parameters import VelostatParameters
 from firstcontact.twin._pinch import BURN_IN
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import (

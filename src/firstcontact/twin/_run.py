@@ -19,13 +19,14 @@ from firstcontact.twin._mechanics import (
     FINGER_STATES,
     OUTPUTS,
     STATES,
+    ObjectParameters,
     Piece,
+    Timing,
     contact_stiffness,
     integrate_all,
 )
 from firstcontact.twin._noise import PhalanxNoise
 from firstcontact.twin._objects import CRUSHED
-from firstcontact.twin._parameters import ObjectParameters, Timing
 
 #: Steps per sampling interval after the first contact, half as many before. A step is 20 us;
 #: halving it moves the piezo's waveform by less than 0.1 %.

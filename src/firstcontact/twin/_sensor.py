@@ -26,9 +26,8 @@ from firstcontact.core import (
     kernels,
 )
 from firstcontact.twin._draw import PinchDraw
-from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, INDENTATION
+from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, INDENTATION, VelostatParameters
 from firstcontact.twin._noise import pickup
-from firstcontact.twin._parameters import VelostatParameters
 
 _kernels = kernels()
 

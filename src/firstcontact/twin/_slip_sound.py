@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import GRAVITY, kernels
-from firstcontact.twin._parameters import FingerParameters
+from firstcontact.twin._mechanics import FingerParameters
 
 #: Number of drawn friction values along the path of each patch. They repeat after that.
 PLACES = 64

@@ -19,10 +19,9 @@ from firstcontact.twin._household import (
     draw_household_specimen,
     find_object,
 )
-from firstcontact.twin._mechanics import CONTACT_FORCE, INDENTATION, OUTPUTS
+from firstcontact.twin._mechanics import CONTACT_FORCE, INDENTATION, OUTPUTS, FingerParameters
 from firstcontact.twin._objects import TwinObject
 from firstcontact.twin._outcome import DROPPED, Lift, slide
-from firstcontact.twin._parameters import FingerParameters
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import SCAN, StreamFingertips, strip_contacts
 from firstcontact.twin._simulate import PlannedPinch, planned_pinch

@@ -9,7 +9,8 @@
 #include "fc_cobs.h"
 #include "fc_crc32.h"
 
-/* Type of a samples frame; bytes before its samples, and of its CRC; longest frame without zeros. */
+/* Type of a samples frame; bytes before its samples, and of its CRC; longest frame without
+   zeros. */
 enum { SAMPLES = 0x02, HEAD = 14, CRC = 4, LONGEST = 16384 };
 
 /* State of a stream, and size of a sample, bytes. */

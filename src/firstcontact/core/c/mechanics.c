@@ -40,7 +40,8 @@ typedef struct {
 typedef struct {
     fc_pinch *pinch; /* NULL if these lanes are idle */
     int64_t sample;
-    int32_t first, touching, tries; /* finger that touches first; finger that touches after this step */
+    /* finger that touches first; finger that touches after this step */
+    int32_t first, touching, tries;
     bool waits; /* the step ends at a contact */
     int64_t step, steps;
     double t, end, stop, begin, interval, per_step, per_noise, loudness;

@@ -68,6 +68,7 @@ def declared(shape: str) -> bytes:
         {"piezo": b"\x93NUMPY"},
         {"piezo": b"\x93NUMPY\7\0"},
         {"piezo": npy(np.array([{"a": 1}], dtype=object))},
+        {"piezo": npy(np.zeros((100_000, 60, 1), "S0")).replace(b"S1", b"S0")},
     ],
     ids=str,
 )
@@ -94,6 +95,16 @@ def test_archive_larger_than_memory_is_refused(tmp_path: Path, check_refused: Ch
     path = npz(tmp_path / "x.npz", zipfile.ZIP_DEFLATED, piezo=zeros)
     assert path.stat().st_size < 200_000
     check_refused(path, "declares", "64 MiB")
+
+
+def test_second_member_of_a_name_is_not_unpacked(tmp_path: Path) -> None:
+    path = npz(tmp_path / "x.npz")
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        small = archive.filelist.pop(0)
+        archive.writestr("piezo", npy(np.zeros((3, 10_000_000, 1), np.float32)))
+        archive.filelist.append(small)  # the directory names it last
+    dataset = import_path(path, tmp_path / "out")
+    assert np.array_equal(dataset.pinches[1].vibration(), PIEZO[1])
 
 
 def test_unused_members_are_not_unpacked(tmp_path: Path) -> None:

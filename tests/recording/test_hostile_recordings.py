@@ -19,7 +19,7 @@ from mcap.records import Chunk
 from firstcontact.core import Block, Contact, Finger, InputError, Label, fingertip_layout
 from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, read_recording
 from firstcontact.recording._chunk_file import MAGIC, ChunkFile
-from firstcontact.recording._chunks import find_chunks
+from firstcontact.recording._chunks import find_chunks, unpack_chunk
 from firstcontact.recording._messages import block_message
 
 LAYOUT = fingertip_layout()
@@ -176,6 +176,24 @@ def test_decompression_bomb_is_skipped(
     path = write_recording(tmp_path / "a.mcap")
     path.write_bytes(path.read_bytes() + _chunk(kind, bombs[kind], declared, 1))
     assert "not closed" in " ".join(read_recording(path).skipped)
+
+
+def test_damaged_bombs_are_unpacked_up_to_the_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_recording(tmp_path / "a.mcap")
+    bomb = _chunk("zstd", zstandard.compress(bytes(20 << 20)), 20 << 20, 1)
+    path.write_bytes(path.read_bytes() + 10 * bomb)
+    sizes = []
+
+    def unpack(body: bytes, most: int) -> tuple[Chunk, int]:
+        chunk, size = unpack_chunk(body, most)
+        sizes.append(size)
+        return chunk, size
+
+    monkeypatch.setattr("firstcontact.recording._chunks.unpack_chunk", unpack)
+    read_recording(path)
+    assert 0 < sum(sizes) < 100 << 20
 
 
 def _chunk(kind: str, data: bytes, size: int, crc: int) -> bytes:

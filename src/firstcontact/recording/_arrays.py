@@ -60,9 +60,12 @@ def import_npz(path: Path, rate: float | None = None) -> Dataset:
         check_unpacked(path, sum(members[name].file_size for name in names))
         for name in names:
             with library_errors(f"{path}: '{name}'", "a plain array", remedy):
-                arrays[name] = archive[name]
+                # By its full name: a second member "piezo" beside "piezo.npy" may be of any size.
+                arrays[name] = archive[members[name].filename]
                 if not isinstance(arrays[name], np.ndarray):
                     raise ValueError("it is not in NumPy's format")
+                if arrays[name].size > members[name].file_size:  # its items have no bytes
+                    raise ValueError("its values are empty")
                 if arrays[name].dtype.kind == "U":
                     arrays[name].tolist()  # raises an error for invalid characters
     return from_arrays(path, arrays, sorted(set(members) - set(names)))

@@ -108,7 +108,12 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
         if start < end:
             continue
         try:
-            inside, unpacked = unpack_chunk(view[start + _FRAME.size : stop], left)
+            chunk, unpacked = unpack_chunk(view[start + _FRAME.size : stop], left)
+            left -= unpacked  # also if the chunk is damaged: each attempt takes time
+            # The library treats 0 as "not checked".
+            if zlib.crc32(chunk.data) != chunk.uncompressed_crc:
+                raise ValueError("the checksum is wrong")
+            inside = list(breakup_chunk(chunk))
         except (McapError, ValueError, RuntimeError, OverflowError, struct.error) as error:
             patience -= stop - start
             if patience < 0:
@@ -117,7 +122,6 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
                     "too long: choose another recording"
                 ) from error
             continue
-        left -= unpacked
         if not _is_framed(view, end, start):
             damage.append(_describe(end, start))
         records += inside
@@ -127,10 +131,10 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
     return records, damage
 
 
-def unpack_chunk(body: bytes, most: int) -> tuple[list[McapRecord], int]:
-    """Return the records of a chunk, and the number of bytes that were decompressed.
+def unpack_chunk(body: bytes, most: int) -> tuple[Chunk, int]:
+    """Return a chunk without compression, and the number of bytes that were decompressed.
 
-    An error says that the checksum, form or size is wrong. ``most`` limits the decompressed bytes.
+    An error says that the form or size is wrong. ``most`` limits the decompressed bytes.
     """
     chunk = Chunk.read(ReadDataStream(BytesIO(body)))
     unpacked = 0
@@ -140,10 +144,7 @@ def unpack_chunk(body: bytes, most: int) -> tuple[list[McapRecord], int]:
         chunk.data = _decompressed(chunk)
         chunk.compression = ""
         unpacked = len(chunk.data)
-    # The library treats 0 as "not checked".
-    if zlib.crc32(chunk.data) != chunk.uncompressed_crc:
-        raise ValueError("the checksum is wrong")
-    return list(breakup_chunk(chunk)), unpacked
+    return chunk, unpacked
 
 
 def _decompressed(chunk: Chunk) -> bytes:

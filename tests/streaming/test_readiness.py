@@ -6,6 +6,7 @@ import gc
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 from firstcontact.streaming._session import real_time_process
 
@@ -17,12 +18,18 @@ def settings_now() -> tuple[float, bool, int, int]:
 def test_all_settings_are_as_before_when_it_ends() -> None:
     gc.unfreeze()  # the tests' own frozen objects would not be frozen again
     previous = settings_now()
-    with real_time_process(real_time=True) as hurry:
+    granted: list[str] = []
+    with real_time_process(real_time=True, notify=granted.append) as hurry:
         hurry(True)
+        has_priority = os.sched_getscheduler(0) != previous[3]
+        locked = "VmLck:\t       0 kB" not in Path("/proc/self/status").read_text("ascii")
+        words = ["granted" if x else "not granted" for x in (has_priority, locked)]
+        assert granted == [f"system: real-time scheduling {words[0]}, locked memory {words[1]}"]
         assert not gc.isenabled()
         assert sys.getswitchinterval() < previous[0]
         assert gc.get_freeze_count() > 0
     assert settings_now() == previous
+    assert "VmLck:\t       0 kB" in Path("/proc/self/status").read_text("ascii")
 
 
 def test_a_collector_that_was_off_stays_off() -> None:

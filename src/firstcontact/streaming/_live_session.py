@@ -66,7 +66,7 @@ def live_session(
     slip: str | None = None,
     recordings: Path = Path(),
     shape: str = "",
-    notify: Callable[[str], None] = _log.info,
+    notify: Callable[[str], None] = lambda line: None,
 ) -> Iterator[LiveSession]:
     """Open a live session in a context manager, which releases the hand at the end.
 
@@ -89,7 +89,8 @@ def live_session(
     recordings
         Folder for recordings that a viewer starts.
     notify
-        Function that gets remarks on the model that predicts and on the rate.
+        Function that gets remarks on the model that predicts, on the rate, and on what the system
+        granted. They are logged, too.
 
     Raises
     ------
@@ -97,6 +98,10 @@ def live_session(
         The detector or model does not fit the source, the hand cannot be used, or it fails.
     """
     from threadpoolctl import threadpool_limits
+
+    def remark(line: str) -> None:
+        _log.info(line)
+        notify(line)
 
     if real_time is None:
         real_time = source.speed == 1.0
@@ -120,9 +125,9 @@ def live_session(
             used = model if is_given or device is None or model.folder is not None else None
             predictor = None if used is None else live_predictor(used, estimator)
             detector = detector if used is None else used.own_detector
-            for remark in _remarks(source, used, predictor, estimator, is_given=is_given):
-                notify(remark)
-            source = _at_rate(source, detector, predictor, notify)
+            for line in _remarks(source, used, predictor, estimator, is_given=is_given):
+                remark(line)
+            source = _at_rate(source, detector, predictor, remark)
             layout = source.descriptor.layout
             pipeline = Pipeline(
                 layout,
@@ -161,6 +166,7 @@ def live_session(
                 calibration=floors,
                 shape=shape,
                 model=used,
+                notify=remark,
             )
     except HandError as error:  # also when it is released
         raise InputError(str(error), parameter="hand") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import itertools
 import logging
@@ -41,6 +42,8 @@ EARLY = 0.0004
 #: Longest time for which another Python thread may delay the session's thread, s. Python's default
 #: of 5 ms is a third of a window.
 SWITCH = 1e-4
+#: Flag of ``mlockall`` for the memory that a process has now.
+MCL_CURRENT = 1
 
 _log = logging.getLogger("firstcontact.streaming")
 
@@ -51,6 +54,7 @@ class LiveSession:
     ``grasping`` gets each event before any output does. ``recordings`` and ``calibration`` are the
     folder and the calibration of recordings that a viewer starts. ``shape`` is that of all objects,
     "flat" or a radius in mm, until a viewer sets another one. ``model`` is the model that predicts.
+    ``notify`` gets a line that says what the system granted to a session in real time.
     """
 
     def __init__(
@@ -63,6 +67,7 @@ class LiveSession:
         calibration: Calibration | None = None,
         shape: str = "",
         model: Model | None = None,
+        notify: Callable[[str], None] = _log.info,
     ) -> None:
         self.source = source
         self.pipeline = pipeline
@@ -70,6 +75,7 @@ class LiveSession:
         self.grasping = grasping
         self.fanout = Fanout((), source.descriptor)
         self.pinches = 0
+        self._notify = notify
         self._shape = shape
         self._folder = recordings
         self._calibration = calibration
@@ -127,7 +133,8 @@ class LiveSession:
         self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
         self._given = 0
         try:
-            with real_time_process(real_time=self.pipeline.real_time) as hurry:
+            real_time = self.pipeline.real_time
+            with real_time_process(real_time=real_time, notify=self._notify) as hurry:
                 yield from self._follow(hurry, together, until, pinches, stopped)
             self._act(self.pipeline.finish())
             if self._hand_predictions is not None:
@@ -379,7 +386,9 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
 
 
 @contextmanager
-def real_time_process(*, real_time: bool) -> Iterator[Callable[[bool], None]]:
+def real_time_process(
+    *, real_time: bool, notify: Callable[[str], None] = _log.info
+) -> Iterator[Callable[[bool], None]]:
     """Keep this process fast, and yield a function that pauses the garbage collector if True."""
     if not real_time:
         yield lambda is_urgent: None
@@ -394,9 +403,14 @@ def real_time_process(*, real_time: bool) -> Iterator[Callable[[bool], None]]:
     sys.setswitchinterval(min(SWITCH, interval))
     gc.collect()
     gc.freeze()
+    unlock_memory = _lock_memory()
+    words = ["not granted" if x is None else "granted" for x in (scheduling, unlock_memory)]
+    notify(f"system: real-time scheduling {words[0]}, locked memory {words[1]}")
     try:
         yield hurry
     finally:
+        if unlock_memory is not None:
+            unlock_memory()
         if scheduling is not None:
             policy, priority = scheduling
             try:
@@ -418,4 +432,14 @@ def _raise_priority() -> tuple[int, os.sched_param] | None:
         # Threads and processes that this one starts are scheduled as usual.
         os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(1))
         return former
+    return None
+
+
+def _lock_memory() -> Callable[[], object] | None:
+    """Keep the memory of this process out of swap. Return the function that ends that, or None."""
+    with suppress(OSError, AttributeError):  # a system without these functions
+        system = ctypes.CDLL(None)
+        if system.mlockall(MCL_CURRENT) == 0:
+            unlock_memory: Callable[[], object] = system.munlockall
+            return unlock_memory
     return None

@@ -96,26 +96,6 @@ def test_a_token_is_in_no_log(tmp_path: Path, arguments: list[str]) -> None:
     assert "--token" in text
 
 
-def test_memory_that_runs_out_is_stated(tmp_path: Path) -> None:
-    body = "import resource; resource.setrlimit(resource.RLIMIT_AS, (2**30, 2**30)); b'x' * 2**31"
-    process = run(body, tmp_path)
-    assert process.returncode == 70
-    assert "memory ran out" in process.stderr
-    assert only_log(tmp_path / "logs").exists()
-
-
-def test_a_disk_that_is_full_is_the_users(tmp_path: Path) -> None:
-    body = (
-        "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (9, 9)); "
-        "temporary.write_text('more than there is room for')"
-    )
-    process = run(body, tmp_path)
-    assert process.returncode == 2
-    assert "make room" in process.stderr
-    assert [p.name for p in tmp_path.iterdir()] == ["logs"]
-    assert not list((tmp_path / "logs").iterdir())
-
-
 @dataclass(frozen=True)
 class Raising:
     """Verb that raises an error while it writes."""

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.cli.main import main
 from firstcontact.core import Dataset, Label, Pinch, fingertip_layout
 from firstcontact.recording import EXPORTERS, Header, write_dataset
 from firstcontact.recording._dataset import pause_between
@@ -50,16 +49,3 @@ def test_on_a_full_disk_it_ends_with_one_sentence(tmp_path: Path, recordings: Pa
     assert "cannot be written (" in process.stderr
     assert "File too large" in process.stderr
     assert list(out.parent.iterdir()) == []
-
-
-@pytest.mark.parametrize("to", FORMATS)
-def test_a_second_one_is_refused_and_the_first_stays(
-    tmp_path: Path, recordings: Path, to: str, capsys: pytest.CaptureFixture[str]
-):
-    out = tmp_path / "x"
-    command = ["export", str(recordings), "--to", to, "--out", str(out)]
-    assert main(command) == 0
-    original = out.read_bytes()
-    assert main(command) == 2
-    assert "exists: choose another --out" in capsys.readouterr().err
-    assert out.read_bytes() == original

@@ -11,9 +11,6 @@ from tqdm import tqdm
 
 from firstcontact.cli.logs import logged
 from firstcontact.cli.main import main
-from firstcontact.core import fingertip_layout
-from firstcontact.device import Recorder
-from firstcontact.recording import Header
 
 LOG = logging.getLogger("firstcontact.somewhere")
 
@@ -46,16 +43,6 @@ def test_a_warning_beside_a_progress_bar_gets_a_separate_line(
     (line,) = (part for part in written if "careful" in part)
     assert re.fullmatch(r"\S+Z firstcontact.somewhere: careful", line)
     assert any("3/3" in part for part in written)
-
-
-def test_a_recording_that_begins_and_ends_is_on_the_log(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    with caplog.at_level(logging.INFO), Recorder() as recorder:
-        recorder.start(tmp_path / "a.mcap", Header(fingertip_layout(), "synthetic"))
-    log = caplog.text
-    assert "recording into" in log
-    assert "ended with 0 samples" in log
 
 
 def test_a_verb_says_what_it_does_where_that_is_wanted(

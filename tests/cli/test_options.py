@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, get_args
 
 import pytest
 
-from firstcontact.cli import Option, choice, main
+from firstcontact.cli import Option, choice
 from firstcontact.cli.options import parse_options, verb_arguments
 from firstcontact.cli.verbs import configuration, verb_places
 from firstcontact.core import InputError
@@ -98,16 +98,6 @@ def test_the_help_lists_options_in_groups(
         assert line in text.splitlines()
     for part in ("{soft,hard}", "{left,right}", "(default: 15)", "100 % new.", "Gently."):
         assert part in text
-
-
-@pytest.mark.parametrize("words", [["simulate"], ["simulate", "--out", "x", "--sed", "3"]])
-def test_the_command_refuses_in_one_line(
-    words: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main.main(words) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
 
 
 @pytest.mark.parametrize("verb", verb_places())

@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.cli.main import main
-from firstcontact.cli.output import Output, outputs
+from firstcontact.cli.output import Output
 from firstcontact.core import ESCAPE_ERRORS, Block, Label, fingertip_layout, one_line, sanitize
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
@@ -171,10 +171,3 @@ def test_what_could_not_be_kept_is_no_success(hostile: Path) -> None:
         )
     assert process.returncode == 2
     assert b"standard output: No space left on device" in process.stderr
-
-
-def test_the_streams_are_as_they_were_afterwards() -> None:
-    previous = sys.stdin, sys.stdout, sys.stderr
-    with outputs():
-        assert isinstance(sys.stdout, Output)
-    assert (sys.stdin, sys.stdout, sys.stderr) == previous

@@ -1,8 +1,5 @@
 from __future__ import annotations
 
-import resource
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +8,6 @@ import pytest
 from firstcontact.cli.main import main
 from firstcontact.twin import _simulate as simulate
 from firstcontact.twin._simulate import PlannedSession
-
-COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "simulate", "--out"]
 
 
 def test_simulate_writes_recordings_and_says_so(
@@ -53,13 +48,6 @@ def test_a_folder_in_use_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert main(["simulate", "--out", str(tmp_path)]) == 2
     assert "not an empty folder" in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["mine"]
-
-
-@pytest.mark.slow
-def test_the_paper_size_set_stays_below_2_gb(tmp_path: Path) -> None:
-    subprocess.run([*COMMAND, str(tmp_path / "set")], check=True, capture_output=True)
-    kilobytes = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    assert kilobytes < 2e6
 
 
 def test_an_interrupt_leaves_nothing(

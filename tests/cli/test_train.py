@@ -166,17 +166,6 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
     assert output.count("  interval at level 0.8 held the truth in ") == 2  # seen, unseen objects
 
 
-def test_without_enough_for_it_there_is_no_interval(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    data = recordings(tmp_path / "p", ("a", "b"))
-    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
-    assert "no interval: 2 known sessions are too few" in capsys.readouterr().out
-    window = load_model(tmp_path / "m").windows[0]
-    assert window.interval is None
-    assert "too few" in window.record.calibration["none"]
-
-
 def test_several_windows_make_a_model_each_beside_one_detector(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

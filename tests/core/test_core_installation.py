@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shlex
 import subprocess
 import sys
@@ -84,12 +83,6 @@ def test_install_command_names_the_origin_of_a_copy(
     assert install_words(tmp_path, origin)[-2:] == ["install", f"{place}[plot]"]
 
 
-def test_docs_install_only_from_a_path() -> None:
-    pages = [PROJECT.parent / "README.md", *PROJECT.parent.glob("docs/**/*.md")]
-    for path in (*pages, *PROJECT.parent.glob("src/**/*.py")):
-        assert not re.search(r"install \W*firstcontact", path.read_text(encoding="utf-8")), path
-
-
 BLOCKED = """
 import sys
 sys.modules["firstcontact.core._compiled"] = None
@@ -166,16 +159,3 @@ def test_a_network_leaves_no_file_in_a_fresh_home(
         check=True,
     )
     assert [path for path in home.rglob("*") if not path.is_dir()] == []
-
-
-def test_only_one_place_imports_onnx_runtime() -> None:
-    importers = [
-        str(path.relative_to(PROJECT.parent))
-        for folder in ("src", "tests", "docs", "examples", "benchmarks", "firmware")
-        for path in (PROJECT.parent / folder).rglob("*.py")
-        if any(
-            line.split()[:2] in (["import", "onnxruntime"], ["from", "onnxruntime"])
-            for line in path.read_text(encoding="utf-8").splitlines()
-        )
-    ]
-    assert importers == ["src/firstcontact/core/_installation.py"]

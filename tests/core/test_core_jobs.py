@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import signal
 import subprocess
@@ -82,26 +81,6 @@ def _pause(still: bool) -> bool:
     if still:
         signal.pause()
     return still
-
-
-def test_jobs_use_the_configured_joblib_backend() -> None:
-    """Users who configure a backend of joblib expect that all code with joblib uses it."""
-    with joblib.parallel_config("threading"), parallel(2) as runner:
-        assert set(runner.map(_pid, range(4))) == {os.getpid()}
-
-
-def test_idle_or_growing_worker_is_not_replaced() -> None:
-    """Replacing a worker would cause a warning that interrupts the progress bar."""
-    with parallel(2) as runner:
-        # Loky would replace a worker that grows by 300 MB, or is idle for some minutes.
-        assert set(runner.map(_largest_growth, range(4))) == {math.inf}
-        assert runner._parallel._backend._workers._timeout > 86_400  # type: ignore[attr-defined]
-
-
-def _largest_growth(_: int) -> float:
-    from joblib.externals.loky import process_executor
-
-    return float(process_executor._MAX_MEMORY_LEAK_SIZE)
 
 
 def _pid(_: int) -> int:

@@ -8,8 +8,8 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -20,29 +20,19 @@ GUIDE = ROOT / "CONTRIBUTING.md"
 HANDS = ROOT / "docs" / "how-to" / "drive-a-hand.md"
 
 
-@dataclass(frozen=True)
-class Entry:
-    """New entry of the package.
-
-    Parameters
-    ----------
-    page, heading
-        Page and heading of the example that is the entry's file.
-    file
-        Path of that file in the package.
-    registry, anchor, line
-        File of the registry, text before which the line goes, and the line; "" for none.
-    command, words
-        Command that must use the entry, and words that it must print.
-    """
+class Entry(NamedTuple):
+    """New entry of the package: an example, what registers it, and a command that uses it."""
 
     page: Path
     heading: str
+    #: File of the package that holds the example's code.
     file: str
+    #: Registry, text before which the line goes, and the line; "" for none.
     registry: str
     anchor: str
     line: str
     command: str
+    #: Words that the command must print.
     words: str
 
 
@@ -65,7 +55,7 @@ ENTRIES = {
         "models/_registry.py",
         '"train_mean": ',
         '"loudness": "firstcontact.models._loudness:Loudness",',
-        "train pinches --out loudness --{estimator} loudness --task regression",
+        "train pinches --out loudness --estimator loudness --task regression",
         "loudness (regression)",
     ),
     "policy": Entry(
@@ -142,13 +132,32 @@ def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """Copy of the package, with what is compiled."""
+    return Path(shutil.copytree(Path(fc.__file__).parent, tmp_path / "src" / "firstcontact"))
+
+
+def run(package: Path, command: str, work: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command of a copy of the package."""
+    recording = next((work / "pinches").glob("*.mcap"))
+    words = command.format(recording=recording, folder=package.parents[1]).split()
+    process = subprocess.run(
+        [sys.executable, "-m", "firstcontact.cli.main", *words],
+        cwd=work,
+        env={**os.environ, "PYTHONPATH": str(package.parent)},
+        capture_output=True,
+        text=True,
+    )
+    assert process.returncode == 0, process.stderr
+    return process
+
+
 @pytest.mark.parametrize("kind", ENTRIES)
 def test_a_new_entry_is_one_file_and_at_most_one_line(
-    kind: str, work: Path, tmp_path: Path
+    kind: str, work: Path, package: Path, tmp_path: Path
 ) -> None:
     entry = ENTRIES[kind]
-    package = tmp_path / "src" / "firstcontact"
-    shutil.copytree(Path(fc.__file__).parent, package)  # with what is compiled
     file = package / entry.file
     assert not file.exists()
     file.write_text(example(entry.page, entry.heading), encoding="utf-8")
@@ -157,25 +166,12 @@ def test_a_new_entry_is_one_file_and_at_most_one_line(
         text = registry.read_text(encoding="utf-8")
         assert text.count(entry.anchor) == 1
         registry.write_text(text.replace(entry.anchor, f"{entry.line}\n        {entry.anchor}"))
-    recording = next((work / "pinches").glob("*.mcap"))
-    words = entry.command.format(
-        recording=recording, folder=tmp_path, estimator=_option_of_estimators()
-    )
     shutil.copy(work / "given.json", tmp_path)
-    process = subprocess.run(
-        [sys.executable, "-m", "firstcontact.cli.main", *words.split()],
-        cwd=work,
-        env={**os.environ, "PYTHONPATH": str(package.parent)},
-        capture_output=True,
-        text=True,
-    )
-    assert process.returncode == 0, process.stderr
+    process = run(package, entry.command, work)
     assert entry.words in process.stdout + process.stderr
 
 
-def test_a_field_on_the_page_takes_three_files(work: Path, tmp_path: Path) -> None:
-    package = tmp_path / "src" / "firstcontact"
-    shutil.copytree(Path(fc.__file__).parent, package)  # with what is compiled
+def test_a_field_on_the_page_takes_three_files(work: Path, package: Path) -> None:
     text = GUIDE.read_text(encoding="utf-8").partition("## A field on the page\n")[2]
     recipe = text.partition("\n## ")[0].replace("\\|", "|")
     steps = re.findall(r"^\| `(.+?)` \| `(.+)` \| `(.+)` \|$", recipe, re.MULTILINE)
@@ -186,22 +182,7 @@ def test_a_field_on_the_page_takes_three_files(work: Path, tmp_path: Path) -> No
         assert lines.count(original) == 1, (name, original)
         lines.insert(lines.index(original) + 1, line)
         file.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    recording = next((work / "pinches").glob("*.mcap"))
-    command = f"live --device {recording} --model general --speed inf --json"
-    process = subprocess.run(
-        [sys.executable, "-m", "firstcontact.cli.main", *command.split()],
-        cwd=work,
-        env={**os.environ, "PYTHONPATH": str(package.parent)},
-        capture_output=True,
-        text=True,
-    )
-    assert process.returncode == 0, process.stderr
+    process = run(package, "live --device {recording} --model general --speed inf --json", work)
     pinches = [p for p in map(json.loads, process.stdout.splitlines()) if p["type"] == "pinch"]
     assert pinches
     assert [p["samples"] for p in pinches] == [p["end"] - p["start"] for p in pinches]
-
-
-def _option_of_estimators() -> str:
-    from firstcontact.cli.verbs.train import Train
-
-    return "estimator" if "estimator" in Train.__dataclass_fields__ else "model"

@@ -1,7 +1,8 @@
-"""An installed plug-in extends every command. Its broken entries affect nothing else."""
+"""Each kind of entry of an installed plug-in works in the commands, and passes its checks."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -11,34 +12,18 @@ from firstcontact.recording import load_dataset
 
 CHECKS = """
 import sys
-from firstcontact.device._opening import SOURCES
-from firstcontact.grasp import HANDS, POLICIES
-from firstcontact.testing import check_hand, check_policy, check_source
-check_policy(POLICIES["halfway"])
-check_hand(HANDS["diary"])
-check_source(SOURCES["tape"], "tape:" + sys.argv[1])
+from firstcontact import plugins as p
+p.check_policy(p.POLICIES["halfway"])
+p.check_hand(p.HANDS["diary"])
+p.check_source(p.SOURCES["tape"], "tape:" + sys.argv[1])
+p.check_detector(p.DETECTORS["energy"])
+p.check_estimator(p.ESTIMATORS["loudness"])
 """
 
 
 @pytest.fixture(scope="session")
 def recording(pinches: Path) -> Path:
     return sorted(pinches.rglob("*.mcap"))[0]
-
-
-@pytest.mark.parametrize(
-    ("verb", "words"),
-    [
-        ("live", ["halfway", "diary", "tape:", "broken"]),
-        ("train", ["loudness", "energy"]),
-        ("export", ["toy"]),
-    ],
-)
-def test_help_lists_them_unseen(verb: str, words: list[str], environment: dict[str, str]) -> None:
-    process = firstcontact(environment, verb, "--help")
-    assert process.returncode == 0, process.stderr
-    for word in words:
-        assert word in process.stdout
-    assert process.stderr == ""
 
 
 def test_live_drives_the_hand_with_the_policy_from_the_source(
@@ -66,22 +51,17 @@ def test_what_is_exported_comes_back(
     assert len(load_dataset(back)) == len(load_dataset(recording))
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("live", "--device", "broken:1"),
-        ("export", "RECORDING", "--to", "broken", "--out", "x"),
-    ],
-)
-def test_what_is_broken_is_refused_with_its_reason(
-    arguments: tuple[str, ...], environment: dict[str, str], recording: Path, tmp_path: Path
+def test_a_kept_model_is_evaluated_and_live(
+    model: Path, pinches: Path, environment: dict[str, str]
 ) -> None:
-    predictions = [str(recording) if word == "RECORDING" else word for word in arguments]
-    process = firstcontact({**environment, "XDG_CACHE_HOME": str(tmp_path)}, *predictions)
-    assert process.returncode == 2, process.stderr
-    text = process.stderr.splitlines()[-1]
-    assert text.startswith("firstcontact: the plug-in 'broken'")
-    assert "ImportError: libtoy is missing" in text
+    process = firstcontact(environment, "evaluate", model, pinches, "--contacts", "detected")
+    assert process.returncode == 0, process.stderr
+    assert "contacts detected (energy;" in process.stdout
+    recording = sorted(pinches.rglob("*.mcap"))[0]
+    device = ("--device", recording, "--speed", "inf", "--model", model, "--json")
+    process = firstcontact(environment, "live", *device)
+    assert process.returncode == 0, process.stderr
+    assert any(json.loads(line).get("value") is not None for line in process.stdout.splitlines())
 
 
 def test_an_outsider_can_run_the_conformance_suites(

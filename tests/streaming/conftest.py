@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from page_feed import DESCRIPTOR, LANDMARKS, Requests
 
 from firstcontact.contact import Detector, SvmDetector, detect
 from firstcontact.core import Dataset, Label, Pinch
@@ -20,6 +21,7 @@ from firstcontact.models import (
     pretrained,
 )
 from firstcontact.signal import contact_windows
+from firstcontact.streaming import PageSink
 from firstcontact.twin import (
     BLOCKS,
     CONDITIONS,
@@ -88,6 +90,20 @@ def anytime(training: Dataset, detector: Detector) -> InContextModel:
     contacts = [next(iter(detect(detector, p)), None) for p in training.pinches]
     touches, rows = Touches.cut(training, contacts)
     return pretrained().conditioned_on({Rig.ANY: Rig.fit(touches, training.shore_a[rows])})
+
+
+@pytest.fixture
+def requests() -> Requests:
+    return Requests()
+
+
+@pytest.fixture
+def page(requests: Requests) -> Iterator[PageSink]:
+    """Page on a free port, whose controls are ``requests``."""
+    sink = PageSink(port=0, controls=requests, landmarks=LANDMARKS)
+    sink.open(DESCRIPTOR)
+    yield sink
+    sink.close()
 
 
 @pytest.fixture(scope="session")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Health, RecorderStatus
@@ -17,9 +18,11 @@ from firstcontact.streaming import (
     Estimate,
     Event,
     NoEstimate,
+    PageSink,
     PinchDone,
     Update,
 )
+from page_browser import PATIENCE
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate
@@ -216,3 +219,14 @@ class Requests:
 
     def new_object(self) -> None:
         self.calls.append("new")
+
+
+def port(sink: PageSink) -> int:
+    """Return the TCP port of a page."""
+    return int(sink.url.split(":")[2].split("/")[0])
+
+
+def view(sink: PageSink) -> ClientConnection:
+    """Connect a viewer to a page."""
+    address = f"ws://127.0.0.1:{port(sink)}/socket"
+    return connect(address, open_timeout=PATIENCE, close_timeout=0.5, compression=None)

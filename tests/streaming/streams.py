@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import threading
 
 import numpy as np
 
 from firstcontact.contact import Detector, detect
 from firstcontact.core import Block, Contact, Dataset, Pinch
+from firstcontact.device import Descriptor
 from firstcontact.models import WindowPredictor
 from firstcontact.signal import contact_windows
 from firstcontact.streaming import (
@@ -18,9 +20,44 @@ from firstcontact.streaming import (
     NoEstimate,
     PinchDone,
     Pipeline,
+    Update,
 )
 
 Facts = tuple[object, ...]
+#: Longest wait for a thread, s: only a failing test ever waits so long.
+LONG = 60.0
+
+
+class Keeper:
+    """Sink that stores its updates, and waits for ``go_on`` before each."""
+
+    every = 0.02
+
+    def __init__(self, name: str = "keeper", go_on: threading.Event | None = None) -> None:
+        self.name = name
+        self.updates: list[Update] = []
+        self.order: list[str] = []
+        self.taking = threading.Event()
+        self.closed = threading.Event()
+        self._go_on = go_on
+
+    def open(self, descriptor: Descriptor) -> None:
+        self.order.append("open")
+
+    def take(self, update: Update) -> None:
+        self.taking.set()
+        if self._go_on is not None:
+            self._go_on.wait(LONG)
+        self.updates.append(update)
+
+    def close(self) -> None:
+        self.order.append("close")
+        self.closed.set()
+
+    @property
+    def pinches(self) -> list[PinchDone]:
+        """Pinches of all updates."""
+        return [e for u in self.updates for e in u.events if isinstance(e, PinchDone)]
 
 
 class Close(tuple[float, ...]):

@@ -4,37 +4,14 @@ from __future__ import annotations
 
 import threading
 
+from streams import LONG, Keeper
+
 from firstcontact.core import fingertip_layout
 from firstcontact.device import Descriptor
 from firstcontact.streaming import Update
 from firstcontact.streaming._outputs import WAITING, Fanout
 
 DESCRIPTOR = Descriptor(fingertip_layout())
-#: Longest wait for a thread, s: only a failing test ever waits so long.
-LONG = 60.0
-
-
-class Keeper:
-    """Sink that stores its updates, and waits for permission before each."""
-
-    def __init__(self, name: str, go_on: threading.Event | None = None) -> None:
-        self.name = name
-        self.got: list[Update] = []
-        self.order: list[str] = []
-        self.taking = threading.Event()
-        self._go_on = go_on
-
-    def open(self, descriptor: Descriptor) -> None:
-        self.order.append("open")
-
-    def take(self, update: Update) -> None:
-        self.taking.set()
-        if self._go_on is not None:
-            self._go_on.wait(LONG)
-        self.got.append(update)
-
-    def close(self) -> None:
-        self.order.append("close")
 
 
 class Raiser(Keeper):
@@ -55,7 +32,7 @@ def test_every_sink_gets_every_update_in_order() -> None:
         fanout.put(update)
     fanout.close(LONG)
     for sink in sinks:
-        assert sink.got == sent
+        assert sink.updates == sent
         assert sink.order == ["open", "close"]
     assert fanout.dropped == {"a": 0, "b": 0}
 
@@ -73,9 +50,9 @@ def test_a_stuck_sink_loses_the_oldest_and_nobody_else_anything() -> None:
     go_on.set()
     fanout.close(LONG)
     assert dropped == len(sent) - 1 - WAITING
-    assert stuck.got == [sent[0], *sent[-WAITING:]]
+    assert stuck.updates == [sent[0], *sent[-WAITING:]]
     # What the quick one got depends on its thread; what it lost is counted.
-    assert len(quick.got) + fanout.dropped["quick"] == len(sent)
+    assert len(quick.updates) + fanout.dropped["quick"] == len(sent)
 
 
 def test_a_raising_sink_is_told_and_left_out() -> None:
@@ -85,8 +62,8 @@ def test_a_raising_sink_is_told_and_left_out() -> None:
     for update in sent:
         fanout.put(update)
     fanout.close(LONG)
-    assert other.got == sent
-    assert len(raiser.got) == 1
+    assert other.updates == sent
+    assert len(raiser.updates) == 1
     assert raiser.order == ["open", "close"]
     assert fanout.failed == {"raiser": "RuntimeError: a viewer's fault"}
     assert fanout.dropped["raiser"] == len(sent) - 1
@@ -120,7 +97,7 @@ def test_who_is_patient_loses_nothing() -> None:
     go_on.set()
     feeding.join(LONG)
     fanout.close()
-    assert slow.got == sent
+    assert slow.updates == sent
     assert fanout.dropped == {"slow": 0}
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from page_feed import DESCRIPTOR, Requests
+from page_feed import DESCRIPTOR, Requests, view
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
@@ -20,24 +19,6 @@ from page_browser import PATIENCE
 from processes import until
 
 MARK = '{"do": "mark", "text": "apple"}'
-
-
-@pytest.fixture
-def requests() -> Requests:
-    return Requests()
-
-
-@pytest.fixture
-def page(requests: Requests) -> Iterator[PageSink]:
-    sink = PageSink(port=0, controls=requests)
-    sink.open(DESCRIPTOR)
-    yield sink
-    sink.close()
-
-
-def view(page: PageSink) -> ClientConnection:
-    address = page.url.replace("http", "ws") + "socket"
-    return connect(address, open_timeout=PATIENCE, close_timeout=0.5, compression=None)
 
 
 def answer(viewer: ClientConnection) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import socket
 from collections.abc import Iterator
 
 import pytest
-from page_feed import DESCRIPTOR
+from page_feed import DESCRIPTOR, port
 
 from firstcontact.core import InputError
 from firstcontact.streaming import PageSink
@@ -17,23 +17,11 @@ TOKEN = "a-token-of-enough-length"
 
 
 @pytest.fixture
-def page() -> Iterator[PageSink]:
-    sink = PageSink(port=0)
-    sink.open(DESCRIPTOR)
-    yield sink
-    sink.close()
-
-
-@pytest.fixture
 def guarded() -> Iterator[PageSink]:
     sink = PageSink(port=0, token=TOKEN)
     sink.open(DESCRIPTOR)
     yield sink
     sink.close()
-
-
-def port(sink: PageSink) -> int:
-    return int(sink.url.split(":")[2].split("/")[0])
 
 
 def test_files_are_served_and_locked_down(page: PageSink) -> None:

@@ -6,16 +6,16 @@ import json
 import socket
 import threading
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from http import HTTPStatus
 from typing import Any
 
 import numpy as np
 import pytest
-from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
+from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests, port, view
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 
 from firstcontact.device._protocol import MARKER_BYTES
 from firstcontact.streaming import PageSink, Update
@@ -24,27 +24,6 @@ from page_browser import PATIENCE, UPGRADE
 HEAD = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())
 #: Asks for the socket.
 OPENING = f"GET /socket HTTP/1.1\r\nHost: localhost\r\n{HEAD}\r\n".encode()
-
-
-@pytest.fixture
-def requests() -> Requests:
-    return Requests()
-
-
-@pytest.fixture
-def page(requests: Requests) -> Iterator[PageSink]:
-    sink = PageSink(port=0, controls=requests, landmarks=LANDMARKS)
-    sink.open(DESCRIPTOR)
-    yield sink
-    sink.close()
-
-
-def port(sink: PageSink) -> int:
-    return int(sink.url.split(":")[2].split("/")[0])
-
-
-def view(sink: PageSink) -> ClientConnection:
-    return connect(f"ws://127.0.0.1:{port(sink)}/socket", open_timeout=PATIENCE, compression=None)
 
 
 def merged(viewer: ClientConnection, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:

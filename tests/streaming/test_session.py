@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from streams import offline
+from streams import Keeper, offline
 
 from firstcontact.contact import Detector
 from firstcontact.core import (
@@ -23,14 +23,13 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.device import Descriptor, ReplaySource
+from firstcontact.device import ReplaySource
 from firstcontact.models import InContextModel, WindowPredictor
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.streaming import (
     AnytimePredictor,
     Event,
     LiveSession,
-    PinchDone,
     Pipeline,
     Update,
     WindowLadder,
@@ -41,28 +40,17 @@ LAYOUT = fingertip_layout()
 SECONDS = 12
 
 
-class Keeper:
-    """Sink that stores all updates."""
+class Actor:
+    """Stand-in for a hand's policy that does nothing."""
 
-    name = "keeper"
-    every = 0.02
+    def on_event(self, event: Event) -> None:
+        """Ignore the call."""
 
-    def __init__(self) -> None:
-        self.updates: list[Update] = []
-        self.closed = threading.Event()
+    def on_samples(self, block: Block, host: float) -> None:
+        """Ignore the call."""
 
-    def open(self, descriptor: Descriptor) -> None:
-        assert descriptor.layout == LAYOUT
-
-    def take(self, update: Update) -> None:
-        self.updates.append(update)
-
-    def close(self) -> None:
-        self.closed.set()
-
-    @property
-    def pinches(self) -> list[PinchDone]:
-        return [e for u in self.updates for e in u.events if isinstance(e, PinchDone)]
+    def after_block(self, block: Block) -> Sequence[Event]:
+        return ()
 
 
 @pytest.fixture(scope="module")
@@ -167,15 +155,9 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
 ) -> None:
     order: list[str] = []
 
-    class Failing:
+    class Failing(Actor):
         def on_event(self, event: Event) -> None:
             raise RuntimeError(f"an actor's fault at {type(event).__name__}")
-
-        def on_samples(self, block: Block, host: float) -> None:
-            """Ignore the call."""
-
-        def after_block(self, block: Block) -> Sequence[Event]:
-            return ()
 
         def ended(self) -> None:
             order.append("actor ended")
@@ -200,17 +182,8 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
 def test_a_recording_that_begins_while_the_session_ends_is_refused_or_closed(
     when: str, recorded: Path, detector: Detector, tmp_path: Path
 ) -> None:
-    class Viewer(Keeper):
+    class Viewer(Keeper, Actor):
         refused = False
-
-        def on_event(self, event: Event) -> None:
-            """Ignore the call."""
-
-        def on_samples(self, block: Block, host: float) -> None:
-            """Ignore the call."""
-
-        def after_block(self, block: Block) -> Sequence[Event]:
-            return ()
 
         def ended(self) -> None:
             self.record("ended")
@@ -251,17 +224,12 @@ def test_it_ends_after_a_number_of_pinches_or_on_request(
 
 @pytest.mark.parametrize("limit", ["stopped", "seconds"])
 def test_it_ends_although_a_reader_stalls(limit: str, recorded: Path, detector: Detector) -> None:
-    taking, go_on = threading.Event(), threading.Event()
-
-    class Stalled(Keeper):
-        def take(self, update: Update) -> None:
-            taking.set()
-            go_on.wait()
-
+    go_on = threading.Event()
+    stalled = Keeper(go_on=go_on)
     with ReplaySource(recorded, float("inf")) as source:
         session = LiveSession(source, Pipeline(LAYOUT, detector, None, source.calibration))
-        bound = {"stopped": taking.is_set, "seconds": 0.2}[limit]
-        session.run([Stalled()], **{limit: bound}, patient=True)  # type: ignore[arg-type]
+        bound = {"stopped": stalled.taking.is_set, "seconds": 0.2}[limit]
+        session.run([stalled], **{limit: bound}, patient=True)  # type: ignore[arg-type]
     go_on.set()
 
 

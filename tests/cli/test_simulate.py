@@ -1,13 +1,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.twin import _simulate as simulate
-from firstcontact.twin._simulate import PlannedSession
 
 
 def test_simulate_writes_recordings_and_says_so(
@@ -41,27 +38,3 @@ def test_bad_input_is_one_sentence_and_exit_code_2(
     assert message.startswith("firstcontact: ")
     assert words in message
     assert not (tmp_path / "set").exists()
-
-
-def test_a_folder_in_use_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "mine").write_text("mine")
-    assert main(["simulate", "--out", str(tmp_path)]) == 2
-    assert "not an empty folder" in capsys.readouterr().err
-    assert [p.name for p in tmp_path.iterdir()] == ["mine"]
-
-
-def test_an_interrupt_leaves_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    write = simulate._write
-
-    def stopped(path: Path, session: PlannedSession, *remainder: Any) -> None:
-        if session.name != "blocks-01":
-            raise KeyboardInterrupt
-        write(path, session, *remainder)
-
-    monkeypatch.setattr(simulate, "_write", stopped)
-    size = ["--pinches-per-block", "1", "--pinches-per-object", "1"]
-    assert main(["simulate", "--out", str(tmp_path / "set"), *size]) == 130
-    assert capsys.readouterr().err.splitlines()[-1] == "firstcontact: interrupted"
-    assert not list(tmp_path.iterdir())

@@ -126,22 +126,3 @@ def test_the_page_gets_the_devices_own_estimate_until_the_next_contact() -> None
     assert page_state(FIRST_EVENT, pinch(ANSWER), without)["on_hand"]["final"] is None
     assert page_state(FIRST_EVENT, pinch(ANSWER), HAND, FIRST_EVENT)["on_hand"] is None
     assert "on_hand" not in page_state(FIRST_EVENT, pinch(ANSWER))
-
-
-@needs_browser
-def test_its_row_leaves_the_table_as_wide_as_it_was(chromium: Any) -> None:
-    page = PageSink(port=0)
-    page.open(DESCRIPTOR)
-    width = "return document.querySelector('table').scrollWidth"
-    room = "return document.querySelector('.pinches').clientWidth"
-    try:
-        chromium.get(page.url)
-        events = FIRST_EVENT, ANSWER, pinch(ANSWER)
-        page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
-        until(chromium, lambda d: "30" in text(d, "rows") or "31" in text(d, "rows"))
-        page.take(Update((), (HAND,), Health(connected=True)))
-        until(chromium, lambda d: "on the hand" in text(d, "rows"))
-        assert chromium.execute_script(width) <= chromium.execute_script(room)
-        assert "12.19 ms" in text(chromium, "hand-times")
-    finally:
-        page.close()

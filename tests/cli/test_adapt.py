@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import runpy
 import shutil
 from pathlib import Path
 from typing import Any
@@ -17,8 +16,6 @@ from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
 from saved import load_network
 from trainings import LAYOUT, recordings, resampled, run
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -145,22 +142,6 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
     scores = next(line for line in capsys.readouterr().out.splitlines() if "rmse" in line)
     assert "ranks" in scores
     assert "Shore A" not in scores
-
-
-def test_a_rig_that_the_model_cannot_read_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
-) -> None:
-    """Errors of this model are more than twice as large as the errors of a constant prediction."""
-    monkeypatch.chdir(tmp_path)
-    runpy.run_path(str(EXAMPLES / "own_arrays.py"), run_name="__main__")
-    assert run("import", "own.npz", "--out", "own") == 0
-    capsys.readouterr()
-    assert run("adapt", "own", "--out", "rig") == 2
-    errors = capsys.readouterr().err
-    assert errors.count("\n") == 1
-    assert "own: " in errors
-    assert "always predicting their mean" in errors
-    assert not Path("rig").exists()
 
 
 def test_a_training_is_not_torn_apart(blocks: Path, rig: Path, tmp_path: Path, capsys: Any) -> None:

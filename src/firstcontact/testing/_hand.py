@@ -55,11 +55,9 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
         f"the name {kind.name!r} may contain only letters, digits and _"
     )
     _limits(make)
-    _takes(make)
+    _takes_while_open(make)
     _releases(make)
     _passes_exceptions(make)
-    _needs_opening(make)
-    _measures(make)
     _safe(make)
 
 
@@ -73,13 +71,19 @@ def _limits(make: Callable[[], Hand]) -> None:
     )
 
 
-def _takes(make: Callable[[], Hand]) -> None:
+def _takes_while_open(make: Callable[[], Hand]) -> None:
     hand = make()
     limits = hand.limits
+    _refuses(hand, "before it is opened")
     with hand:
         for speed in (-limits.speed, 0.0, limits.speed):
             for force in (0.0, limits.force):
                 hand.send(Command(speed, force))
+        positions = hand.positions()
+    _refuses(hand, "after it was closed")
+    times = [at for at, _ in positions]
+    assert times == sorted(times), "the times of its positions do not ascend"
+    assert all(isfinite(travel) for _, travel in positions), "a position is not finite"
 
 
 def _releases(make: Callable[[], Hand]) -> None:
@@ -107,14 +111,6 @@ def _passes_exceptions(make: Callable[[], Hand]) -> None:
     _refuses(hand, "after an exception")
 
 
-def _needs_opening(make: Callable[[], Hand]) -> None:
-    hand = make()
-    _refuses(hand, "before it is opened")
-    with hand:
-        hand.send(_STILL)
-    _refuses(hand, "after it was closed")
-
-
 def _refuses(hand: Hand, when: str) -> None:
     message = None
     try:
@@ -123,15 +119,6 @@ def _refuses(hand: Hand, when: str) -> None:
         message = str(error)
     assert message is not None, f"the hand accepts a command {when}"
     assert "not open" in message, f"{when} the error {message!r} does not contain 'not open'"
-
-
-def _measures(make: Callable[[], Hand]) -> None:
-    with make() as hand:
-        hand.send(_STILL)
-        positions = hand.positions()
-    times = [at for at, _ in positions]
-    assert times == sorted(times), "the times of its positions do not ascend"
-    assert all(isfinite(travel) for _, travel in positions), "a position is not finite"
 
 
 def _safe(make: Callable[[], Hand]) -> None:

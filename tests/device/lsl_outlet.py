@@ -1,53 +1,119 @@
-"""Program that offers an LSL stream: a ramp that counts its samples, and a signal.
+"""Program that sends an LSL stream with faults on request, and the function that starts it.
 
-python lsl_outlet.py NAME RATE JITTER_MS LOSE_AT LOSE
+python lsl_outlet.py NAME RATE JITTER_MS
 
-The count begins at 0. Stamps have a jitter of JITTER_MS. From sample LOSE_AT on, or once a line
-arrives if LOSE_AT is "line", LOSE samples are not sent. The program prints "ready" when it sends,
-and ends when its input ends.
+The stream has two channels: ``count``, the sample number modulo ``MODULUS``, and ``disc``, a piezo.
+Time stamps have a jitter of JITTER_MS. The program reads requests from standard input, one a line.
+``hold SECONDS`` delays samples but not their time stamps. ``lose COUNT`` omits samples.
+``nan COUNT`` and ``huge COUNT`` send NaN or 1e300. ``rest`` stops the samples, and ``end`` ends the
+program, as does the end of its input. Requests wait until a listener is connected. The program
+prints ``ready``, ``heard`` when a listener is connected, and the number of the last sample after
+``rest``.
 """
 
+from __future__ import annotations
+
+import os
+import subprocess
 import sys
 import threading
 import time
-from math import inf
+from collections.abc import Iterator
+from contextlib import contextmanager
+from queue import SimpleQueue
 
 import numpy as np
-import pylsl
 
-name, rate, jitter = sys.argv[1], *(float(a) for a in sys.argv[2:4])
-lose_at, lose = inf if sys.argv[4] == "line" else float(sys.argv[4]), float(sys.argv[5])
-info = pylsl.StreamInfo(name, "Vibration", 2, rate, pylsl.cf_double64, f"{name} of a test")
-channels = info.desc().append_child("channels")
-for label in ("count", "disc"):
-    channel = channels.append_child("channel")
-    channel.append_child_value("label", label)
-    channel.append_child_value("unit", "V")
-    channel.append_child_value("type", "piezo" if label == "disc" else "count")
-outlet = pylsl.StreamOutlet(info)
-lines, ended = threading.Event(), threading.Event()
+MODULUS = 2**20  # float32 holds it
 
 
-def listen() -> None:
-    for _ in sys.stdin:
-        lines.set()
-    ended.set()
+def start_outlet(name: str, rate: float = 4936.0, jitter: float = 0.0) -> subprocess.Popen[str]:
+    """Start the program. It is ready for a listener."""
+    words = [sys.executable, __file__, name, str(rate), str(jitter)]
+    pipe = subprocess.PIPE
+    outlet = subprocess.Popen(words, stdin=pipe, stdout=pipe, text=True)
+    assert outlet.stdout is not None
+    assert outlet.stdout.readline() == "ready\n"
+    return outlet
 
 
-threading.Thread(target=listen, daemon=True).start()
-print("ready", flush=True)
-rng = np.random.default_rng(0)
-outlet.wait_for_consumers(30)
-zero, count = pylsl.local_clock(), 0
-while not ended.is_set():
-    time.sleep(0.005)
-    due = int((pylsl.local_clock() - zero) * rate)
-    numbers = np.arange(count, due)
-    if lines.is_set():
-        lose_at = min(lose_at, count)
-    numbers = numbers[(numbers < lose_at) | (numbers >= lose_at + lose)]
-    count = due
-    if len(numbers):
+@contextmanager
+def sending(
+    name: str, rate: float = 4936.0, jitter: float = 0.0
+) -> Iterator[subprocess.Popen[str]]:
+    with start_outlet(name, rate, jitter) as outlet:
+        try:
+            yield outlet
+        finally:
+            outlet.kill()
+
+
+def ask(outlet: subprocess.Popen[str], request: str) -> None:
+    """Send a request to the program."""
+    assert outlet.stdin is not None
+    print(request, file=outlet.stdin, flush=True)
+
+
+def _listen(requests: SimpleQueue[list[str]]) -> None:
+    for line in sys.stdin:
+        requests.put(line.split())
+    os._exit(0)  # the parent process has ended
+
+
+def main(name: str, rate: float, jitter: float) -> None:
+    import pylsl
+
+    info = pylsl.StreamInfo(name, "Vibration", 2, rate, pylsl.cf_double64, f"{name} of a test")
+    channels = info.desc().append_child("channels")
+    for label, kind in (("count", "count"), ("disc", "piezo")):
+        channel = channels.append_child("channel")
+        for key, text in (("label", label), ("unit", "V"), ("type", kind)):
+            channel.append_child_value(key, text)
+    outlet = pylsl.StreamOutlet(info)
+    requests: SimpleQueue[list[str]] = SimpleQueue()
+    threading.Thread(target=_listen, args=(requests,), daemon=True).start()
+    print("ready", flush=True)
+    while not outlet.wait_for_consumers(0.5):
+        pass
+    print("heard", flush=True)
+    rng = np.random.default_rng(0)
+    zero, sent, is_resting, until = pylsl.local_clock(), 0, False, 0.0
+    faults = {"lose": 0, "nan": 0, "huge": 0}  # samples that still get each fault
+    while True:
+        time.sleep(0.005)
+        now = pylsl.local_clock()
+        if not requests.empty():
+            request, *number = requests.get()
+            if request == "end":
+                break
+            if request == "hold":
+                until = now + float(number[0])
+            elif request == "rest":
+                is_resting = True
+                print(sent - 1, flush=True)
+            else:
+                faults[request] = int(number[0])
+        due = int((now - zero) * rate)
+        if is_resting or now < until or due == sent:
+            continue
+        numbers = np.arange(sent, due)
+        sent = due
+        rows = np.stack([numbers % MODULUS, np.sin(numbers / 50)], axis=1)
         stamps = zero + numbers / rate + 1e-3 * jitter * rng.standard_normal(len(numbers))
-        rows = np.stack([numbers, np.sin(numbers / 50)], axis=1)
-        outlet.push_chunk(rows.tolist(), stamps.tolist())
+        begin = 0
+        for fault, value in (("nan", np.nan), ("huge", 1e300), ("lose", 0.0)):
+            end = min(begin + faults[fault], len(rows))
+            faults[fault] -= end - begin
+            rows[begin:end] = value
+            if fault == "lose":
+                rows, stamps = (
+                    np.delete(rows, np.s_[begin:end], 0),
+                    np.delete(stamps, np.s_[begin:end]),
+                )
+            begin = end
+        if len(rows):
+            outlet.push_chunk(rows.tolist(), stamps.tolist())
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]))

@@ -12,7 +12,7 @@ from uuid import uuid4
 
 import numpy as np
 import pytest
-from lsl_outlet_of import sending
+from lsl_outlet import sending
 from printing_board import PrintingBoard
 
 from compiled_kernels import using

@@ -8,8 +8,7 @@ import time
 
 import pytest
 from numbered import DESCRIPTOR
-from scripted_device import DEAD, ScriptedDevice, collect
-from serial_faults import read_until
+from scripted_device import DEAD, ScriptedDevice, collect, read_until
 
 from firstcontact.core import InputError
 from firstcontact.device import FrameType, SerialSource, _ports, _serial_source

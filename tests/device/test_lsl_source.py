@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-from lsl_outlet_of import sending
+from lsl_outlet import ask, sending
 
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, SourceOptions
@@ -59,24 +59,22 @@ def test_jittering_stream_has_no_losses(name: str, jitter: float) -> None:
 
 
 def test_skipped_samples_are_lost_at_their_place(name: str) -> None:
-    with sending(name, lose_at=2000, lose=37), LslSource(name, ("count",)) as source:
-        arrivals = until(source, 4000)
+    with sending(name) as outlet, LslSource(name, ("count",)) as source:
+        arrivals = until(source, 1000)
+        ask(outlet, "lose 37")
+        arrivals += until(source, 3000)
     values, numbers = counts_and_numbers(arrivals)
     assert source.health.lost_samples == 37
     assert len(set(values - numbers)) == 1
 
 
 def test_gap_in_a_jittering_stream_has_about_its_length(name: str) -> None:
-    with (
-        sending(name, jitter=1.0, lose_at="line", lose=500) as outlet,
-        LslSource(name, ("count",)) as source,
-    ):
+    with sending(name, jitter=1.0) as outlet, LslSource(name, ("count",)) as source:
         # Samples that waited for a late reader come in few large chunks, which show no gap.
         arrivals = until(source, 1000)
         while len(arrivals) < 2 * LEAST:
             arrivals += source.read(5.0)
-        assert outlet.stdin is not None
-        print(file=outlet.stdin, flush=True)
+        ask(outlet, "lose 500")
         arrivals += until(source, 5000)
     values, numbers = counts_and_numbers(arrivals)
     assert source.health.lost_samples == pytest.approx(500, abs=15)

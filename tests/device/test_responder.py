@@ -4,26 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
+from numbered import CHANNELS, DESCRIPTOR, check, numbered
 
-from firstcontact.core import fingertip_layout
+from firstcontact.core import Block
 from firstcontact.device import Descriptor, FrameType, encode
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._protocol import Frame
 from firstcontact.device._responder import Responder
-
-DESCRIPTOR = Descriptor(fingertip_layout(), "test", "sensor", "hand", "twin")
-CHANNELS = 16
-
-
-def numbered(first: int, n: int) -> NDArray[np.int16]:
-    """Return samples with their own number in channel 0."""
-    data = np.zeros((n, CHANNELS), np.int16)
-    data[:, 0] = np.arange(first, first + n)
-    return data
 
 
 @dataclass
@@ -51,18 +41,17 @@ class Host:
         assert [f.counter for f in self.frames] == list(range(len(self.frames)))
         return new
 
+    def samples(self) -> list[protocol.SamplesFrame]:
+        """Return the received frames of samples, checked against the numbers in the samples."""
+        frames = [f.payload for f in self.frames if f.type == FrameType.SAMPLES]
+        samples = [protocol.read_samples(payload, CHANNELS) for payload in frames]
+        check(Block(s.data, s.first_sample) for s in samples)
+        assert all(1 <= len(s.data) <= 5 for s in samples)
+        return samples
+
     def numbers(self) -> list[int]:
-        """Return the numbers of received samples, checked against their content."""
-        out: list[int] = []
-        for frame in self.frames:
-            if frame.type == FrameType.SAMPLES:
-                s = protocol.read_samples(frame.payload, CHANNELS)
-                assert 1 <= len(s.data) <= 5
-                assert list(s.data[:, 0]) == list(
-                    range(s.first_sample, s.first_sample + len(s.data))
-                )
-                out += list(s.data[:, 0])
-        return out
+        """Return the numbers of the received samples."""
+        return [s.first_sample + k for s in self.samples() for k in range(len(s.data))]
 
 
 def device(room: int = 1000) -> Host:
@@ -117,39 +106,32 @@ def test_received_and_overflow_sum_to_all_samples(room: int, turns: list[tuple[i
     numbers = host.numbers()
     assert numbers == sorted(set(numbers))
     assert protocol.read_stopped(host.frames[-1].payload) == (total, total - len(numbers))
-    # What each frame tells is what is missing before it.
+    # The overflow in a frame is the number of samples that are missing before it.
     count = 0
-    for frame in host.frames:
-        if frame.type == FrameType.SAMPLES:
-            s = protocol.read_samples(frame.payload, CHANNELS)
-            assert s.overflow == s.first_sample - count
-            count += len(s.data)
+    for s in host.samples():
+        assert s.overflow == s.first_sample - count
+        count += len(s.data)
 
 
-def test_a_mark_is_echoed_with_the_number_of_the_next_sample() -> None:
+@pytest.mark.parametrize(
+    ("kind", "text", "echo"),
+    [
+        (FrameType.MARK, "Müller: apple", "Müller: apple"),
+        (FrameType.MARK, "hand: release", "hand: release"),
+        (FrameType.ORDER, "hand: release", "done"),
+    ],
+)
+def test_marks_are_echoed_and_orders_are_answered(kind: FrameType, text: str, echo: str) -> None:
     orders: list[str] = []
-    host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: orders.append(text) or "done"))
+    host = Host(Responder(DESCRIPTOR, 1, 100, lambda order: orders.append(order) or "done"))
     host.make(42)
-    host.say(FrameType.MARK, "Müller: apple".encode())
+    host.say(kind, text.encode())
     (frame,) = host.listen()
     assert frame.type == FrameType.MARKER
-    assert protocol.read_marker(frame.payload) == (42, "Müller: apple")
-    host.say(FrameType.MARK, bytes(201))
+    assert protocol.read_marker(frame.payload) == (42, echo)
+    host.say(kind, bytes(201))  # too long
     assert host.listen() == []
-    assert orders == [], "a mark is no order"
-
-
-def test_order_is_answered_with_its_result() -> None:
-    orders: list[str] = []
-    host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: orders.append(text) or "done"))
-    host.make(7)
-    host.say(FrameType.ORDER, b"hand: release")
-    (frame,) = host.listen()
-    assert frame.type == FrameType.MARKER
-    assert protocol.read_marker(frame.payload) == (7, "done")
-    host.say(FrameType.ORDER, bytes(201))
-    assert host.listen() == []
-    assert orders == ["hand: release"]
+    assert orders == ([text] if kind == FrameType.ORDER else []), "a mark is no order"
 
 
 def test_marker_of_the_device_follows_earlier_samples() -> None:

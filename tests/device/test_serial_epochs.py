@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scripted_device import DEAD, ScriptedDevice, collect
-from serial_faults import read_until, samples
+from scripted_device import DEAD, ScriptedDevice, collect, read_until, samples
 
 from firstcontact.device import FrameType, SerialSource, encode
 from firstcontact.device import _serial_source as serial_source

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numbered import DESCRIPTOR
-from scripted_device import ScriptedDevice, collect
-from serial_faults import answer_frame, every_other, read_until
+from scripted_device import ScriptedDevice, answer_frame, collect, every_other, read_until
 
 from firstcontact.core import InputError
 from firstcontact.device import FrameType, SerialSource

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 from numbered import DESCRIPTOR
-from scripted_device import ScriptedDevice, collect
-from serial_faults import every_other, read_until, samples
+from scripted_device import ScriptedDevice, collect, every_other, read_until, samples
 
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, Descriptor, FrameType, SerialSource, _serial_source

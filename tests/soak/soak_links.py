@@ -20,14 +20,11 @@ from numpy.typing import NDArray
 # What plays the devices of other tests plays them here.
 sys.path[:0] = [str(Path(__file__).parents[1] / "device"), str(Path(__file__).parents[1])]
 
+from lsl_outlet import MODULUS, ask, start_outlet  # noqa: E402
 from printing_board import PrintingBoard  # noqa: E402
 from scripted_device import ScriptedDevice  # noqa: E402
 
-from firstcontact.device import (  # noqa: E402
-    FrameType,
-    Source,
-    open_source,
-)
+from firstcontact.device import FrameType, Source, open_source  # noqa: E402
 from firstcontact.device._protocol import decode  # noqa: E402
 from sound import local_sound, ramp  # noqa: E402
 
@@ -57,7 +54,7 @@ class Link(ABC):
         Possible faults, by name.
     """
 
-    modulus = 2**20  # float32 holds it
+    modulus = MODULUS
     continuous = False
     restarts = False
     slack = 0
@@ -159,7 +156,7 @@ class LslLink(Link):
         with ExitStack() as ends:
             ends.callback(lambda: self.sender.kill())
             self._start()
-            with open_source(f"lsl:{self.name}") as source:
+            with open_source(f"lsl:{self.name}#count") as source:
                 yield source
 
     def finish(self) -> None:
@@ -170,22 +167,15 @@ class LslLink(Link):
         time.sleep(ARRIVED)
 
     def _start(self) -> None:
-        program = Path(__file__).with_name("soak_lsl_sender.py")
-        words = [sys.executable, str(program), self.name, str(RATE), str(self.modulus)]
-        pipe = subprocess.PIPE
-        self.sender = subprocess.Popen(words, stdin=pipe, stdout=pipe, text=True)
-        assert self.sender.stdout is not None
-        assert self.sender.stdout.readline() == "ready\n"
+        self.sender = start_outlet(self.name, RATE)
         self.heard = False
 
     def _ask(self, request: str) -> None:
-        assert self.sender.stdin is not None
         assert self.sender.stdout is not None
         if not self.heard:  # on a busy machine the source may take seconds to come back
             assert self.sender.stdout.readline() == "heard\n"
             self.heard = True
-        self.sender.stdin.write(f"{request}\n")
-        self.sender.stdin.flush()
+        ask(self.sender, request)
 
     def _restart(self) -> None:
         self.finish()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -88,7 +88,7 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
             )
     curve = _fit(finger, force, volts, resistor)
     rms = float(np.sqrt(np.mean((curve.newtons(volts) - force) ** 2)))
-    return ForceCurve(finger, curve.leak, curve.gain, curve.exponent, rms, resistor)
+    return replace(curve, rms=rms)
 
 
 def _fit(

@@ -10,7 +10,7 @@ from typing import Literal
 
 from firstcontact.collect._calibrate import rest_request
 from firstcontact.collect._guide import Guide, Item, Judged, read_plan
-from firstcontact.collect._session import Screen, run_session, so_far, with_noise
+from firstcontact.collect._session import Screen, run_session, so_far
 from firstcontact.core import (
     AnyPath,
     Calibration,
@@ -142,7 +142,10 @@ def _record(
         return earlier.files[-1]
     if calibration is None or len(calibration.piezo) < len(layout.vibration_fingers):
         screen.say(f"measuring the noise floor at rest for {REST:g} s: {rest_request(layout)}")
-        calibration = with_noise(calibration, measure_noise(source))
+        measured = measure_noise(source)
+        calibration = calibration or Calibration(created=measured.created)
+        missing = (p for p in measured.piezo if calibration.noise(p.finger) is None)
+        calibration = replace(calibration, piezo=(*calibration.piezo, *missing))
     guide = Guide(layout, items, session, calibration, earlier.counts)
     header = replace(header, calibration=calibration)
     screen.say(f"session {session}: {earlier.path}")

@@ -7,11 +7,11 @@ import re
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from firstcontact.collect._guide import Guide, Judged
-from firstcontact.core import Calibration, InputError, Label
+from firstcontact.core import InputError, Label
 from firstcontact.device import Descriptor, Recorder, Source, drain, object_text
 from firstcontact.recording import Header, cut, read_recording
 
@@ -119,15 +119,6 @@ def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
         if judged.mark is not None:
             recorder.mark(judged.mark)
         screen.judged(judged)
-
-
-def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
-    """Return a calibration. Noise floors that it lacks are copied from ``measured``."""
-    if calibration is None:
-        return measured
-    fingers = {p.finger for p in calibration.piezo}
-    more = tuple(p for p in measured.piezo if p.finger not in fingers)
-    return replace(calibration, piezo=calibration.piezo + more)
 
 
 @dataclass(frozen=True, slots=True)

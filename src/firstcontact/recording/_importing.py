@@ -121,7 +121,12 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
     """
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")
-    importer = _accepting(path, tables)
+    importer = None
+    for name in IMPORTERS:  # plug-ins after the first that accepts the path are not imported
+        with IMPORTERS.calling(name):
+            if IMPORTERS[name].accepts(path, tables):
+                importer = IMPORTERS[name]
+                break
     if importer is None and tables:
         options = " and ".join(f"--{name}" for name in tables)
         able = [i.title for i in IMPORTERS.values() if set(tables) <= set(i.options)]
@@ -139,15 +144,6 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
         *first, last = (i.title for i in IMPORTERS.values())
         raise InputError(f"{path} cannot be imported{hint}: give {', '.join(first)}, or {last}")
     return importer
-
-
-def _accepting(path: Path, tables: Collection[str]) -> Importer | None:
-    """Return the first importer that accepts a path. Plug-ins after it are not imported."""
-    for name in IMPORTERS:
-        with IMPORTERS.calling(name):
-            if IMPORTERS[name].accepts(path, tables):
-                return IMPORTERS[name]
-    return None
 
 
 def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:

@@ -61,14 +61,24 @@ def _figure(pinch: Pinch, title: str) -> Figure:
     zero = pinch.first.sample if pinch.first else pinch.first_sample
     number = pinch.first_sample + np.arange(len(pinch.data))
     time = (number - zero) / pinch.layout.rate * 1e3
+    contact_times = [(c.sample - zero) / pinch.layout.rate * 1e3 for c in pinch.truth]
     for kind, axes in zip(kinds, grid[:, 0], strict=True):
         _DRAW[kind](axes, pinch, time)
-        _contacts(axes, pinch, zero)
+        for contact, at in zip(pinch.truth, contact_times, strict=True):
+            axes.axvline(at, color=COLOURS[contact.finger], lw=1, ls=(0, (4, 3)), zorder=0)
         axes.spines[["top", "right"]].set_visible(False)
         axes.margins(x=0)
         axes.grid(axis="y", color=_QUIET, alpha=0.2, lw=0.6)
     grid[0, 0].margins(y=0.14)  # space for the names above the highest peak
-    _name_contacts(grid[0, 0], pinch, zero)
+    for contact, at, word, side in zip(
+        pinch.truth, contact_times, ("first", "second"), ("right", "left"), strict=False
+    ):
+        grid[0, 0].annotate(
+            f"{word}: {finger_name(contact.finger)}",
+            (at, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(-4 if side == "right" else 4, -2), textcoords="offset points",
+            ha=side, va="top", fontsize=9, color=COLOURS[contact.finger],
+        )  # fmt: skip
     figure.align_ylabels(grid[:, 0])
     grid[0, 0].legend(loc="upper left", frameon=False, ncols=2)
     since = "first contact" if pinch.first else "the start of the pinch"
@@ -109,39 +119,15 @@ def _strip(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
         closed = pinch.strip(finger)[:, 0] > 0.5
         level = -float(finger)
         axes.fill_between(
-            time,
-            level - 0.3,
-            level + 0.3,
-            where=closed.tolist(),
-            color=COLOURS[finger],
-            step="post",
-            lw=0,
-        )
+            time, level - 0.3, level + 0.3, where=closed.tolist(), color=COLOURS[finger],
+            step="post", lw=0,
+        )  # fmt: skip
     axes.set_yticks([0.0, -1.0], [finger_name(finger) for finger in Finger])
     axes.set_ylim(-1.6, 0.6)
     axes.set_ylabel("strip closed")
 
 
 _DRAW = {ChannelKind.VIBRATION: _vibration, ChannelKind.FORCE: _force, ChannelKind.STRIP: _strip}
-
-
-def _contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
-    for contact in pinch.truth:
-        at = (contact.sample - zero) / pinch.layout.rate * 1e3
-        axes.axvline(at, color=COLOURS[contact.finger], lw=1, ls=(0, (4, 3)), zorder=0)
-
-
-def _name_contacts(axes: Axes, pinch: Pinch, zero: int) -> None:
-    for contact, word, side in zip(
-        pinch.truth, ("first", "second"), ("right", "left"), strict=False
-    ):
-        at = (contact.sample - zero) / pinch.layout.rate * 1e3
-        axes.annotate(
-            f"{word}: {finger_name(contact.finger)}",
-            (at, 1.0), xycoords=("data", "axes fraction"),
-            xytext=(-4 if side == "right" else 4, -2), textcoords="offset points",
-            ha=side, va="top", fontsize=9, color=COLOURS[contact.finger],
-        )  # fmt: skip
 
 
 def figure_label(name: str, most: int = MOST) -> str:

@@ -164,7 +164,7 @@ soak: $(VENV)/.dev ## all live sources at once (MINUTES, SEED) with faults: exac
 lint: $(VENV)/.dev ## ruff: rules and format; codespell: misspelt words
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/codespell docs src tests examples firmware benchmarks *.md
+	$(BIN)/codespell docs src tests examples firmware benchmarks hardware *.md
 
 format: $(VENV)/.dev ## let ruff rewrite what it can
 	$(BIN)/ruff check --fix .

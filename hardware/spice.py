@@ -22,7 +22,7 @@ AMPLIFIER = """
 .subckt amplifier plus minus out vdd vss offset=0
 Voff plus biased {offset}
 Rnoise biased quiet 4600
-Rin quiet vss 1e13
+Rleak quiet vss 1e13
 Ggm vss stage quiet minus 20.94e-6
 Cgm stage vss 1p
 Rgm stage middle 1.6e9

@@ -79,7 +79,7 @@ def test_the_wheel_has_the_kernels_and_only_the_c_sources_that_are_exported(
     wheel_and_sdist: tuple[Path, Path],
 ) -> None:
     wheel, _ = wheel_and_sdist
-    sources = {Path(name) for name in contents(wheel) if name.endswith((".c", ".h"))}
+    sources = {Path(name) for name in contents(wheel) if name.endswith((".c", ".h", ".ino"))}
     exported = ROOT / "src" / "firstcontact" / "export" / "c"
     expected = {Path("firstcontact/export/c", path.name) for path in exported.iterdir()}
     chain = ROOT / "src" / "firstcontact" / "chain" / "c"

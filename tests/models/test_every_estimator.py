@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from estimator_tasks import EACH
 from firstcontact.core import InputError
 from firstcontact.models import (
     ESTIMATORS,
@@ -27,6 +26,17 @@ from firstcontact.testing import check_estimator
 from firstcontact.testing._windows import RATE, toy_windows
 
 pytestmark = pytest.mark.usefixtures("small_searches")
+#: Each estimator with each of its tasks. A CNN differs between the two in its last layer alone, and
+#: takes longest: its classification is a slow test.
+EACH = [
+    pytest.param(
+        name,
+        task,
+        marks=[pytest.mark.slow] if (name, task) == ("cnn", Task.CLASSIFICATION) else [],
+    )
+    for name, kind in window_estimators().items()
+    for task in kind.tasks
+]
 
 
 @pytest.mark.parametrize(("name", "task"), EACH)

@@ -6,12 +6,13 @@ python tests/models/shipped_graph.py
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 from typing import Any
 
 import torch
 
-from firstcontact.models._cnn import INPUT, OPSET
-from firstcontact.models._efficientnet import GRAPH, EfficientNet
+from firstcontact.models._cnn import GRAPH, INPUT
+from firstcontact.models._efficientnet import EfficientNet
 
 
 def traced_graph() -> Any:
@@ -26,7 +27,7 @@ def traced_graph() -> Any:
             (torch.zeros(2, 1, 1, 74),),
             input_names=[INPUT],
             output_names=["outputs"],
-            opset_version=OPSET,
+            opset_version=18,
             dynamic_shapes=({0: torch.export.Dim("n"), 3: torch.export.Dim("samples")},),
             external_data=False,
             dynamo=True,
@@ -49,4 +50,4 @@ def traced_graph() -> Any:
 
 
 if __name__ == "__main__":
-    GRAPH.write_bytes(traced_graph().SerializeToString(deterministic=True))
+    Path(str(GRAPH)).write_bytes(traced_graph().SerializeToString(deterministic=True))

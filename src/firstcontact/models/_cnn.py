@@ -1,18 +1,19 @@
-"""Convolutional network: trained by PyTorch, run by ONNX Runtime on one thread after checks."""
+"""Convolutional network: trained by PyTorch, run by ONNX Runtime on one thread."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import cos, pi, prod
+from importlib.resources import files
+from math import cos, pi
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import RED, InputError, import_onnxruntime
+from firstcontact.core import RED, InputError, import_onnxruntime, summarize_error
 from firstcontact.models._estimator import (
     Estimator,
     Reference,
@@ -36,41 +37,37 @@ if TYPE_CHECKING:
 
     from firstcontact.models._efficientnet import EfficientNet
 
-#: Version of the operators, supported by every allowed ONNX Runtime.
-OPSET = 18
 #: Name of the input in the graph.
 INPUT = "window"
-#: Operators that this package's exporter uses. All others are refused.
-OPERATORS = frozenset({"Add", "Conv", "Gemm", "Mul", "ReduceMean", "Sigmoid", "Unsqueeze"})
-#: Largest graph, bytes (a trained one has 200 kB), largest number in an attribute, and largest size
-#: of an intermediate value: _GROWTH times the window, plus _SMALL.
+#: Graph of the network as PyTorch exports it, without weights.
+GRAPH = files("firstcontact.models").joinpath("efficientnet.onnx")
+#: Largest file, bytes. A trained network has 200 kB.
 LARGEST_GRAPH = 1 << 20
-_ATTRIBUTE = 1024
-_GROWTH, _SMALL = 64, 4096
 
 
 class CheckedGraph:
-    """ONNX graph that is checked before it runs."""
+    """Network with the weights of an ONNX file. Nothing else in the file is used."""
 
     def __init__(self, raw: bytes, samples: int, channels: int, outputs: int) -> None:
         runtime = import_onnxruntime()
-        model = _checked(raw, (channels, 1, samples), outputs)
-        #: Number of trained weights.
-        self.parameters = sum(prod(t.dims) for t in model.graph.initializer if t.data_type == 1)
         options = runtime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = 4
         try:
+            weights = _weights(raw)
+            self.graph = filled_graph(samples, channels, outputs, weights)
             self._session = runtime.InferenceSession(
-                model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+                self.graph, options, providers=["CPUExecutionProvider"]
             )
-            for n in (1, 2):
-                got = self.run(np.zeros((n, channels, 1, samples), dtype=np.float32))
-                _require(got.shape == (n, outputs), "the outputs have another shape")
-        except InputError:
-            raise
-        except Exception:  # ONNX Runtime's errors have no common class
-            raise _refusal("ONNX Runtime cannot run the network") from None
+            got = self.run(np.zeros((2, channels, 1, samples), dtype=np.float32))
+            if got.shape != (2, outputs):
+                raise ValueError("the outputs have another shape")
+        except Exception as error:  # those of ONNX and ONNX Runtime have no common class
+            raise InputError(
+                f"the network of the CNN cannot be used ({summarize_error(error)}): train it again"
+            ) from None
+        #: Number of trained weights.
+        self.parameters = sum(array.size for array in weights.values())
 
     def run(self, windows: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return outputs (n, outputs) for contiguous windows (n, channels, 1, samples)."""
@@ -78,98 +75,39 @@ class CheckedGraph:
         return answers
 
 
-def _refusal(why: str) -> InputError:
-    return InputError(f"the network of the CNN cannot be used ({why}): train it again")
+def _weights(raw: bytes) -> dict[str, NDArray[np.float32]]:
+    """Return the weights in an ONNX file. Only numbers in the file itself are read."""
+    from onnx import ModelProto, TensorProto
+
+    if len(raw) > LARGEST_GRAPH:
+        raise ValueError(f"the file has {len(raw)} bytes, more than {LARGEST_GRAPH}")
+    weights = {
+        tensor.name: np.frombuffer(tensor.raw_data, "<f4").reshape(tensor.dims)
+        for tensor in ModelProto.FromString(raw).graph.initializer
+        if tensor.data_type == TensorProto.FLOAT
+    }
+    if not all(np.isfinite(array).all() for array in weights.values()):
+        raise ValueError("a weight is not finite")
+    return weights
 
 
-def _require(fulfilled: bool, why: str) -> None:
-    if not fulfilled:
-        raise _refusal(why)
+def filled_graph(
+    samples: int, channels: int, outputs: int, weights: Mapping[str, NDArray[np.float32]]
+) -> bytes:
+    """Return the shipped graph with these weights, for windows (n, channels, 1, samples)."""
+    from onnx import ModelProto, TensorProto, numpy_helper
 
-
-def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
-    """Return the model after checks: only known operators, and bounded sizes."""
-    from google.protobuf.message import DecodeError
-    from onnx import ModelProto, checker, shape_inference
-
-    _require(len(raw) <= LARGEST_GRAPH, f"the file has {len(raw)} bytes, more than {LARGEST_GRAPH}")
-    model = ModelProto()
-    try:
-        model.ParseFromString(raw)
-    except DecodeError:
-        raise _refusal("the file is not an ONNX file") from None
-    model.DiscardUnknownFields()
+    model = ModelProto.FromString(GRAPH.read_bytes())
     graph = model.graph
-    _require(
-        [(o.domain, o.version) for o in model.opset_import] == [("", OPSET)]
-        and not (model.functions or model.training_info or graph.sparse_initializer),
-        "the file holds more than a graph of ONNX's own operators",
-    )
-    for node in graph.node:
-        _require(
-            node.domain == "" and node.op_type in OPERATORS,
-            f"the file holds the operator {node.op_type[:40]!r}",
-        )
-        _require(
-            all(map(_plain, node.attribute)),
-            f"an attribute of the operator {node.op_type} is out of bounds",
-        )
+    shape = graph.input[0].type.tensor_type.shape
+    shape.dim[1].dim_value, shape.dim[3].dim_value = channels, samples
+    graph.output[0].type.tensor_type.shape.dim[1].dim_value = outputs
     for tensor in graph.initializer:
-        _require(_is_intact(tensor), "a weight does not hold finite numbers in the graph itself")
-    _require(
-        _shapes(graph.input) == [(INPUT, "n", *window)]
-        and [shape[1:] for shape in _shapes(graph.output)] == [("n", outputs)],
-        "the network has other inputs or outputs than a CNN of this package",
-    )
-    try:
-        checker.check_model(model)
-        inferred = shape_inference.infer_shapes(model, check_type=True, strict_mode=True).graph
-    except Exception:  # the checkers' errors have no common class
-        raise _refusal("the parts do not fit together") from None
-    most = _GROWTH * prod(window) + _SMALL
-    sizes = {name: size for name, *size in [*_shapes(inferred.value_info), *_shapes(graph.output)]}
-    for name in (name for node in graph.node for name in node.output):
-        size = [d for d in sizes.get(name, [0]) if d != "n"]
-        _require(
-            all(isinstance(d, int) and d > 0 for d in size) and prod(size) <= most,
-            "a value in it has no size or is too large",
-        )
-    return model
-
-
-def _plain(attribute: Any) -> bool:
-    """Return True if an attribute is text, or holds numbers within bounds."""
-    kinds = type(attribute)
-    numbers = [attribute.i, *attribute.ints]
-    return attribute.type in (
-        kinds.FLOAT,
-        kinds.INT,
-        kinds.INTS,
-        kinds.STRING,
-    ) and all(abs(number) <= _ATTRIBUTE for number in numbers)
-
-
-def _is_intact(tensor: Any) -> bool:
-    """Return True if a tensor is complete, of a known type, and finite."""
-    from onnx import numpy_helper
-
-    kinds = type(tensor)
-    if tensor.data_location != kinds.DEFAULT or tensor.external_data:
-        return False
-    if tensor.data_type not in (kinds.FLOAT, kinds.INT64):
-        return False
-    try:
-        return bool(np.isfinite(numpy_helper.to_array(tensor)).all())
-    except (ValueError, TypeError):
-        return False
-
-
-def _shapes(values: Any) -> list[tuple[Any, ...]]:
-    """Return the name and shape of each value, with ``n`` for the number of windows."""
-    return [
-        (v.name, *(d.dim_param or d.dim_value for d in v.type.tensor_type.shape.dim))
-        for v in values
-    ]
+        if tensor.data_type == TensorProto.FLOAT:
+            array = np.ascontiguousarray(weights[tensor.name])
+            tensor.CopyFrom(numpy_helper.from_array(array, tensor.name))
+    serialised: bytes = model.SerializeToString(deterministic=True)
+    return serialised
 
 
 #: Number of windows for one call of ONNX Runtime. More only cost memory.
@@ -203,8 +141,9 @@ class CnnModel(ArraysModel):
         self._scale, _, self._training, onnx = self._arrays.values()
         if self._training.min() < 0:
             raise InputError("the CNN's field 'epochs' or 'batch' is below 0: train the CNN again")
-        self._raw = onnx.tobytes()
-        self._network = CheckedGraph(self._raw, spec.samples, spec.channels, len(spec.classes) or 1)
+        outputs = len(spec.classes) or 1
+        self._network = CheckedGraph(onnx.tobytes(), spec.samples, spec.channels, outputs)
+        self._arrays["onnx"] = np.frombuffer(self._network.graph, np.uint8)
 
     @property
     def notes(self) -> Mapping[str, Any]:

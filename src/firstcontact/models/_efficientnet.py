@@ -10,19 +10,16 @@ takes without them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
-from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn.utils import fuse_conv_bn_eval
+
+from firstcontact.models._cnn import filled_graph
 
 #: Number of samples that every convolution covers.
 KERNEL = 3
@@ -206,41 +203,8 @@ def _joined(parameters: Sequence[Tensor]) -> nn.Parameter:
     return nn.Parameter(torch.cat([parameter.detach() for parameter in parameters]))
 
 
-#: Graph of the network without weights.
-GRAPH = Path(str(files("firstcontact.models").joinpath("efficientnet.onnx")))
-
-
 def export(network: EfficientNet, samples: int) -> bytes:
     """Return the network as ONNX. It maps windows (n, channels, 1, samples) to outputs."""
     folded = network.folded()
     weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
-    return _filled(samples, network.channels, network.last.out_features, weights)
-
-
-def _filled(
-    samples: int, channels: int, outputs: int, weights: Mapping[str, NDArray[np.float32]]
-) -> bytes:
-    """Return the shipped graph with these weights, given by their names in the folded network."""
-    from onnx import ModelProto, numpy_helper
-
-    model = ModelProto()
-    model.CopyFrom(_graph())
-    shape = model.graph.input[0].type.tensor_type.shape
-    shape.dim[1].dim_value, shape.dim[3].dim_value = channels, samples
-    model.graph.output[0].type.tensor_type.shape.dim[1].dim_value = outputs
-    names = {tensor.name for tensor in model.graph.initializer}
-    assert weights.keys() <= names, f"the graph lacks {sorted(weights.keys() - names)}"
-    for tensor in model.graph.initializer:
-        if tensor.name in weights:
-            array = np.ascontiguousarray(weights[tensor.name])
-            tensor.CopyFrom(numpy_helper.from_array(array, tensor.name))
-    serialised: bytes = model.SerializeToString(deterministic=True)
-    return serialised
-
-
-@cache
-def _graph() -> Any:
-    """Return the graph that is shipped, for windows of any shape and any number of outputs."""
-    from onnx import ModelProto
-
-    return ModelProto.FromString(GRAPH.read_bytes())
+    return filled_graph(samples, network.channels, network.last.out_features, weights)

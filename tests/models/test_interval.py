@@ -25,8 +25,7 @@ from firstcontact.models import (
 from firstcontact.models._interval import (
     RANGE_PINCHES,
     conformal_interval,
-    coverage,
-    held_out_bounds,
+    held_out_coverage,
     refusal,
 )
 from firstcontact.testing._windows import RATE, toy_windows
@@ -101,8 +100,8 @@ def test_new_truths_are_held_as_often_as_the_level_says(level: float) -> None:
         answers = rng.uniform(0, 60, (2, 200))
         truth = answers + rng.normal(0, 1 + answers / 20)
         interval = conformal_interval(answers[0], truth[0], level)
-        everyone = np.ones(200, dtype=bool)
-        held_out.append(coverage([(interval, everyone)], answers[1], truth[1])["coverage"])
+        low, high = interval.around_all(answers[1])
+        held_out.append(np.mean((low <= truth[1]) & (truth[1] <= high)))
     assert level - 0.02 < np.mean(held_out) < level + 0.04
 
 
@@ -115,17 +114,14 @@ def test_answers_that_are_all_alike_make_one_range() -> None:
 
 
 def test_a_fold_is_asked_with_what_the_others_taught() -> None:
-    """One fold has huge residuals. Only its own bounds must be too narrow."""
+    """One fold of three has huge residuals. Only its own bounds must be too narrow."""
     rng = np.random.default_rng(2)
     answers = rng.uniform(2, 50, 300)
     folds = np.arange(300) % 3
     truth = answers + np.where(folds == 0, 40.0, rng.uniform(-1, 1, 300))
-    pairs = list(held_out_bounds(answers, truth, folds, 0.9))
-    assert [int(folds[held_out][0]) for _, held_out in pairs] == [0, 1, 2]
-    assert max(pairs[0][0].half_widths) <= 1.0
-    assert coverage(pairs[:1], answers, truth)["coverage"] == 0.0
-    assert min(pairs[1][0].half_widths) > 39.0
-    assert coverage(pairs[1:], answers, truth)["coverage"] == 1.0
+    checked = held_out_coverage(answers, truth, folds)
+    assert checked["n"] == 300
+    assert checked["coverage"] == pytest.approx(2 / 3)
 
 
 @pytest.mark.parametrize(
@@ -196,9 +192,11 @@ def test_an_interval_on_a_spread_is_wide_where_the_spread_is_and_holds_its_level
     plain = conformal_interval(answers[first], truth[first], 0.9, None)
     assert scaled.scaled
     assert not plain.scaled
-    is_covered = coverage([(scaled, remainder)], answers, truth, spreads)
-    assert is_covered["coverage"] == pytest.approx(0.9, abs=0.02)
-    assert is_covered["mean_width"] < coverage([(plain, remainder)], answers, truth)["mean_width"]
+    ends = scaled.around_all(answers[remainder], spreads[remainder])
+    is_covered = (ends[0] <= truth[remainder]) & (truth[remainder] <= ends[1])
+    assert is_covered.mean() == pytest.approx(0.9, abs=0.02)
+    plain_ends = plain.around_all(answers[remainder])
+    assert np.mean(ends[1] - ends[0]) < np.mean(plain_ends[1] - plain_ends[0])
     low, high = scaled.around(50.0, 2.0)
     narrow = scaled.around(50.0, 1.0)
     assert high - low == pytest.approx(2 * (narrow[1] - narrow[0]))

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firstcontact.chain import HINTS
 from firstcontact.core import InputError
 from firstcontact.models import InContextModel, Rig, Touches, pretrained
 from firstcontact.models._rig import RigSpeeds
@@ -27,7 +28,7 @@ def heard_as(spread: float, speed: float, error: float) -> float:
     rig = replace(Rig.fit(KNOWN, SHORE_A), pitch=None, speeds=RigSpeeds(0.1, spread))
     one = KNOWN.take(np.zeros(1, np.intp))
     told = replace(one, speeds=np.full(1, speed), speed_errors=np.full(1, error))
-    return float(pretrained().conditioned_on({Rig.ANY: rig}).rig_features(told)[0, 0]) / 4
+    return float(pretrained().conditioned_on({Rig.ANY: rig}).inputs(told)[:, -HINTS:][0, 0]) / 4
 
 
 @settings(max_examples=20)
@@ -95,9 +96,9 @@ def test_each_contact_has_its_own_measurement() -> None:
     half = with_speeds(KNOWN, 0.1, 0.02)
     missing = np.arange(len(half)) % 2 == 0
     half = replace(half, speeds=np.where(missing, np.nan, half.speeds))
-    features = model.rig_features(half)
-    np.testing.assert_array_equal(features[missing], model.rig_features(KNOWN)[missing])
-    complete = model.rig_features(with_speeds(KNOWN, 0.1, 0.02))
+    features = model.inputs(half)[:, -HINTS:]
+    np.testing.assert_array_equal(features[missing], model.inputs(KNOWN)[:, -HINTS:][missing])
+    complete = model.inputs(with_speeds(KNOWN, 0.1, 0.02))[:, -HINTS:]
     np.testing.assert_array_equal(features[~missing], complete[~missing])
 
 

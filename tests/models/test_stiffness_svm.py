@@ -18,7 +18,6 @@ from firstcontact.models import (
     svm_machine,
 )
 from firstcontact.models._splits import inner_folds
-from firstcontact.models._svm import _first_close
 from firstcontact.testing._windows import RATE, toy_windows
 
 
@@ -121,11 +120,6 @@ def test_folds_spread_the_targets_of_sessions(
 
 def test_one_window_has_no_folds() -> None:
     assert list(inner_folds(np.ones(1), None, 0)) == []
-
-
-def test_the_first_candidate_close_to_the_best_is_taken() -> None:
-    losses = np.array([2.0, 1.019, 1.0, 1.01])
-    assert _first_close(losses) == 1
 
 
 def test_arrays_of_two_machines_do_not_mix() -> None:

@@ -38,6 +38,7 @@ from firstcontact.models._scores import (
     per_object,
     regression_scores,
 )
+from firstcontact.models._touches import Touches
 from firstcontact.models._training import (
     Target,
     distinct_specimens,
@@ -260,9 +261,9 @@ def _evaluation(
     aligned: Alignment,
 ) -> Evaluation:
     """Score one predictor on the pinches for which it predicts."""
-    predictions = {
-        at: predictor.predict(dataset, aligned.contacts, at) for at in predictor.scored_moments
-    }
+    is_network = isinstance(predictor, RigPredictor)
+    scored_at = [ms / 1000 for ms in Touches.SCORED_MS] if is_network else predictor.moments
+    predictions = {at: predictor.predict(dataset, aligned.contacts, at) for at in scored_at}
     truth = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
     values = np.array([p.value for p in predictions.values()])
     has_both = np.isfinite(values).all(axis=0) & np.isfinite(truth)

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain import (
-    HINTS,
     LINES,
     Image,
     ModelConstants,
@@ -23,26 +22,10 @@ from firstcontact.chain import (
     predict_touches,
     rig_inputs,
 )
-from firstcontact.core import (
-    FINGERTIP_RATE,
-    Finger,
-    InputError,
-    is_same_rate,
-    parse_int,
-    take_array,
-)
+from firstcontact.core import FINGERTIP_RATE, Finger, InputError, is_same_rate, take_array
 from firstcontact.models._context_network import ContextNetwork, Familiar
 from firstcontact.models._predictions import Predictions
-from firstcontact.models._rig import (
-    LEAST_SPREAD,
-    MOST_SPREAD,
-    STEP,
-    MotorPitch,
-    Rig,
-    RigRegression,
-    RigSpeeds,
-    ear,
-)
+from firstcontact.models._rig import STEP, MotorPitch, Rig, RigRegression, RigSpeeds, ear
 from firstcontact.models._touches import Touches
 from firstcontact.models._window_model import Arrays, Values
 from firstcontact.signal import samples_in
@@ -117,8 +100,7 @@ class InContextModel:
         )
 
     def _rig_constants(self, finger: int, rig: Rig) -> RigConstants:
-        regression, speeds = self.regressions.get(finger), rig.speeds
-        heard_error = 0.0 if speeds is None else speeds.heard_error
+        regression, speeds = self.regressions.get(finger), rig.speeds or RigSpeeds(0.0, 0.0)
         return RigConstants(
             finger=finger,
             has_level=rig.tokens.shape[1] > 0,
@@ -127,9 +109,9 @@ class InContextModel:
             terms=self.network.rig_term(rig.tokens, rig.general),
             reference=None if rig.pitch is None else rig.pitch.reference,
             usual_pitch=0.0 if rig.pitch is None else rig.pitch.usual,
-            usual_speed=0.0 if speeds is None else speeds.usual,
-            speed_spread=0.0 if speeds is None else speeds.spread,
-            heard_error=heard_error if np.isfinite(heard_error) else 0.0,
+            usual_speed=speeds.usual,
+            speed_spread=speeds.spread,
+            heard_error=speeds.heard_error if np.isfinite(speeds.heard_error) else 0.0,
             process=None if regression is None else regression.constants(),
         )
 
@@ -170,19 +152,14 @@ class InContextModel:
         self._check(touches)
         return rig_inputs(self.image, *touches.arrays)
 
-    def rig_features(self, touches: Touches) -> NDArray[np.float32]:
-        """Return the inputs for closing speed and radius, shape (n, HINTS)."""
-        return self.inputs(touches)[:, -HINTS:]
-
     def predict(self, touches: Touches) -> Predictions:
         """Return a prediction for each contact, from its samples before the second contact."""
         self._check(touches)
         out = predict_touches(self.image, *touches.arrays)
-        wrong = np.flatnonzero(~np.isfinite(out).all(axis=1))
-        if len(wrong):
+        if not (is_finite := np.isfinite(out).all(axis=1)).all():
             raise InputError(
-                f"the model predicts no finite number for contact {wrong[0]}: leave the contact "
-                "out, or make the model again"
+                f"the model predicts no finite number for contact {is_finite.argmin()}: leave the "
+                "contact out, or make the model again"
             )
         value, low, high, _, spread, is_out_of_range = out.T
         elapsed = touches.valid / touches.rate
@@ -242,12 +219,10 @@ def _rig_arrays(rig: Rig) -> Arrays:
 
 
 def _finger(name: str) -> int:
-    try:
-        finger = parse_int(name.split(".")[1])
-    except ValueError:
-        raise InputError(f"the array '{name}' has no finger's number in its name") from None
-    if finger not in (Rig.ANY, *range(len(Finger))):
-        raise InputError(f"the array '{name}' has the number of an unknown finger in its name")
+    numbers: dict[str, int] = {str(finger): finger for finger in (Rig.ANY, *range(len(Finger)))}
+    finger = numbers.get(name.split(".")[1])
+    if finger is None:
+        raise InputError(f"the array '{name}' has no finger's number in its name")
     return finger
 
 
@@ -263,14 +238,10 @@ def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
     if at + "reference" in arrays:
         reference = take_array(arrays, at + "reference", LINES).astype(np.float32)
         pitch = MotorPitch(reference, float(take_array(arrays, at + "usual", 1)[0]))
-    speeds = _declared_speeds(arrays, at, speed) if speed else None
+    speeds = None
+    if speed:
+        spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
+        speeds = RigSpeeds(speed, spread, error or float("inf"))
+        if not speeds.is_possible:
+            raise InputError(f"the array '{at}speeds' holds an impossible spread or error")
     return Rig(level, sign, pitch, speeds, tokens, general)
-
-
-def _declared_speeds(arrays: Mapping[str, NDArray[Any]], at: str, usual: float) -> RigSpeeds:
-    spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
-    if not LEAST_SPREAD <= spread <= MOST_SPREAD or (
-        error and not LEAST_SPREAD <= error <= MOST_SPREAD
-    ):
-        raise InputError(f"the array '{at}speeds' holds an impossible spread or standard error")
-    return RigSpeeds(usual, spread, error or float("inf"))

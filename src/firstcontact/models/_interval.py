@@ -7,7 +7,6 @@ bounds of their own.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import ceil
 
@@ -145,39 +144,26 @@ def _half_width(residuals: Values, level: float) -> float:
     return float(np.sort(residuals)[ceil((len(residuals) + 1) * level) - 1])
 
 
-def held_out_bounds(
+def held_out_coverage(
     answers: Values,
     truth: Values,
     folds: NDArray[np.intp],
     level: float = 0.9,
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
-) -> Iterator[tuple[Interval, NDArray[np.bool_]]]:
-    """Yield the interval of each fold, made from the predictions of the other folds."""
-    for fold in np.unique(folds):
-        in_fold = folds == fold
-        if (~in_fold).sum() >= least_answers(level):
-            learned, other = ~in_fold, None if spreads is None else spreads[~in_fold]
-            yield (
-                conformal_interval(answers[learned], truth[learned], level, limits, other),
-                in_fold,
-            )
-
-
-def coverage(
-    pairs: Iterable[tuple[Interval, NDArray[np.bool_]]],
-    answers: Values,
-    truth: Values,
-    spreads: Values | None = None,
 ) -> dict[str, float]:
-    """Return the share of truths within their bounds, and the mean width of the intervals."""
+    """Return share of truths in, and mean width of, intervals that are made from other folds."""
     inside, widths = [], []
-    for interval, rows in pairs:
-        units = None if spreads is None else spreads[rows]
-        low, high = interval.around_all(answers[rows], units)
-        inside.append((low <= truth[rows]) & (truth[rows] <= high))
+    for fold in np.unique(folds):
+        asked, other = folds == fold, folds != fold
+        if other.sum() < least_answers(level):
+            continue
+        units = (None, None) if spreads is None else (spreads[other], spreads[asked])
+        interval = conformal_interval(answers[other], truth[other], level, limits, units[0])
+        low, high = interval.around_all(answers[asked], units[1])
+        inside.append((low <= truth[asked]) & (truth[asked] <= high))
         widths.append(high - low)
-    if not sum(map(len, inside)):
+    if not inside:
         return {}
     is_inside = np.concatenate(inside)
     return {

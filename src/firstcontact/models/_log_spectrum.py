@@ -17,12 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import SKY, InputError
-from firstcontact.models._estimator import (
-    Estimator,
-    library_targets,
-    target_scale,
-    training_spec,
-)
+from firstcontact.models._estimator import Estimator, library_targets, target_scale, training_spec
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._window_model import (
     TARGET,
@@ -157,14 +152,12 @@ class LogSpectrumModel(ArraysModel):
     def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
         super().__init__(spec, *arrays)
         kind, scale, *_ = self._arrays.values()
-        if float(kind[0]) not in range(len(KINDS)):
-            raise InputError(
-                "the shapes or values of the log-spectrum model's arrays do not fit together: "
-                "train again"
-            )
-        self._features = list(KINDS)[int(kind[0])]
+        self._features = dict(enumerate(KINDS)).get(kind[0], "")
         blank = np.ones((1, spec.samples, spec.channels), np.float32)
-        if features(self._features, blank, spec.rate).shape[1] != scale.shape[1]:
+        if (
+            not self._features
+            or features(self._features, blank, spec.rate).shape[1] != scale.shape[1]
+        ):
             raise InputError(
                 "the shapes or values of the log-spectrum model's arrays do not fit together: "
                 "train again"

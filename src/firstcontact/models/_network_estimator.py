@@ -52,8 +52,8 @@ class Adapted:
     @property
     def rmse(self) -> float:
         """Return the RMSE of the model on held-out pinches; NaN without any."""
-        nan = float("nan")
-        return self.scores.get(self.model.kind, self.scores.get(self.scheme, nan))
+        alone = self.scores.get(self.scheme, float("nan"))
+        return self.scores.get(self.model.kind, alone)
 
     @property
     def refusal(self) -> str:
@@ -264,31 +264,18 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
     """Refuse options that the network does not support. The InputError names the parameter."""
     base = pretrained()
     is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
-    refusals = (
-        (
-            "task",
-            task != Task.REGRESSION,
-            f"the network does not support {task}: choose regression",
-        ),
-        (
-            "windows",
-            tuple(windows) != (DURATION,),
-            "the network predicts from 2 to 15 ms after a contact: leave out the windows",
-        ),
-        (
-            "level",
-            level != base.level,
-            f"the network's intervals have the level {base.level:g}: leave out the level",
-        ),
-        (
-            "rate",
-            is_other_rate,
-            f"the network needs samples at {base.rate:g} Hz: leave out the rate",
-        ),
-    )
-    for parameter, is_refused, message in refusals:
+    refusals = {
+        "task": (task != Task.REGRESSION, "regression"),
+        "windows": (tuple(windows) != (DURATION,), "predictions from 2 to 15 ms after a contact"),
+        "level": (level != base.level, f"intervals of the level {base.level:g}"),
+        "rate": (is_other_rate, f"samples at {base.rate:g} Hz"),
+    }
+    for parameter, (is_refused, supported) in refusals.items():
         if is_refused:
-            raise InputError(message, parameter=parameter)
+            raise InputError(
+                f"the network supports only {supported}: leave out the {parameter}",
+                parameter=parameter,
+            )
 
 
 def condition(
@@ -343,12 +330,11 @@ def _rig_sentence(shore_a: Values, made: Adapted) -> str:
 
 def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
     """Return a sentence on how measured closing speeds are used; [] if none was measured."""
-    is_told = np.isfinite(touches.speeds)
-    if not is_told.any():
+    is_measured = np.isfinite(touches.speeds)
+    if not is_measured.any():
         return []
-    pinches = counted(int(is_told.sum()), "pinch")
-    errors = np.nan_to_num(touches.speed_errors[is_told])
-    error = f"{percent(float(np.sqrt(np.mean(errors**2))))} error"
+    pinches = counted(int(is_measured.sum()), "pinch")
+    error = f"{percent(root_mean_square(np.nan_to_num(touches.speed_errors[is_measured])))} error"
     speeds = made.model.rigs[Rig.ANY].speeds
     if speeds is None:
         return [
@@ -362,44 +348,41 @@ def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
 
 
 def _held_out_scores(made: Adapted) -> dict[str, float]:
-    scores = {f"held out, {scheme}": round(score, 3) for scheme, score in made.scores.items()}
+    scores = {f"held out, {scheme}": score for scheme, score in made.scores.items()}
     if made.check is not None:
-        scores |= {
-            "held out, always the mean": round(made.mean_rmse, 3),
-            "held out, least coverage": round(made.check.coverage, 3),
-            "intervals widened": round(float(made.check.scales.max()), 3),
-        }
-    return scores
-
-
-def _against_network(made: Adapted) -> list[str]:
-    kind = made.model.kind
-    if kind not in made.scores:
-        return []
-    alone = made.scores[made.scheme]
-    is_worse = made.rmse > alone
-    advice = (
-        f"; the network alone had a lower error ({alone:.2f}): make the model with `train ... "
-        "--estimator network`, or use `live --estimator network`"
-    )
-    return [f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice * is_worse}"]
+        scores["held out, always the mean"] = made.mean_rmse
+        scores["held out, least coverage"] = made.check.coverage
+        scores["intervals widened"] = float(made.check.scales.max())
+    return {name: round(score, 3) for name, score in scores.items()}
 
 
 def _check_sentences(base: InContextModel, made: Adapted) -> list[str]:
+    """Return sentences on the held-out errors and intervals."""
     if made.check is None:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
-    kind = made.model.kind
-    schemes = {name: score for name, score in made.scores.items() if name != kind}
     words = dict(zip(WAYS, ("both fingers as one rig", "each finger as its own rig"), strict=True))
-    compared = ", ".join(f"{score:.2f} with {words[name]}" for name, score in schemes.items())
+    compared = ", ".join(
+        f"{made.scores[scheme]:.2f} with {words[scheme]}"
+        for scheme in WAYS
+        if scheme in made.scores
+    )
+    sentences = [made.split] if made.split else []
+    sentences.append(
+        f"held-out pinches: rmse of the network {compared}, {made.mean_rmse:.2f} Shore A if the "
+        f"mean is always predicted; used: {words[made.scheme]}"
+    )
+    if (kind := made.model.kind) in made.scores:
+        alone = made.scores[made.scheme]
+        advice = (
+            f"; the network alone had a lower error ({alone:.2f}): make the model with `train ... "
+            "--estimator network`, or use `live --estimator network`"
+        ) * (made.rmse > alone)
+        sentences.append(f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice}")
     widest = made.check.scales.max()
     widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "not widened"
-    return [
-        *([made.split] if made.split else []),
-        f"held-out pinches: rmse of the network {compared}, {made.mean_rmse:.2f} Shore A if the "
-        f"mean is always predicted; used: {words[made.scheme]}",
-        *_against_network(made),
+    sentences.append(
         f"intervals: at every time they held the truth of {percent(made.check.coverage)} or more "
         f"of {counted(made.check.n, 'held-out pinch')} (wanted: {100 * base.level:.0f} %): "
-        f"{widened}",
-    ]
+        f"{widened}"
+    )
+    return sentences

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from firstcontact.models._touches import Touches, valid_samples
 from firstcontact.models._window_model import Arrays, Spec, Task, WindowModel
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 
-#: Elapsed times after a contact at which the network predicts, s.
-MOMENTS = tuple(n / 1000 for n in range(2, round(1000 * Touches.LONGEST) + 1))
 #: Longest window that a model may require, s.
 LONGEST_WINDOW = 10.0
 #: Content of each channel of a window.
@@ -62,11 +60,6 @@ class WindowPredictor:
             if samples_in(length, spec.rate) == spec.samples:
                 return length
         return spec.duration
-
-    @property
-    def scored_moments(self) -> tuple[float, ...]:
-        """Elapsed times at which :func:`evaluate` scores the predictor, s."""
-        return self.moments
 
     @property
     def classes(self) -> tuple[float, ...]:
@@ -137,6 +130,13 @@ class WindowPredictor:
 class RigPredictor:
     """Predictor that uses the pre-trained network, conditioned on a rig."""
 
+    #: Elapsed times after a contact at which the network predicts, s, ascending.
+    moments: ClassVar[tuple[float, ...]] = tuple(
+        n / 1000 for n in range(2, round(1000 * Touches.LONGEST) + 1)
+    )
+    #: Empty, because the network predicts Shore A, not classes.
+    classes: ClassVar[tuple[float, ...]] = ()
+
     model: InContextModel
     record: TrainingRecord = field(default_factory=TrainingRecord)
 
@@ -149,21 +149,6 @@ class RigPredictor:
     def rate(self) -> float:
         """Sampling rate of the signals, Hz."""
         return self.model.rate
-
-    @property
-    def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which the model predicts, s, ascending."""
-        return MOMENTS
-
-    @property
-    def scored_moments(self) -> tuple[float, ...]:
-        """Elapsed times at which :func:`evaluate` scores the predictor, s."""
-        return tuple(ms / 1000 for ms in Touches.SCORED_MS)
-
-    @property
-    def classes(self) -> tuple[float, ...]:
-        """Empty, because the network predicts Shore A, not classes."""
-        return ()
 
     @property
     def level(self) -> float:

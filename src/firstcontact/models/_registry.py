@@ -56,9 +56,8 @@ def anytime_kind(kind: str) -> Any:
     """Return the class of any-time models with this ``kind`` in their cards."""
     from firstcontact.models._estimator import Estimator
 
-    for name in ESTIMATORS.names:  # one by one: the package's own need no plug-in
-        entry = ESTIMATORS.get(name)
-        if entry is not None and not issubclass(entry, Estimator) and entry.model.kind == kind:
+    for entry in ESTIMATORS.values():
+        if not issubclass(entry, Estimator) and entry.model.kind == kind:
             return entry.model
     raise InputError(f"the kind of network {kind!r} is unknown: install the package that made it")
 

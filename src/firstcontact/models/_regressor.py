@@ -10,9 +10,7 @@ import inspect
 import io
 import json
 import sys
-import warnings
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
 from importlib import import_module
@@ -22,11 +20,7 @@ from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import (
-    InputError,
-    foreign_errors,
-    summarize_error,
-)
+from firstcontact.core import InputError, foreign_errors, summarize_error
 from firstcontact.models._estimator import Estimator, training_spec
 from firstcontact.models._window_model import Arrays, Spec, Task, Values, WindowModel, Windows
 
@@ -45,9 +39,6 @@ TRUSTED = (
     ),
 )
 _SCHEMA = "schema.json"
-#: Numbers of rows and columns of the noise that regressors are fitted to before training. Inner
-#: cross-validation needs several rows of each target.
-NOISE = (20, 74)
 
 
 class RegressorModel(WindowModel):
@@ -131,23 +122,9 @@ class RegressorEstimator(Estimator):
         with foreign_errors(f"{self.title}.fit"):
             unfitted = fresh(self.regressor, seed)
             fitted = unfitted.fit(flat(X), y.copy())
-        return RegressorModel(spec, unfitted if fitted is None else fitted, self.title)
-
-    @classmethod
-    def check_saved(cls, seed: int) -> None:
-        """Raise InputError before training if the object could not be saved."""
-        with foreign_errors(cls.title):
-            example = fresh(cls.regressor, seed)
-        noise = np.random.default_rng(seed).standard_normal(NOISE)
-        with (
-            suppress(InputError, OSError),
-            foreign_errors(cls.title),
-            warnings.catch_warnings(action="ignore"),
-        ):
-            unfitted = fresh(cls.regressor, seed)
-            fitted = unfitted.fit(noise, np.arange(float(len(noise))) % 2)
-            example = unfitted if fitted is None else fitted
-        to_skops(example, cls.title)
+        model = RegressorModel(spec, unfitted if fitted is None else fitted, self.title)
+        model.to_arrays()  # a model that cannot be saved is refused before more are trained
+        return model
 
 
 def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimator]:
@@ -161,12 +138,7 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
         raise InputError(
             f"{title} is no regressor: give a class or an instance with fit(X, y) and predict(X)"
         )
-    attributes = {
-        "name": title,
-        "title": title,
-        "tasks": (task,),
-        "regressor": regressor,
-    }
+    attributes = {"name": title, "title": title, "tasks": (task,), "regressor": regressor}
     return type("RegressorEstimator", (RegressorEstimator,), attributes)
 
 

@@ -272,6 +272,12 @@ class RigSpeeds:
     spread: float = ASSUMED
     heard_error: float = np.inf
 
+    @property
+    def is_possible(self) -> bool:
+        """True if spread and error lie within bounds; an infinite error stands for none."""
+        errors = [self.spread, *([self.heard_error] if np.isfinite(self.heard_error) else [])]
+        return all(LEAST_SPREAD <= error <= MOST_SPREAD for error in errors)
+
     @classmethod
     def fit(
         cls, speeds: Values, errors: Values, heard: Values, believed: NDArray[np.bool_]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, product
 from math import log, nan, sqrt
@@ -165,21 +165,11 @@ class SvmModel(ArraysModel):
 
     def smaller(self, X: Windows) -> Iterator[SvmModel]:
         """Yield models with fewer support vectors, fitted to windows, the smallest first."""
-        a = self._arrays
-        inputs = shape_and_level(X, a["level"])
-        gamma = float(self.parameters[1])
-        for chosen, weights, bias in _reduced_sets(
-            a["vectors"], gamma, a["weights"], inputs, SIZES
-        ):
-            yield SvmModel(
-                self.spec,
-                a["level"],
-                a["vectors"][chosen],
-                weights.astype(np.float32),
-                (a["bias"] + bias).astype(np.float32),
-                a["target"],
-                a["parameters"],
-            )
+        level, vectors, weights, bias, target, parameters = self._arrays.values()
+        inputs = shape_and_level(X, level)
+        for chosen, fitted, offset in _reduced_sets(vectors, float(parameters[1]), weights, inputs):
+            narrow = fitted.astype(np.float32), (bias + offset).astype(np.float32)
+            yield SvmModel(self.spec, level, vectors[chosen], *narrow, target, parameters)
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
         """Return the class that wins most pairs."""
@@ -197,7 +187,6 @@ def _reduced_sets(
     gamma: float,
     weights: NDArray[Any],
     inputs: NDArray[Any],
-    sizes: Sequence[int],
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
     """Yield reduced sets of several sizes: fewer vectors, with refitted weights."""
     wide = vectors.astype(np.float64)
@@ -207,7 +196,7 @@ def _reduced_sets(
     left = wanted - mean
     columns = kernel - kernel.mean(axis=0)
     chosen: list[int] = []
-    for size in [s for s in sizes if s < len(wide)]:
+    for size in [s for s in SIZES if s < len(wide)]:
         while len(chosen) < size:
             power = np.maximum((columns**2).sum(axis=0), 1e-12)
             gain = ((columns.T @ left) ** 2).sum(axis=1) / power
@@ -341,12 +330,8 @@ def search(
                 parameters = c, gamma, epsilon
                 losses[parameters] = np.mean([_loss(task, parameters, *side) for side in sides])
     candidates = [(c, gamma, epsilon) for epsilon, c, gamma in product(epsilons, C_GRID, gammas)]
-    return candidates[_first_close(np.array([losses[each] for each in candidates]))]
-
-
-def _first_close(losses: NDArray[np.float64]) -> int:
-    """Return the index of the first candidate whose loss is close to the best."""
-    return int(np.argmax(losses <= TOLERANCE * losses.min()))
+    least = min(losses.values())
+    return next(each for each in candidates if losses[each] <= TOLERANCE * least)
 
 
 def _squared_distances(inputs: NDArray[np.float32]) -> NDArray[np.float64]:

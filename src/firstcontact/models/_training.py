@@ -23,12 +23,16 @@ from firstcontact.models._interval import (
     SHORE_A,
     Interval,
     conformal_interval,
-    coverage,
-    held_out_bounds,
+    held_out_coverage,
     refusal,
 )
 from firstcontact.models._registry import ESTIMATORS, find_estimator, make_estimator
-from firstcontact.models._scores import TaskScores, classification_scores, regression_scores
+from firstcontact.models._scores import (
+    ClassificationScores,
+    TaskScores,
+    classification_scores,
+    regression_scores,
+)
 from firstcontact.models._splits import Group, Split, by_session, inner_folds
 from firstcontact.models._touches import Touches
 from firstcontact.models._window_model import Task, Values, WindowModel, Windows
@@ -87,16 +91,8 @@ class LabelledWindows:
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
         """Return the windows at these positions, or where a mask is true."""
-        return LabelledWindows(
-            self.X[rows],
-            self.y[rows],
-            self.sessions[rows],
-            self.specimens[rows],
-            self.objects[rows],
-            self.test[rows],
-            self.rows[rows],
-            self.rate,
-        )
+        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}
+        return replace(self, **arrays)
 
 
 def resampling_clusters(
@@ -146,26 +142,13 @@ def labelled_windows(
     contacts: Sequence[Contact | None],
     duration: float,
     target: Values,
-    *,
-    conditioned: bool = True,
 ) -> LabelledWindows:
     """Return the windows of the pinches with a contact, a complete window and a target.
 
-    Parameters
-    ----------
-    dataset
-        The pinches.
-    contacts
-        Contact at which the window of each pinch starts; None if no contact was detected.
-    duration
-        Length of the windows, s.
-    target
-        Targets, shape (pinches,), NaN if unknown.
-    conditioned
-        True to filter the signal; see :func:`firstcontact.signal.contact_windows`.
+    ``contacts`` holds the contact at which the window of each pinch starts, None if there is none;
+    ``duration`` is in s, and ``target`` has shape (pinches,), NaN if unknown.
     """
-    cut = contact_windows(dataset, contacts, duration, conditioned=conditioned)
-    return label_windows(dataset, *cut, target)
+    return label_windows(dataset, *contact_windows(dataset, contacts, duration), target)
 
 
 def label_windows(
@@ -379,31 +362,31 @@ def train_final_model(
     has_prediction = np.isfinite(answers)
     data, answers = data.take(has_prediction), answers[has_prediction]
     spreads = None if spreads is None else spreads[has_prediction]
-    scores = _score(task, data, answers, seed)
-    interval, conformal = None, _none(data, task, level)
-    if not conformal:
+    score: Callable[..., TaskScores] = (
+        regression_scores if task == Task.REGRESSION else classification_scores
+    )
+    scores = score(data.y, answers, data.clusters, seed)
+    reason = (
+        refusal(data.y, data.sessions, level)
+        if task == Task.REGRESSION
+        else "a classification predicts one of its classes"
+    )
+    interval: Interval | None = None
+    conformal: dict[str, Any] = {"none": reason}
+    if not reason:
         limits = SHORE_A if shore else None
         folds = np.zeros(len(has_prediction), dtype=np.intp)
         for number, split in enumerate(splits):
             folds[split.test] = number
         folds = folds[has_prediction]
         interval = conformal_interval(answers, data.y, level, limits, spreads)
-        tested = held_out_bounds(answers, data.y, folds, level, limits, spreads)
         conformal = {
             "pinches": len(data),
             "sessions": len(np.unique(data.sessions)),
             "folds": len(splits),
-            "held_out": coverage(tested, answers, data.y, spreads),
+            "held_out": held_out_coverage(answers, data.y, folds, level, limits, spreads),
         }
     return FinalModel(final, scores, words, interval, conformal)
-
-
-def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
-    """Return the reason why the model has no interval as ``none``; empty if it has one."""
-    if task is Task.CLASSIFICATION:
-        return {"none": "a classification predicts one of its classes"}
-    why = refusal(data.y, data.sessions, level)
-    return {"none": why} if why else {}
 
 
 def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
@@ -431,26 +414,15 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
     return splits, words
 
 
-def _score(task: str, data: LabelledWindows, answers: Values, seed: int) -> TaskScores:
-    """Return the scores of the held-out predictions."""
-    of: Callable[..., TaskScores] = (
-        regression_scores if task == "regression" else classification_scores
-    )
-    return of(data.y, answers, data.clusters, seed)
-
-
 def scores_in_words(scores: TaskScores, target: Target) -> str:
     """Return scores as one line of text, errors in the unit of the target."""
-    unit = UNITS[target]
-    units = {"rmse": unit, "mae": unit, "mse": f"{unit}²", "bias": unit}
-    numbers = [
-        f"{name} {value:.2f} {unit}"
-        for name, unit in units.items()
-        if (value := getattr(scores, name, None)) is not None
-    ]
-    if (accuracy := getattr(scores, "accuracy", None)) is not None:
-        numbers.insert(0, f"accuracy {percent(accuracy)}")
-    return f"{', '.join(numbers)}, {counted(scores.n, 'pinch')}"
+    pinches, unit = counted(scores.n, "pinch"), UNITS[target]
+    if isinstance(scores, ClassificationScores):
+        return f"accuracy {percent(scores.accuracy)}, {pinches}"
+    return (
+        f"rmse {scores.rmse:.2f} {unit}, mae {scores.mae:.2f} {unit}, "
+        f"mse {scores.mse:.2f} {unit}², bias {scores.bias:.2f} {unit}, {pinches}"
+    )
 
 
 def interval_in_words(final: FinalModel, target: Target) -> str:

@@ -10,8 +10,6 @@ from typing import Any
 from safetensors.numpy import load_file, save
 
 from firstcontact.models import (
-    CARD,
-    WEIGHTS,
     InContextModel,
     Model,
     RigPredictor,
@@ -19,6 +17,8 @@ from firstcontact.models import (
     WindowPredictor,
     load_model,
 )
+
+CARD, WEIGHTS = "model.json", "weights.safetensors"
 
 
 def save_window(model: WindowModel, folder: Path, **fields: Any) -> Path:

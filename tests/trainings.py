@@ -10,7 +10,6 @@ import numpy as np
 
 from firstcontact.cli.main import main
 from firstcontact.core import Contact, Dataset, Finger, Label, Pinch, Role, fingertip_layout
-from firstcontact.models import CARD
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.recording._dataset import pause_between
 from firstcontact.signal import resample_dataset
@@ -60,7 +59,7 @@ def run(*words: Any) -> int:
 
 
 def load_card(folder: Path) -> Any:
-    return json.loads((folder / CARD).read_text(encoding="utf-8"))
+    return json.loads((folder / "model.json").read_text(encoding="utf-8"))
 
 
 def resampled(data: Path, rate: float, out: Path) -> Path:

@@ -13,13 +13,9 @@ import pytest
 
 from firstcontact.contact import DETECTORS, load_detector
 from firstcontact.core import Dataset, InputError, Label, Role
-from firstcontact.models import (
-    CARD,
-    ESTIMATORS,
-    WEIGHTS,
-    load_model,
-)
+from firstcontact.models import ESTIMATORS, load_model
 from firstcontact.recording import Header, write_dataset
+from saved import CARD, WEIGHTS
 from trainings import LAYOUT, load_card, recordings, resampled, run, touch
 
 

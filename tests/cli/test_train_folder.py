@@ -10,7 +10,8 @@ import pytest
 import forked
 from firstcontact.contact import load_detector
 from firstcontact.core import InputError
-from firstcontact.models import CARD, WEIGHTS, load_model
+from firstcontact.models import load_model
+from saved import CARD, WEIGHTS
 from trainings import recordings, run
 
 #: Trains with files of at most so many bytes, which is a full disk for what is larger.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -50,14 +49,6 @@ def test_each_tap_is_one_contact() -> None:
     assert len(begun) == 1 + len(times)
     assert begun[0] / RATE < 0.06
     assert all(0.3 <= b / RATE - t < 0.32 for b, t in zip(begun[1:], times, strict=True))
-
-
-TAPS = tap_signal([0.5, 0.9, 1.21, 1.9], 2.5)
-
-
-@pytest.fixture(scope="module")
-def expected() -> object:
-    return run(TAPS, [15])
 
 
 @settings(max_examples=25)

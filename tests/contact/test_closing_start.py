@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,12 +34,10 @@ from firstcontact.core import (
     Contact,
     Dataset,
     Finger,
-    InputError,
     Label,
     Layout,
     Pinch,
 )
-from firstcontact.recording import from_arrays
 from firstcontact.signal import samples_in
 from firstcontact.testing import closings as toy_closings
 
@@ -203,22 +200,3 @@ def test_contacts_keep_their_sample_numbers(fitted) -> None:
 def test_short_pinches_start_with_their_first_sample(samples: int) -> None:
     pinches = tuple(replace(p, data=p.data[:samples]) for p in rig().pinches)
     assert waits(Dataset(pinches)) == [0] * 12
-
-
-@pytest.mark.parametrize("unit", [None, "V", "counts"])
-def test_force_in_any_unit_keeps_the_start(unit: str | None) -> None:
-    """Imported forces are in volts or in converter counts."""
-    dataset = rested(toy_closings(8), rest_range=(0.2, 0.2), electronics=0.0005)
-    piezo = np.array([p.vibration() for p in dataset.pinches])
-    counts = np.random.default_rng(0).integers(60, 70, (*piezo.shape[:2], 2, 6))
-    counts[:, -100:] += 300  # the grip
-    arrays = {"piezo": piezo, "sample_rate_hz": np.array(dataset.layout.rate)}
-    arrays |= {"piezo_unit": np.array("V")}
-    arrays["force"] = counts * (3.3 / 1024) if unit == "V" else counts
-    if unit is None:
-        with pytest.raises(InputError, match="force_unit"):
-            from_arrays(Path("x.npz"), arrays)
-        return
-    imported = from_arrays(Path("x.npz"), {**arrays, "force_unit": np.array(unit)})
-    assert count_starts(closing_starts(imported)) == {StartMethod.REST: 8}
-    assert imported.pinches[0].force(Finger.INDEX)[0] == pytest.approx(0.2, abs=0.03)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from clicks import LAYOUT, listen, make_pinch
+from clicks import LAYOUT, listen
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,12 +19,6 @@ from firstcontact.contact import (
 )
 from firstcontact.core import Block, Pinch
 from firstcontact.signal import samples_in
-
-
-@given(st.lists(st.integers(0, 1480), max_size=40))
-def test_events_do_not_depend_on_the_sizes_of_blocks(edges: list[int]) -> None:
-    pinch = make_pinch(3, click=True)
-    assert listen(pinch, edges) == listen(pinch, [])
 
 
 @pytest.mark.parametrize("until", [0, 100, 700, 10_000])

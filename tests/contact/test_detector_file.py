@@ -3,25 +3,19 @@
 from __future__ import annotations
 
 import json
-import pickle
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from safetensors.numpy import load_file, save
 
 from firstcontact.cli.main import main
 from firstcontact.contact import (
-    CARD,
-    DETECTORS,
     Detector,
     SvmDetector,
     ThresholdDetector,
-    WindowDetector,
     detect,
     general_detector,
     is_pretrained,
@@ -29,11 +23,11 @@ from firstcontact.contact import (
     pretrained_detector,
     save_detector,
 )
-from firstcontact.contact._detector_file import DETECTOR_WEIGHTS
 from firstcontact.core import InputError, fingertip_layout
 from firstcontact.testing import closings
 from saved import edit, vouch
 
+CARD, DETECTOR_WEIGHTS = "detector.json", "detector.safetensors"
 FRESH = closings(8, seed=7).pinches
 
 
@@ -67,50 +61,21 @@ def test_threshold_of_an_older_card_is_read(tmp_path: Path) -> None:
     assert loaded.sigmas == 4.5
 
 
-def test_small_custom_detector_is_saved_and_loaded(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    class Loud(WindowDetector):
-        name = "loud"
-
-        def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-            return np.asarray(np.abs(windows).max(axis=2) > 6.0)
-
-    monkeypatch.setattr(DETECTORS, "_own", {**DETECTORS._own, "loud": Loud})
-    save_detector(Loud(), tmp_path)
-    assert [p.name for p in tmp_path.iterdir()] == [CARD]
-    assert isinstance(load_detector(tmp_path), Loud)
-    assert Loud.title == "loud"
-
-
 def test_untrained_detector_is_not_saved(tmp_path: Path) -> None:
     with pytest.raises(InputError):
         save_detector(SvmDetector(), tmp_path / "m")
     assert not (tmp_path / "m").exists()
 
 
-@pytest.mark.parametrize("name", [CARD, DETECTOR_WEIGHTS])
-def test_every_truncation_is_refused(folder: Path, name: str) -> None:
-    content = (folder / name).read_bytes()
-    for length in range(0, len(content) - 2, max(1, len(content) // 40)):
-        (folder / name).write_bytes(content[:length])
-        with pytest.raises(InputError, match=name):
-            load_detector(folder)
-
-
 @pytest.mark.parametrize(
     "changes",
     [
         {"format": "firstcontact-model"},
-        {"format_version": 2},
         {"name": "ear"},
         {"rate_hz": 1000.0},
         {"sha256": None},
-        {"sha256": "0"},
         {"name": "three_sigma"},
-        {"name": "three_sigma", "sigmas": "three"},
         {"name": "three_sigma", "sigmas": -1},
-        {"name": "three_sigma", "sigmas": float("nan")},
     ],
     ids=str,
 )
@@ -120,35 +85,6 @@ def test_invalid_card_is_refused(folder: Path, changes: dict[str, Any]) -> None:
         load_detector(folder)
     assert str(folder) in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def _without_threshold(arrays: dict[str, Any]) -> dict[str, Any]:
-    return {k: v for k, v in arrays.items() if k != "threshold"}
-
-
-def _with_nan(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"weights": arrays["weights"] * np.nan}
-
-
-def _cut(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"support": arrays["support"][:, :-1].copy()}
-
-
-def _no_scale(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"scale": arrays["scale"] * 0}
-
-
-@pytest.mark.parametrize("change", [_without_threshold, _with_nan, _cut, _no_scale])
-def test_invalid_arrays_are_refused(folder: Path, change: Callable[[Any], Any]) -> None:
-    vouch(folder, save(change(load_file(folder / DETECTOR_WEIGHTS))), CARD, DETECTOR_WEIGHTS)
-    with pytest.raises(InputError, match=DETECTOR_WEIGHTS):
-        load_detector(folder)
-
-
-def test_pickled_weights_are_not_executed(folder: Path) -> None:
-    vouch(folder, pickle.dumps({"weights": [1.0]}), CARD, DETECTOR_WEIGHTS)
-    with pytest.raises(InputError, match=DETECTOR_WEIGHTS):
-        load_detector(folder)
 
 
 def test_decision_that_is_not_finite_is_refused(folder: Path) -> None:

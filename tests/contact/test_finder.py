@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.contact import find_onsets
-from firstcontact.contact._finder import APART
+from firstcontact.contact._finder import APART, pick_onset
 from firstcontact.signal import resample
 
 RATE = 8000.0
@@ -58,9 +58,10 @@ def test_digital_silence_hides_no_tap(share: float, level: float) -> None:
     places = [3000, 9000, 14_000]
     x = with_taps(places)
     silence = np.full((round(share * len(x) / (1 - share)), 1), level)
-    for before, after in ((silence, silence[:0]), (silence[:0], silence)):
-        onsets = find_onsets(np.vstack([before, x, after]), RATE)
-        assert [o.sample - len(before) for o in onsets] == pytest.approx(places, abs=4)
+    for cut in (0, 6000, len(x)):  # before, between and after the taps
+        onsets = find_onsets(np.vstack([x[:cut], silence, x[cut:]]), RATE)
+        expected = [place + (place >= cut) * len(silence) for place in places]
+        assert [o.sample for o in onsets] == pytest.approx(expected, abs=4)
 
 
 def test_ringing_is_one_contact_per_channel() -> None:
@@ -130,3 +131,21 @@ def test_real_strikes_are_found_at_their_labels(strikes: Path) -> None:
         onset_samples = np.array([o.sample for o in onsets])
         near += [np.abs(onset_samples - s).min() / rate <= 0.002 for s in samples]
     assert np.mean(near) > 0.99
+
+
+def test_onset_is_the_change_of_variance():
+    rng = np.random.default_rng(0)
+    errors = []
+    for onset in rng.integers(75, 95, 200):
+        x = rng.normal(size=(1, 99))
+        x[0, onset:] *= 30
+        errors.append(int(pick_onset(x, 30)[0]) - onset)
+    assert np.median(np.abs(errors)) <= 1
+    assert np.percentile(np.abs(errors), 90) <= 3
+
+
+def test_onset_of_a_flat_signal_is_within_the_search_range():
+    x = np.zeros((2, 99))
+    x[1, :50] = np.random.default_rng(2).normal(size=50)
+    picked = pick_onset(x, 30)
+    assert ((picked >= 69) & (picked <= 96)).all()

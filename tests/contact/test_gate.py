@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from hand_stream import (
@@ -26,17 +24,11 @@ from firstcontact.core import Block, Calibration, Finger, VibrationCalibration
 DATA, CLOSINGS = hand_stream(6)
 
 
-def run(data: np.ndarray, cuts: list[int], first: int = 0) -> list[Turn]:
-    gate = make_gate()
-    edges = [0, *sorted(cuts), len(data)]
-    return [
-        event
-        for a, b in itertools.pairwise(edges)
-        for event in turns(gate, Block(data[a:b], first + a))
-    ]
+def run(data: np.ndarray) -> list[Turn]:
+    return turns(make_gate(), Block(data))
 
 
-WHOLE = run(DATA, [])
+WHOLE = run(DATA)
 
 
 def test_opens_once_per_closing_before_the_contact() -> None:
@@ -56,7 +48,7 @@ def test_stays_shut_while_an_object_is_held() -> None:
     motor, release = samples(0.5), samples(1.0)
     x[motor:, :2] *= 3
     x[motor:release, 2:4] = 1
-    ((turn, opened),) = run(raw(x), [])
+    ((turn, opened),) = run(raw(x))
     assert turn == OPENS
     assert release < opened <= release + samples(0.045)
 
@@ -80,16 +72,6 @@ def test_motor_starts_under_a_load_are_counted_until_it_opens(load: bool, size: 
     assert gate.refused == 0
 
 
-@given(st.lists(st.integers(1, len(DATA) - 1), max_size=40))
-def test_blocks_do_not_matter(cuts: list[int]) -> None:
-    assert run(DATA, cuts) == WHOLE
-
-
-def test_events_follow_the_first_sample_number() -> None:
-    moved = run(DATA, [], first=10**9)
-    assert [(turn, sample - 10**9) for turn, sample in moved] == WHOLE
-
-
 def test_a_knock_at_rest_does_not_open_it() -> None:
     rng = np.random.default_rng(1)
     data = np.array(DATA[:1])
@@ -98,7 +80,7 @@ def test_a_knock_at_rest_does_not_open_it() -> None:
     noise = FLOOR / LAYOUT.channels[0].scale * rng.standard_normal((len(data), 2))
     noise[samples(0.5) : samples(0.505)] += 5000
     data[:, :2] = (data[:, :2] + noise).astype(np.int16)
-    assert run(data, []) == []
+    assert run(data) == []
 
 
 def test_gap_shuts_the_gate_until_the_next_quiet_period() -> None:

@@ -9,7 +9,7 @@ import pytest
 from rested import rested
 
 from firstcontact.contact import SvmDetector, ThresholdDetector, closing_starts, count_starts
-from firstcontact.core import Dataset, to_tree
+from firstcontact.core import Dataset
 from firstcontact.twin import condition, draw_pinch, simulate_pinch
 from firstcontact.twin._simulate import plan_sessions
 from firstcontact_lab.study.detection_scores import (
@@ -73,16 +73,3 @@ def test_svm_transfers_between_rigs_with_and_without_quiet_lead(training_kind: s
     scores = {k: score_detector(detector, halves(d)[1]).pinch_success for k, d in kinds.items()}
     assert min(scores.values()) >= 0.95
     assert scores["plain"] == pytest.approx(scores["rest"], abs=NEAR)
-
-
-def test_contact_during_the_motor_start_is_counted_as_too_soon() -> None:
-    dataset = rested_twin("paper-rig")
-    shortened = []
-    for pinch, start in zip(dataset.pinches, closing_starts(dataset), strict=True):
-        late = pinch.first.sample - start.sample - 60  # the contact comes in the steady state
-        cut = np.delete(pinch.data, np.arange(late) + start.sample - pinch.first_sample, axis=0)
-        truth = tuple(type(c)(c.finger, c.sample - late, c.decided - late) for c in pinch.truth)
-        shortened.append(type(pinch)(cut, pinch.layout, pinch.label, pinch.first_sample, truth))
-    scores = score_detector(ThresholdDetector(), Dataset(tuple(shortened), "twin"))
-    assert scores.too_soon > 0.9 * scores.n
-    assert to_tree(scores)["too_soon"] == scores.too_soon

@@ -44,7 +44,10 @@ def test_broken_arrays_are_refused(fitted, name):
     with pytest.raises(InputError, match=f"{name!r}"):
         SvmDetector.from_arrays(missing)
     with pytest.raises(InputError):
-        SvmDetector.from_arrays(arrays | {name: np.full((3, 3, 3), np.nan)})
+        SvmDetector.from_arrays(arrays | {name: np.full_like(arrays[name], np.nan)})
+    for wrong in ({"support": arrays["support"][:, :-1]}, {"scale": arrays["scale"] * 0}):
+        with pytest.raises(InputError):
+            SvmDetector.from_arrays(arrays | wrong)
 
 
 def test_untrained_detector_is_refused():

@@ -15,7 +15,6 @@ from firstcontact.models import (
     Adapted,
     CombinedEstimator,
     CombinedModel,
-    InContextModel,
     LabelledTouches,
     Rig,
     adapt_combined,
@@ -49,29 +48,6 @@ def adapted(labelled: LabelledTouches) -> Adapted:
 def model(adapted: Adapted) -> CombinedModel:
     assert isinstance(adapted.model, CombinedModel)
     return adapted.model
-
-
-def test_a_prediction_lies_between_those_of_both(
-    model: CombinedModel, labelled: LabelledTouches
-) -> None:
-    network = model.network_alone().predict(labelled.touches)
-    regressed, _ = model.regress(labelled.touches)
-    combined = model.predict(labelled.touches)
-    least, most = np.minimum(network.value, regressed), np.maximum(network.value, regressed)
-    assert (least - 1e-6 <= combined.value).all()
-    assert (combined.value <= most + 1e-6).all()
-
-
-def test_the_spread_is_that_of_the_mixture(model: CombinedModel, labelled: LabelledTouches) -> None:
-    network = model.network_alone().predict(labelled.touches)
-    regressed, own_spread = model.regress(labelled.touches)
-    share = own_spread**2 / (own_spread**2 + network.spread**2)
-    mean = share * network.value + (1 - share) * regressed
-    square = share * (network.spread**2 + network.value**2) + (1 - share) * (
-        own_spread**2 + regressed**2
-    )
-    expected = np.sqrt(square - mean**2)
-    np.testing.assert_allclose(model.predict(labelled.touches).spread, expected, rtol=1e-3)
 
 
 def test_far_from_the_rigs_pinches_the_network_counts_more(
@@ -144,23 +120,6 @@ def test_a_network_that_scored_better_is_named(
     assert any(
         "the network alone had a lower error" in note for note in fc.train(data, "combined").notes
     )
-
-
-@pytest.mark.parametrize("name", ["factors", "own.factors"])
-def test_widths_below_nothing_are_refused(model: CombinedModel, name: str) -> None:
-    arrays = dict(model.to_arrays())
-    arrays[name] = -arrays[name]
-    with pytest.raises(InputError, match="widths"):
-        CombinedModel.from_arrays(arrays, model.level)
-
-
-@pytest.mark.parametrize("finger", [-2, 2, 10**6])
-def test_a_rig_of_a_finger_that_no_hand_has_is_refused(model: CombinedModel, finger: int) -> None:
-    arrays = dict(model.to_arrays())
-    rig = {name: array for name, array in arrays.items() if name.startswith("rig.-1.")}
-    arrays |= {name.replace(".-1.", f".{finger}."): array for name, array in rig.items()}
-    with pytest.raises(InputError, match="finger"):
-        InContextModel.from_arrays(arrays, model.level)
 
 
 def test_a_pinch_without_a_first_swing_changes_other_predictions_little(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pickle
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,8 +15,6 @@ from safetensors.numpy import save
 
 from firstcontact.core import InputError
 from firstcontact.models import (
-    CARD,
-    WEIGHTS,
     Model,
     Task,
     TrainingData,
@@ -29,7 +26,7 @@ from firstcontact.models import (
     read_card,
 )
 from firstcontact.testing._windows import RATE, toy_windows
-from saved import edit, load_arrays, load_window, replace_arrays, save_window, vouch
+from saved import CARD, WEIGHTS, edit, load_arrays, load_window, replace_arrays, save_window, vouch
 
 DATA = TrainingData(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",))
 RECORD = TrainingRecord(split="session b held out", scores={"rmse": 2.5})
@@ -98,23 +95,17 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
         {"format": "other"},
         {"format_version": 2},
         {"kind": "forest"},
-        {"task": "guessing"},
-        {"rate_hz": "fast"},
         {"rate_hz": float("nan")},
-        {"samples": 0},
+        {"rate_hz": 10**400},
         {"samples": 75},
+        {"samples": 10**18},
         {"channels": 2},
         {"classes": []},
         {"classes": [1.0, 2.0]},
-        {"channel_order": ["strip"]},
-        {"sha256": "0"},
-        {"trained_on": {"objects": {"apple": 1e18}}},
-        {"predictors": [{"takes": "whole recordings"}]},
-        {"takes": "contact"},
-        {"rate_hz": 10**400},
-        {"samples": 10**18},
         {"classes": [60.0, 29.0, 10.0]},
-        {"classes": list(range(2000))},
+        {"channel_order": ["strip"]},
+        {"trained_on": {"objects": {"apple": 1e18}}},
+        {"takes": "contact"},
         {"sha256": None},
         {"interval": {"level": 0.9, "edges": [], "half_widths": [1e300]}},
     ],
@@ -137,27 +128,17 @@ def test_a_card_that_is_no_card(folder: Path, text: str) -> None:
         load_window(folder)
 
 
-def _without_bias(arrays: dict[str, Any]) -> dict[str, Any]:
-    return {k: v for k, v in arrays.items() if k != "bias"}
-
-
-def _with_nan(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"weights": arrays["weights"] * np.nan}
-
-
-def _cut(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"vectors": arrays["vectors"][:, :-1].copy()}
-
-
-def _backwards(arrays: dict[str, Any]) -> dict[str, Any]:
-    return arrays | {"parameters": -arrays["parameters"]}
-
-
-@pytest.mark.parametrize("change", [_without_bias, _with_nan, _cut, _backwards])
-def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
-    replace_arrays(folder, change(load_arrays(folder)))
-    with pytest.raises(InputError, match=WEIGHTS):
-        load_window(folder)
+def test_arrays_that_do_not_fit(folder: Path) -> None:
+    arrays = load_arrays(folder)
+    for wrong in (
+        {name: array for name, array in arrays.items() if name != "bias"},
+        arrays | {"weights": arrays["weights"] * np.nan},
+        arrays | {"vectors": arrays["vectors"][:, :-1].copy()},
+        arrays | {"parameters": -arrays["parameters"]},
+    ):
+        replace_arrays(folder, wrong)
+        with pytest.raises(InputError, match=WEIGHTS):
+            load_window(folder)
 
 
 class Hostile:

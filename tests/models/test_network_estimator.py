@@ -73,11 +73,6 @@ def test_a_limit_on_the_pinches_of_a_level_is_stated(
     assert (str(MOST_OF_LEVEL) in model.notes[0].partition(";")[2]) == is_limited
 
 
-def test_known_contacts_are_used_on_request(data: Dataset) -> None:
-    model = fc.train(data, "network", contacts="known")
-    assert "known" in model.trained_on.contacts
-
-
 @pytest.mark.parametrize(
     ("name", "value"),
     [("task", "classification"), ("windows", (0.005,)), ("level", 0.8), ("rate", 8000.0)],

@@ -172,10 +172,8 @@ def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
     raw = to_skops(PIPELINE.fit(np.eye(3), np.arange(3)), "pipeline")
     damaged = [
         b"",
-        raw[:-30],
         raw[: len(raw) // 2],
         _rewritten(raw, tmp_path, lambda schema: b"{}"),
-        _rewritten(raw, tmp_path, lambda schema: schema[:50]),
         _rewritten(raw, tmp_path, lambda schema: schema, ZIP_DEFLATED),
         _rewritten(raw, tmp_path, lambda schema: schema.replace(b"Ridge", b"Rodge")),
     ]

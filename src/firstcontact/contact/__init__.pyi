@@ -17,7 +17,6 @@ from ._contacts import judge_pinch as judge_pinch
 from ._contacts import judge_windows as judge_windows
 from ._detector import Detector as Detector
 from ._detector import WindowDecisions as WindowDecisions
-from ._detector_file import CARD as CARD
 from ._detector_file import DETECTOR_FORMAT as DETECTOR_FORMAT
 from ._detector_file import DETECTOR_WEIGHTS as DETECTOR_WEIGHTS
 from ._detector_file import card_digest as card_digest

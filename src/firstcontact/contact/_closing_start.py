@@ -34,23 +34,13 @@ FEW = 8
 RUNNING_OF_FEW = 2.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Start:
-    """Levels at the start of a pinch, at rest and with the motor, shape (fingers,)."""
-
-    quiet: NDArray[np.float64]  # RMS of the first 39 ms, V
-    motor: NDArray[np.float64]  # of the motor, V; 0 without an audible motor
-
-
 def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     """Return the noise floors of the fingers if these pinches begin at rest, else None."""
     few = len(pinches) < FEW
     starts = [start for p in pinches if (start := _start(p, RUNNING_OF_FEW if few else RUNNING))]
     if not starts:
         return None
-    rest_levels, motor = (
-        np.array([getattr(s, name) for s in starts]) for name in ("quiet", "motor")
-    )
+    rest_levels, motor = np.array(starts).swapaxes(0, 1)
     heard = motor > 0
     hearing = heard.sum(axis=0) >= MOST * len(pinches)
     if not hearing.any():
@@ -69,8 +59,11 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     return Calibration(tuple(floors))
 
 
-def _start(pinch: Pinch, running: float) -> _Start | None:
-    """Return the levels at the start of a pinch; None if the pinch is unusable or too short."""
+def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the RMS (V) of each finger at rest, and with the motor (0 if it is not audible).
+
+    Return None if the pinch is unusable or too short.
+    """
     samples = samples_in(GATE_STEP, pinch.layout.rate)
     if not samples:  # the rate is too low
         return None
@@ -96,7 +89,7 @@ def _start(pinch: Pinch, running: float) -> _Start | None:
         of_motor = single[begin - 1 : settled, f].max()
         if stays.min() > running * lasting[0, f] and later.max() > LOUDER * of_motor:
             motor[f] = stays[0]
-    return _Start(lasting[0], motor)
+    return lasting[0], motor
 
 
 def step_powers(piezo: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -78,12 +78,13 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     chain = contact_chain(detector, layout, is_traced=True)
     windows: list[tuple[int, ...]] = []
     contacts: list[Contact] = []
-    for piece in _pieces(_block(pinch), until, layout.rate):
+    pieces = list(_pieces(_block(pinch), until, layout.rate))
+    for piece in pieces:
         contacts = _standing(chain.take(piece), layout, contacts)
         windows += chain.windows
         if contacts and chain.is_confirmed:
             break
-    fixed = judge_windows(detector, layout, next(_pieces(_block(pinch), until, layout.rate)))
+    fixed = judge_windows(detector, layout, pieces[0])
     return PinchDecisions(_decisions(windows, layout), fixed, next(iter(contacts), None))
 
 

@@ -49,24 +49,8 @@ def save_detector(
 ) -> Path:
     """Write a fitted detector into a folder, next to the models that use it.
 
-    Parameters
-    ----------
-    detector
-        Registered detector.
-    directory
-        Folder, created if it does not exist. A detector in it is replaced.
-    data
-        Description of the training data, for readers of the card.
-
-    Returns
-    -------
-    Path
-        Path of the folder.
-
-    Raises
-    ------
-    InputError
-        The detector is not trained.
+    The folder is created if it does not exist, and a detector in it is replaced. ``data`` describes
+    the training data for readers of the card. Raise InputError if the detector is not trained.
     """
     directory = Path(directory)
     arrays = detector.to_arrays()
@@ -116,18 +100,9 @@ def is_pretrained(detector: Detector) -> bool:
 
 
 def load_detector(path: AnyPath) -> Detector:
-    """Load a detector. Its files contain no code.
+    """Load a detector from its folder, or from the card in it. Its files contain no code.
 
-    Parameters
-    ----------
-    path
-        Folder of the detector, or a card in it.
-
-    Raises
-    ------
-    InputError
-        A file is missing, damaged, or from another program or version, or its numbers are
-        inconsistent.
+    Raise InputError if a file is missing, damaged, or from another program or version.
     """
     path = Path(path)
     folder = path.parent if path.is_file() else path

@@ -24,19 +24,13 @@ from firstcontact.contact._logistic_training import (
 )
 from firstcontact.contact._training import session_groups
 from firstcontact.contact._window_detector import TrainedDetector, spread_out, stored_array
-from firstcontact.core import (
-    GREEN,
-    Dataset,
-    InputError,
-)
+from firstcontact.core import GREEN, Dataset, InputError
 
 #: Least deviation of a new sample, in sigmas, for which a window is evaluated.
 AWAKE = 3.0
 #: Largest number of training pinches, and number of folds for the threshold.
 PINCHES = 1000
 FOLDS = 3
-#: Largest error of the approximate logarithms in C, doubled for safety.
-ROUGH = 4e-5
 
 
 class LogisticDetector(TrainedDetector):
@@ -67,9 +61,9 @@ class LogisticDetector(TrainedDetector):
         rng = np.random.default_rng(self.seed)
         looks = [cut_looks(pinch, sizes, early, rng) for pinch in subset.pinches]
         has_contact = np.array([look.shows.any() for look in looks], dtype=np.bool_)
-        if has_contact.sum() < 2:
-            raise self._too_few(has_contact.sum())
         looks = [look for look in looks if look.shows.any()]
+        if len(looks) < 2:
+            raise self._too_few(len(looks))
         groups = session_groups(subset.sessions[has_contact], FOLDS) % FOLDS
         levels = np.empty((len(looks), 2))
         for fold in np.unique(groups):

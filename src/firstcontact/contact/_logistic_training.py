@@ -109,7 +109,7 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
         if not steady.alive[column]:
             continue
         x = steady.normalise(smooth)[:, column]
-        ringing = _prediction(x[: sizes.steady])
+        (ringing,) = fit_predictions(x[None, : sizes.steady])
         contacts_of_finger = [
             c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger
         ][:1]
@@ -141,12 +141,6 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
     return Looks(features, quiet, shows, early_looks, due, tuple(begins))
 
 
-def _prediction(quiet: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the linear prediction of one channel in the steady state, shape (samples,)."""
-    weights: NDArray[np.float64] = fit_predictions(quiet[None])[0]
-    return weights
-
-
 def _settled(
     windows: NDArray[np.float64],
     x: NDArray[np.float64],
@@ -158,14 +152,14 @@ def _settled(
     """Return windows in sigmas of the steady state, and weights that predict the motor's noise."""
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
     state = SteadyState.measure(x[:steady, None])
-    ringing = _prediction(state.normalise(x[:steady, None])[:, 0])
+    (ringing,) = fit_predictions(state.normalise(x[:steady, None]).T)
     out, weights = np.empty(windows.shape), np.empty((len(ends), ORDER + 1))
     for begin in range(0, int(ends[-1]) if len(ends) else 0, every):
         quiet = x[max(begin - age - steady, 0) : max(begin - age, 0), None]
         later = SteadyState.measure(quiet) if begin < last and len(quiet) == steady else state
         if state.is_louder_than(later)[0]:
             state = later
-            ringing = _prediction(state.normalise(quiet)[:, 0])
+            (ringing,) = fit_predictions(state.normalise(quiet).T)
         rows = (ends > begin) & (ends <= begin + every)
         out[rows] = state.normalise(windows[rows, :, None])[..., 0]
         weights[rows] = ringing

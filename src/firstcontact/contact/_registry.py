@@ -32,20 +32,7 @@ SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
 
 
 def make_detector(name: str, **options: Any) -> Detector:
-    """Return a detector that is not fitted yet.
-
-    Parameters
-    ----------
-    name
-        Name in :data:`DETECTORS`.
-    options
-        Options of the detector's constructor.
-
-    Raises
-    ------
-    InputError
-        No detector has that name.
-    """
+    """Return the detector of this name, not fitted yet; ``options`` go to its constructor."""
     kind = DETECTORS.find(name)
     with DETECTORS.calling(name):
         return kind(**options)

@@ -53,30 +53,20 @@ class RbfMachine:
         gamma = WIDTH / x.shape[1]
         machine = SVC(C=cost, gamma=gamma, class_weight="balanced", cache_size=500)
         machine.fit((x - mean) / scale, positive)
-        return cls(
-            mean,
-            scale,
-            machine.support_vectors_,
-            machine.dual_coef_[0],
-            float(machine.intercept_[0]),
-            gamma,
-        )
+        weights, intercept = machine.dual_coef_[0], float(machine.intercept_[0])
+        return cls(mean, scale, machine.support_vectors_, weights, intercept, gamma)
 
     def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the decision values of windows, shape (windows,). Positive means a contact."""
+        out = np.empty(len(x))
         with np.errstate(all="ignore"):
-            out = self._decide(x)
+            for start in range(0, len(x), ROWS):
+                rows = self._kernel.rows((x[start : start + ROWS] - self.mean) / self.scale)
+                out[start : start + ROWS] = rows @ self.weights + self.intercept
         if not np.isfinite(out).all():
             raise InputError(
                 "the detector's output is not a finite number: train the detector again"
             )
-        return out
-
-    def _decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        out = np.empty(len(x))
-        for start in range(0, len(x), ROWS):
-            scaled = (x[start : start + ROWS] - self.mean) / self.scale
-            out[start : start + ROWS] = self._kernel.rows(scaled) @ self.weights + self.intercept
         return out
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
@@ -147,14 +137,7 @@ class SvmDetector(TrainedDetector):
         return self._machine is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches with known first contacts, each from the start of its closing.
-
-        Raises
-        ------
-        InputError
-            Fewer than two pinches have a known first contact after enough quiet, or the rate is
-            below :attr:`lowest`.
-        """
+        """Learn from pinches with known first contacts, each from the start of its closing."""
         dataset = cut_closings(dataset)
         rate, sizes = self._window_sizes(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
@@ -189,27 +172,15 @@ class SvmDetector(TrainedDetector):
         return self._machine.decide(features).reshape(n, fingers)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all learned numbers as named arrays.
-
-        Raises
-        ------
-        InputError
-            The detector is not trained.
-        """
+        """Return all learned numbers as named arrays."""
         self._require_training("there is nothing to save")
         assert self._machine is not None
-        extra = {"threshold": np.float64(self._threshold), "rate": np.float64(self._rate)}
-        return self._machine.to_arrays() | {k: np.asarray(v) for k, v in extra.items()}
+        extra = {"threshold": np.asarray(self._threshold), "rate": np.asarray(self._rate)}
+        return self._machine.to_arrays() | extra
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a detector from :meth:`to_arrays`.
-
-        Raises
-        ------
-        InputError
-            An array is missing, has a wrong shape or is not finite.
-        """
+        """Restore a detector from :meth:`to_arrays`."""
         detector = cls()
         detector._machine = RbfMachine.from_arrays(arrays)
         detector._threshold = float(stored_array(arrays, "threshold", ()))

@@ -60,42 +60,23 @@ def feature_count(step: int) -> int:
     return step + COARSE + 6 * PARTS + 2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Edges:
-    """Starts and widths of the pieces of a window, in samples."""
-
-    starts: NDArray[np.intp]
-    widths: NDArray[np.intp]
-
-
-def _means(x: NDArray[np.float64], edges: _Edges) -> NDArray[np.float64]:
-    """Return the mean of each piece along the last axis."""
-    out: NDArray[np.float64] = np.add.reduceat(x, edges.starts, axis=-1) / edges.widths
+def _means(x: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return the mean of each piece between these edges along the last axis."""
+    pieces = x[..., : edges[-1]]
+    out: NDArray[np.float64] = np.add.reduceat(pieces, edges[:-1], axis=-1) / np.diff(edges)
     return out
 
 
 @lru_cache(maxsize=64)
-def _part_edges(start: int, stop: int, parts: int) -> _Edges:
-    edges = np.linspace(start, stop, parts + 1).astype(np.intp)
-    return _Edges(edges[:-1], np.diff(edges))
+def _part_edges(start: int, stop: int, parts: int) -> NDArray[np.intp]:
+    return np.linspace(start, stop, parts + 1).astype(np.intp)
 
 
 @lru_cache(maxsize=64)
-def _loudness_edges(quiet: int, new: int, n: int) -> _Edges:
+def _loudness_edges(quiet: int, new: int, n: int) -> NDArray[np.intp]:
     """Return the edges of nine pieces: three of the quiet samples and three of each recent step."""
-    parts = [_part_edges(*span, PARTS) for span in ((0, quiet), (quiet, new), (new, n))]
-    starts, widths = ([getattr(p, name) for p in parts] for name in ("starts", "widths"))
-    return _Edges(np.concatenate(starts), np.concatenate(widths))
-
-
-def edges(samples: int, step: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the starts of the pieces for loudness, and of the pieces for means, in samples."""
-    new, quiet = samples - step, samples - 2 * step
-    coarse = _part_edges(quiet, new, COARSE).starts
-    return (
-        np.append(_loudness_edges(quiet, new, samples).starts, samples),
-        np.append(coarse, new),
-    )
+    spans = ((0, quiet), (quiet, new), (new, n))
+    return np.append(np.concatenate([_part_edges(*span, PARTS)[:-1] for span in spans]), n)
 
 
 def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
@@ -165,23 +146,17 @@ def training_windows(
 ) -> TrainingWindows:
     """Return the training windows of all usable pinches."""
     rng = np.random.default_rng(seed)
-    empty = TrainingWindows(
-        np.zeros((0, feature_count(sizes.step))),
-        np.zeros(0, np.bool_),
-        np.zeros(0, np.intp),
-        np.zeros(0, np.bool_),
-        np.zeros(0, np.intp),
-    )
-    parts = [empty] + [
+    parts = [
         _finger_windows(i, pinch, column, sizes, early, rng)
         for i, pinch in enumerate(dataset.pinches)
         if usable(pinch, sizes, early)
         for column in range(len(pinch.layout.vibration_fingers))
     ]
-    combined = (
-        np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(TrainingWindows)
-    )
-    return TrainingWindows(*combined)
+    if not parts:
+        none = np.zeros(0, np.intp)
+        return TrainingWindows(np.zeros((0, 0)), none > 0, none, none > 0, none)
+    names = [f.name for f in fields(TrainingWindows)]
+    return TrainingWindows(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
 
 def _finger_windows(

@@ -84,32 +84,17 @@ class WindowDetector:
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask of the windows with a contact in their newest part.
 
-        The chain calls this method for one window at a time, unless :meth:`constants` names a
-        detector that is part of the chain.
-
-        Parameters
-        ----------
-        windows
-            Shape (windows, fingers, samples), in sigmas of the steady state.
-
-        Returns
-        -------
-        ndarray
-            Shape (windows, fingers).
+        ``windows`` are in sigmas of the steady state, shape (windows, fingers, samples); the mask
+        has the shape (windows, fingers). The chain calls this method for one window at a time,
+        unless :meth:`constants` names a detector that is part of the chain.
         """
         raise NotImplementedError(f"{type(self).__name__} has no method 'fires'")
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
-        """Learn from a steady state. By default do nothing.
+        """Learn from a steady state in its sigmas, shape (samples, fingers); by default do nothing.
 
         This method is called when the first steady state is complete, and again when a quieter one
-        replaces it.
-
-        Parameters
-        ----------
-        quiet
-            Samples of the steady state, in its sigmas, shape (samples, fingers). The samples of a
-            finger that keeps its earlier steady state are in sigmas of that one.
+        replaces it. A finger that keeps its earlier steady state is in sigmas of that one.
         """
 
     @classmethod
@@ -141,12 +126,8 @@ class WindowDetector:
     def constants(self, rate: float) -> DetectorConstants:
         """Return the constants of this detector for the chain at a rate in Hz.
 
-        By default, the chain calls :meth:`settled` and :meth:`fires`.
-
-        Raises
-        ------
-        InputError
-            The rate is too low or too high, or the detector is not trained for it.
+        By default, the chain calls :meth:`settled` and :meth:`fires`. Raise InputError if the rate
+        is too low or too high, or the detector is not trained for it.
         """
         return self._constants(rate, DetectorKind.PROGRAM)
 

@@ -28,8 +28,6 @@ from ._model import Model as Model
 from ._model import load_model as load_model
 from ._model import require_dataset as require_dataset
 from ._model import shipped_model as shipped_model
-from ._model_file import CARD as CARD
-from ._model_file import WEIGHTS as WEIGHTS
 from ._model_file import check_replaceable as check_replaceable
 from ._model_file import pretrained as pretrained
 from ._model_file import pretrained_folder as pretrained_folder

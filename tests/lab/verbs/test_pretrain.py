@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.models import WEIGHTS, read_card
+from firstcontact.models import read_card
 from firstcontact_lab.rigs import FAMILIES
 from ringing import ringing
 from saved import load_network
@@ -43,7 +43,7 @@ def test_a_small_one_from_nothing_and_the_same_again(
     # No pass of the full network is made again, and the weights are the same.
     assert run("pretrain", "--out", tmp_path / "b", *words) == 0
     assert "epoch" not in capsys.readouterr().out.replace("epochs", "")
-    both = [(tmp_path / name / WEIGHTS).read_bytes() for name in "ab"]
+    both = [(tmp_path / name / "weights.safetensors").read_bytes() for name in "ab"]
     assert both[0] == both[1]
 
 

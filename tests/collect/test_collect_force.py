@@ -6,14 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from memory_source import CALIBRATION, FLOOR, LAYOUT, RATE, UNLOADED, MemorySource, arrivals
 
-from firstcontact.collect import (
-    Weighing,
-    fit_force,
-    loaded_volts,
-    read_weights,
-    tap_warnings,
-    wait_for_tap,
-)
+from firstcontact.collect import Weighing, read_weights
+from firstcontact.collect._calibrate import loaded_volts, tap_warnings, wait_for_tap
+from firstcontact.collect._force_fit import fit_force
 from firstcontact.core import (
     DIVIDER_OHM,
     Calibration,

@@ -2,23 +2,18 @@
 
 from ._calibrate import calibrate as calibrate
 from ._calibrate import is_tapped as is_tapped
-from ._calibrate import loaded_volts as loaded_volts
 from ._calibrate import measured_channel as measured_channel
 from ._calibrate import rest_request as rest_request
 from ._calibrate import rest_words as rest_words
-from ._calibrate import tap_warnings as tap_warnings
 from ._calibrate import tap_words as tap_words
-from ._calibrate import wait_for_tap as wait_for_tap
 from ._camera import compare as compare
 from ._camera import in_words as in_words
 from ._camera import read_contacts as read_contacts
 from ._force_fit import Weighing as Weighing
-from ._force_fit import fit_force as fit_force
 from ._force_fit import read_weights as read_weights
 from ._guide import Guide as Guide
 from ._guide import Item as Item
 from ._guide import Judged as Judged
-from ._guide import read_plan as read_plan
 from ._label_result import Labeller as Labeller
 from ._label_session import LabelServer as LabelServer
 from ._label_session import Session as Session

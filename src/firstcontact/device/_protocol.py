@@ -277,20 +277,14 @@ class Decoder:
         frames = []
         for piece in pieces:
             if piece or self._too_long:
-                frame = None if self._too_long else _frame(piece)
-                if frame is not None:
-                    frames.append(frame)
-                elif not self._first:
-                    self.bad += 1
+                try:
+                    if self._too_long:
+                        raise FrameError("a frame is too long")
+                    frames.append(decode(piece))
+                except FrameError:
+                    self.bad += not self._first
             self._first = self._too_long = False
         if len(self._rest) > LONGEST:
             self._rest = b""
             self._too_long = True
         return frames
-
-
-def _frame(piece: bytes) -> Frame | None:
-    try:
-        return decode(piece)
-    except FrameError:
-        return None

@@ -30,8 +30,9 @@ def recording(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("named", [True, False])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("named", "number"), [(True, signal.SIGINT), (False, signal.SIGTERM)], ids=["named", "unnamed"]
+)
 def test_a_recording_as_a_port_until_it_is_told_to_stop(
     recording: Path, tmp_path: Path, named: bool, number: signal.Signals
 ) -> None:

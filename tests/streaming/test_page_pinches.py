@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from msgspec.structs import replace
-from page_feed import RATE, Feed
+from page_feed import Feed
 
 from firstcontact.core import Label
 from firstcontact.device._twin_words import lost_text
@@ -50,19 +49,3 @@ def test_a_pinch_has_what_the_twin_says_became_of_it_whenever_that_comes() -> No
     pinches.add_pinch(third)
     assert [row.lost for row in pinches.rows] == ["broken", "dropped", None]
     assert [row.name for row in pinches.rows] == ["", "", ""]
-
-
-def test_a_row_holds_the_estimate_in_force_and_the_final_one() -> None:
-    finished_pinch = pinch(Feed())
-    first = replace(finished_pinch.estimates[0], available=15 / RATE)
-    between = replace(first, value=55.0)
-    assert finished_pinch.offset is not None
-    later = replace(first, value=99.0, available=finished_pinch.offset + 0.001)
-    pinches = PinchRows()
-    pinches.add_pinch(replace(finished_pinch, estimates=(first, between, later)))
-    pinches.add_pinch(replace(finished_pinch, estimates=(later,)))
-    pinches.add_pinch(replace(finished_pinch, estimates=(), contacts=(), reason="a gap"))
-    values = [[e.value for e in row.pinch.estimates] for row in pinches.rows]
-    assert values == [[55.0, 99.0], [99.0], []]
-    assert pinches.rows[1].pinch.in_force is None
-    assert pinches.rows[2].pinch.reason == "a gap"

@@ -37,7 +37,7 @@ class Entry(NamedTuple):
 
 
 ENTRIES = {
-    "verb": Entry(GUIDE, "A verb", "cli/verbs/count.py", "", "", "", "count pinches", "20"),
+    "verb": Entry(GUIDE, "A command", "cli/verbs/count.py", "", "", "", "count pinches", "20"),
     "detector": Entry(
         GUIDE,
         "A detector in ten lines",

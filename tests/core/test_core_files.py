@@ -288,3 +288,10 @@ def test_files_and_working_folders_are_refused(
         with pytest.raises(InputError):
             write_folder(place)
     assert content(out) == OLD
+
+
+def test_a_link_to_itself_is_an_error_of_the_system(tmp_path: Path) -> None:
+    path = tmp_path / "loop"
+    path.symlink_to(path)
+    with pytest.raises(OSError, match="loop"), replacing_folder(path / "below"):
+        pass

@@ -33,6 +33,7 @@ from ._files import open_regular as open_regular
 from ._files import read_regular as read_regular
 from ._files import replacing as replacing
 from ._files import replacing_folder as replacing_folder
+from ._files import resolved as resolved
 from ._files import temporary_path as temporary_path
 from ._files import write_json as write_json
 from ._files import write_text as write_text

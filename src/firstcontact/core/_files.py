@@ -55,6 +55,14 @@ def given_path(path: object, parameter: str = "path") -> Path:
     return Path(path)
 
 
+def resolved(path: Path) -> Path:
+    """Return the absolute path without links. A link to itself stays: the system refuses it later.
+
+    Python 3.11 and 3.12 raise RuntimeError for it in ``Path.resolve``.
+    """
+    return Path(os.path.realpath(path))
+
+
 def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Path]:
     """Return the files with this suffix (lower case) in a folder and below it, sorted by name.
 
@@ -187,7 +195,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     OSError
         The folder cannot be written. The error names ``path``.
     """
-    path = path.resolve()
+    path = resolved(path)
     _check_replaceable(path)
     try:
         with temporary_path(path) as new:
@@ -207,7 +215,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
 def displaced_folder(path: Path) -> Path | None:
     """Return the old folder if a writer was killed between the two renames, else None."""
-    path = path.resolve()
+    path = resolved(path)
     if path.exists() or not path.parent.is_dir():
         return None
     return max(_siblings(path, "old"), key=lambda old: old.lstat().st_ctime_ns, default=None)

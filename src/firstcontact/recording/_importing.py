@@ -15,6 +15,7 @@ from firstcontact.core import (
     VibrationSensor,
     given_path,
     require_extra,
+    resolved,
     temporary_path,
 )
 from firstcontact.recording._dataset import pinches_by_session, write_dataset
@@ -63,7 +64,7 @@ def import_path(
         The data cannot be used or state another source, or ``out`` is not empty. Nothing was
         written.
     """
-    path, out = given_path(path), given_path(out, "out").resolve()
+    path, out = given_path(path), resolved(given_path(out, "out"))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise InputError(f"{out} exists and is not an empty folder: choose another --out")

@@ -22,6 +22,7 @@ from firstcontact.core import (
     fingertip_layout,
     parallel,
     progress_steps,
+    resolved,
     temporary_path,
 )
 from firstcontact.recording import Header, RecordingWriter
@@ -169,7 +170,7 @@ def simulate(
         )
     try:
         with (
-            temporary_path(directory.resolve()) as folder,
+            temporary_path(resolved(directory)) as folder,
             threads if runner is None else nullcontext(runner) as pool,
             closing(pool.stream(_simulate_batch, batches, c, seed, noise, positions)) as made,
             progress_steps(progress, total, "pinch", c.name) as step,
@@ -179,7 +180,7 @@ def simulate(
             for session in sessions:
                 session_pinches = islice(pinches, len(session.pinches))
                 _write(folder / _file(session), session, c, seed, session_pinches, step, noise)
-            folder.replace(directory.resolve())  # fails if the folder is no longer empty
+            folder.replace(resolved(directory))  # fails if the folder is no longer empty
     except (OSError, InputError) as error:
         # The writer's message names a temporary file. Name the folder instead.
         cause = error if isinstance(error, OSError) else error.__cause__

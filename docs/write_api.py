@@ -47,8 +47,7 @@ PUBLIC = {
     ),
     "contact": (
         "DETECTORS Detector SvmDetector ThresholdDetector WindowDecisions WindowDetector detect "
-        "general_detector load_detector make_detector save_detector untrained_detector "
-        "untrained_name"
+        "general_detector load_detector make_detector save_detector untrained_name"
     ),
     "models": (
         "ESTIMATORS Estimator Interval LabelledWindows RigPredictor Spec Split Task TrainingData "

@@ -15,7 +15,7 @@ import numpy as np
 
 from firstcontact.contact import SvmDetector, detect
 from firstcontact.core import Contact, Dataset
-from firstcontact.models import Svm, Task
+from firstcontact.models import Task, make_estimator
 from firstcontact.recording import load_dataset
 from firstcontact.signal import contact_windows
 from firstcontact.twin import simulate
@@ -36,7 +36,7 @@ def main() -> None:
     # Train with the contacts of the strips.
     detector = SvmDetector().fit(learning)
     X, used = contact_windows(learning, [p.first for p in learning.pinches], DURATION)
-    estimator = Svm(Task.REGRESSION, learning.layout.rate)
+    estimator = make_estimator("svm", Task.REGRESSION, learning.layout.rate)
     model = estimator.fit(X, learning.shore_a[used], learning.sessions[used])
 
     # Predict from the detector's contacts, as in live use.

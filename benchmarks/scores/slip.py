@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from joblib import Parallel, delayed
 
-from firstcontact.contact import PowerSlipDetector
+from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.core import FINGERTIP_RATE, Block, Command, fingertip_layout, holding_force
 from firstcontact.grasp import Grip
 from firstcontact.twin import (
@@ -90,7 +90,7 @@ def listen(pinch: Hold, threshold: float, begin: int) -> tuple[list[int], list[f
 
     The hand holds the object from sample ``begin`` on.
     """
-    detector = PowerSlipDetector(threshold)
+    detector = SLIP_DETECTORS["power"](threshold)
     detector.start(LAYOUT)
     alarms, loud = [], []
     detector.update(Block(pinch.data[:begin], 0))

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import loadmat
 
-from firstcontact.contact import SLIP_DETECTORS, PowerSlipDetector
+from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.contact._slip import AGAIN
 from firstcontact.core import Block, fingertip_layout
 
@@ -70,7 +70,7 @@ def test_alarms_are_causal_for_any_block_size() -> None:
 def test_no_alarm_before_the_noise_estimate_or_without_an_object() -> None:
     early_slip = stream(rubs=0.03, begin=0)
     assert alarms(early_slip) == [], "it counts as the rest"
-    detector = PowerSlipDetector()
+    detector = SLIP_DETECTORS["power"]()
     detector.start(LAYOUT)
     assert detector.update(Block(stream(rubs=0.03), 0)) == []
     detector.hold()
@@ -80,7 +80,7 @@ def test_no_alarm_before_the_noise_estimate_or_without_an_object() -> None:
 
 def test_gap_restarts_the_noise_estimate() -> None:
     data = stream(rubs=0.03)
-    detector = PowerSlipDetector()
+    detector = SLIP_DETECTORS["power"]()
     detector.start(LAYOUT)
     detector.hold()
     assert detector.update(Block(data[: BEGIN - 50], 0)) == []
@@ -96,7 +96,7 @@ def test_real_holds_of_another_sensor_raise_few_alarms(biotac: Path) -> None:
         data = np.zeros((hold["F0pac"].size, layout.width), np.int16)
         for column, name in enumerate(("F0pac", "F1pac")):
             data[:, column] = hold[name].flatten("F")
-        detector = PowerSlipDetector()
+        detector = SLIP_DETECTORS["power"]()
         detector.start(layout)
         detector.hold()
         count += len(detector.update(Block(data, 0)))

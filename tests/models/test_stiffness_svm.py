@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from firstcontact.core import InputError
 from firstcontact.models import (
     LEVEL_WEIGHT,
-    Svm,
     SvmModel,
     Task,
     _svm,
+    make_estimator,
     shape_and_level,
     svm_machine,
 )
@@ -26,7 +26,7 @@ def test_votes_are_scikit_learns(classes: int) -> None:
     rng = np.random.default_rng(classes)
     X = rng.normal(size=(300, 20, 1)).astype(np.float32)
     y = rng.integers(0, classes, 300).astype(float)  # no structure: margins of all signs
-    model = Svm(Task.CLASSIFICATION, RATE).fit(X, y)
+    model = make_estimator("svm", Task.CLASSIFICATION, RATE).fit(X, y)
     arrays = model.to_arrays()
     machine = svm_machine(Task.CLASSIFICATION, tuple(arrays["parameters"]))
     machine.fit(shape_and_level(X, arrays["level"]), y)
@@ -38,7 +38,7 @@ def test_votes_are_scikit_learns(classes: int) -> None:
 
 def test_regression_is_scikit_learns() -> None:
     X, y, groups = toy_windows(300)
-    model = Svm(Task.REGRESSION, RATE).fit(X, y, groups)
+    model = make_estimator("svm", Task.REGRESSION, RATE).fit(X, y, groups)
     arrays = model.to_arrays()
     mean, deviation = arrays["target"]
     machine = svm_machine(Task.REGRESSION, tuple(arrays["parameters"]))
@@ -56,7 +56,7 @@ def test_a_large_set_is_fitted_to_a_sample_that_has_every_class(
     rng = np.random.default_rng(0)
     X = rng.normal(size=(500, 20, 1)).astype(np.float32)
     y = np.where(np.arange(500) == 321, 90.0, np.where(np.arange(500) % 2, 10.0, 50.0))
-    model = Svm(task, RATE).fit(X, y)
+    model = make_estimator("svm", task, RATE).fit(X, y)
     assert len(model.to_arrays()["vectors"]) <= 61
     if task is Task.CLASSIFICATION:
         assert model.spec.classes == (10.0, 50.0, 90.0)
@@ -124,7 +124,7 @@ def test_one_window_has_no_folds() -> None:
 
 def test_arrays_of_two_machines_do_not_mix() -> None:
     X, y, groups = toy_windows(60)
-    model = Svm(Task.REGRESSION, RATE).fit(X, y, groups)
+    model = make_estimator("svm", Task.REGRESSION, RATE).fit(X, y, groups)
     arrays = model.to_arrays()
     with pytest.raises(InputError, match="train again"):
         SvmModel.from_arrays(model.spec, arrays | {"vectors": arrays["vectors"][:-1]})

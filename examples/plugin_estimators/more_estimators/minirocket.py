@@ -27,7 +27,6 @@ from firstcontact.models import (
     WindowModel,
     Windows,
     inner_folds,
-    log_rms,
     target_scale,
     training_spec,
 )
@@ -145,7 +144,9 @@ def features(
         (convolve(waves, int(step))[:, :, None, :] > bias[:, :, None]).mean(axis=3)
         for step, bias in zip(distances, biases, strict=True)
     ]
-    every = [*(s.reshape(len(X), -1) for s in shares), log_rms(X)]
+    flat = X.reshape(len(X), -1).astype(np.float64)
+    log_rms = 0.5 * np.log((flat**2).mean(axis=1))
+    every = [*(s.reshape(len(X), -1) for s in shares), log_rms]
     return np.column_stack(every).astype(np.float32)
 
 

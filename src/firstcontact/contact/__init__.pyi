@@ -29,9 +29,7 @@ from ._finder import find_onsets as find_onsets
 from ._registry import DETECTORS as DETECTORS
 from ._registry import SLIP_DETECTORS as SLIP_DETECTORS
 from ._registry import make_detector as make_detector
-from ._registry import untrained_detector as untrained_detector
 from ._registry import untrained_name as untrained_name
-from ._slip import PowerSlipDetector as PowerSlipDetector
 from ._slip import SlipDetector as SlipDetector
 from ._svm import SvmDetector as SvmDetector
 from ._threshold import ThresholdDetector as ThresholdDetector

@@ -66,9 +66,7 @@ from ._splits import by_session as by_session
 from ._splits import inner_folds as inner_folds
 from ._splits import leave_one_out as leave_one_out
 from ._svm import LEVEL_WEIGHT as LEVEL_WEIGHT
-from ._svm import Svm as Svm
 from ._svm import SvmModel as SvmModel
-from ._svm import log_rms as log_rms
 from ._svm import loudness_level as loudness_level
 from ._svm import shape_and_level as shape_and_level
 from ._svm import svm_machine as svm_machine

@@ -222,7 +222,6 @@ class Cnn(Estimator):
     def _fit(self, sets: Sequence[TrainingSet], seed: int) -> list[CnnModel]:
         from firstcontact.models._efficientnet import export
 
-        epochs = self.epochs
         prepared = [self._prepared(*each) for each in sets]
         groups: dict[object, list[int]] = {}
         for place, (spec, *_, inputs, targets) in enumerate(prepared):
@@ -232,10 +231,10 @@ class Cnn(Estimator):
         models: dict[int, CnnModel] = {}
         for places in groups.values():
             examples = [prepared[place][-2:] for place in places]
-            networks = _train(examples, epochs, seed)
+            networks = _train(examples, self.epochs, seed)
             for place, network in zip(places, networks, strict=True):
                 spec, scale, target, inputs, _ = prepared[place]
-                training = np.array([epochs, _batch(len(inputs))], dtype=np.float64)
+                training = np.array([self.epochs, _batch(len(inputs))], dtype=np.float64)
                 onnx = np.frombuffer(export(network, spec.samples), dtype=np.uint8)
                 models[place] = CnnModel(spec, scale, target, training, onnx)
         return [models[place] for place in range(len(sets))]

@@ -33,11 +33,6 @@ class ContextNetwork:
         ``pool``, ``term`` and ``answer``, and ``NAME.bias`` of ``token1``, ``token2`` and
         ``answer``; ``NAME.mean`` and ``NAME.sd`` for the names ``inputs``, ``token`` and
         ``general``.
-
-    Raises
-    ------
-    InputError
-        Arrays are missing or do not fit together.
     """
 
     #: Number of standard deviations from the mean at which inputs are clipped.

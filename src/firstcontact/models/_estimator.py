@@ -80,11 +80,6 @@ class Estimator(EstimatorInfo, ABC):
             Session of each window, shape (n,). Hyper-parameters are chosen on held-out sessions.
         seed
             Random seed. The same seed and data give the same model.
-
-        Raises
-        ------
-        InputError
-            The windows cannot be used, or the targets do not fit them.
         """
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
@@ -126,13 +121,7 @@ def library_targets(task: Task, y: Values) -> NDArray[Any]:
 def training_spec(
     task: Task, rate: float, X: Windows, y: Values, groups: NDArray[Any] | None
 ) -> Spec:
-    """Check the training data of an estimator. Return the model's specification.
-
-    Raises
-    ------
-    InputError
-        Shapes do not match, windows are unusable, targets are missing, or there is one class.
-    """
+    """Return the model's specification. Raise InputError if the training data cannot be used."""
     if X.ndim != 3 or len(X) < 2:
         raise InputError(
             f"training needs windows of shape (2 or more, samples, channels), got {X.shape}: "

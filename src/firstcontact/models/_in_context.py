@@ -48,11 +48,6 @@ class InContextModel:
         Nominal share of truths inside the intervals.
     rigs
         Rigs by finger number. The entry ``ANY`` applies to all other fingers.
-
-    Raises
-    ------
-    InputError
-        Arrays do not fit together.
     """
 
     #: Name of the runtime in model files.

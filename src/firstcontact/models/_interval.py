@@ -43,11 +43,6 @@ class Interval:
     scaled
         True if half widths are multiples of the predicted standard deviation.
 
-    Raises
-    ------
-    ValueError
-        The numbers do not fit together.
-
     Examples
     --------
     >>> interval = Interval(0.9, edges=(30.0,), half_widths=(2.0, 5.0))

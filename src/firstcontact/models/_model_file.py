@@ -109,13 +109,7 @@ def read_model(folder: Path) -> SavedModel:
 
 
 def read_card(path: AnyPath) -> ModelCard:
-    """Return the validated card of a model folder.
-
-    Raises
-    ------
-    InputError
-        The card is missing or damaged, or an earlier version wrote the folder.
-    """
+    """Return the validated card of a model folder."""
     folder = model_folder(path)
     if not has_model(folder) and (aside := displaced_folder(folder)) is not None:
         raise InputError(

@@ -80,21 +80,11 @@ def find_estimator(estimator: object) -> type[EstimatorInfo]:
 
 
 def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -> Estimator:
-    """Return an unfitted estimator that learns from windows.
+    """Return an unfitted estimator that learns from windows with this rate, Hz.
 
-    Parameters
-    ----------
-    estimator
-        Name or class of an estimator, or a regressor with scikit-learn's interface.
-    task, rate
-        Learning task, and sampling rate of the windows, Hz.
-    options
-        Values for further fields of the estimator, such as those in its ``quick``.
-
-    Raises
-    ------
-    InputError
-        No estimator has this name, it does not learn from windows, or does not support the task.
+    ``estimator`` is as in :func:`find_estimator`, and ``options`` are values of its further fields,
+    such as those in its ``quick``. Raise InputError if there is no such estimator, it does not
+    learn from windows, or does not support the task.
     """
     from firstcontact.models._estimator import Estimator
 

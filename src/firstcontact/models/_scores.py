@@ -127,14 +127,7 @@ def regression_scores(
 ) -> RegressionScores:
     """Return RMSE, MAE, MSE, bias and Spearman's rho over pinches, with intervals.
 
-    Parameters
-    ----------
-    truth, predicted
-        Shape (pinches,), in the unit of the target (Shore A).
-    clusters
-        Cluster of each pinch, resampled as a whole, shape (pinches,).
-    seed
-        Random seed of the resampling.
+    ``clusters`` names the cluster of each pinch, and ``seed`` draws whole clusters.
     """
     from scipy.stats import spearmanr
 

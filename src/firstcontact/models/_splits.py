@@ -70,12 +70,7 @@ def by_session(
     """Return folds that hold out whole sessions, with each class spread evenly over the folds.
 
     A specimen may be on both sides. This cannot be avoided if each level of Shore A has one
-    specimen.
-
-    Raises
-    ------
-    ValueError
-        There are fewer than two sessions, or a pinch's session is unknown.
+    specimen. Raise ValueError if there are fewer than two sessions, or one is unknown.
     """
     from sklearn.model_selection import GroupKFold, StratifiedGroupKFold
 
@@ -101,14 +96,9 @@ def by_session(
 
 def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION,)) -> list[Split]:
     """Return splits that hold out each level, material or specimen in turn."""
-    everyone = np.arange(len(values))
+    everyone, kinds = np.arange(len(values)), frozenset(shares)
     return [
-        Split(
-            f"without {value}",
-            everyone[values != value],
-            everyone[values == value],
-            frozenset(shares),
-        )
+        Split(f"without {value}", everyone[values != value], everyone[values == value], kinds)
         for value in np.unique(values)
         if (values != value).any()
     ]

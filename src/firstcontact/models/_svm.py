@@ -46,16 +46,10 @@ LEAST_DECISION = 1e-30
 SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
 
-def log_rms(X: Windows) -> NDArray[np.float64]:
-    """Return the logarithm of the RMS of windows (n, samples, channels), shape (n,)."""
-    flat = X.reshape(len(X), -1).astype(np.float64)
-    loud: NDArray[np.float64] = 0.5 * np.log((flat**2).mean(axis=1))
-    return loud
-
-
 def loudness_level(X: Windows) -> NDArray[np.float64]:
     """Return mean and standard deviation of the log RMS of windows (n, samples, channels)."""
-    loud = log_rms(X)
+    flat = X.reshape(len(X), -1).astype(np.float64)
+    loud = 0.5 * np.log((flat**2).mean(axis=1))
     return np.array([loud.mean(), loud.std() or 1.0])
 
 

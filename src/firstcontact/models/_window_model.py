@@ -61,13 +61,7 @@ class Spec:
         return self.samples / self.rate
 
     def require_rate(self, rate: float) -> None:
-        """Refuse windows of another sampling rate.
-
-        Raises
-        ------
-        InputError
-            The rate (Hz) differs by more than 1 %.
-        """
+        """Raise InputError if the rate (Hz) of windows differs by more than 1 %."""
         if not is_same_rate(rate, self.rate):
             raise InputError(
                 f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: train a "
@@ -75,13 +69,10 @@ class Spec:
             )
 
     def check_one(self, window: NDArray[Any]) -> None:
-        """Refuse a window that the model cannot use.
+        """Raise InputError if the model cannot use a window.
 
-        Raises
-        ------
-        InputError
-            The shape is not (samples, channels), a value is not finite, or a channel is constant
-            (an unplugged sensor).
+        Its shape is not (samples, channels), a value is not finite, or a channel is constant (an
+        unplugged sensor).
         """
         if window.shape != (self.samples, self.channels):
             raise InputError(
@@ -98,13 +89,7 @@ class Spec:
                 )
 
     def check(self, X: NDArray[Any]) -> None:
-        """Refuse windows, shape (n, samples, channels), as :meth:`check_one` does.
-
-        Raises
-        ------
-        InputError
-            A window cannot be used. The message names the first such window.
-        """
+        """Raise InputError for the first of the windows (n, samples, channels) it cannot use."""
         if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
             raise InputError(
                 f"the model takes windows of shape (n, {self.samples}, {self.channels}), "
@@ -195,10 +180,7 @@ class WindowModel(ABC):
     def predict(self, X: Windows) -> Values:
         """Return predictions for windows (n, samples, channels), shape (n,).
 
-        Raises
-        ------
-        InputError
-            A window cannot be used, or its prediction is not finite.
+        Raise InputError if a window cannot be used, or its prediction is not finite.
         """
         self.spec.check(X)
         with np.errstate(all="ignore"):  # predictions that overflow are refused below
@@ -216,13 +198,7 @@ class WindowModel(ABC):
         return answers
 
     def predict_one(self, window: Windows) -> float:
-        """Return the prediction for one window (samples, channels), fast for live use.
-
-        Raises
-        ------
-        InputError
-            As in :meth:`predict`.
-        """
+        """Return the prediction of :meth:`predict` for one window (samples, channels), but fast."""
         with np.errstate(all="ignore"):
             self.spec.check_one(window)
             output = self.output(window)
@@ -276,12 +252,8 @@ class ArrayCheck:
 class ArraysModel(WindowModel):
     """Window model whose constructor takes a spec and its declared arrays, in order.
 
-    An array ``target`` holds mean and scale of the targets of a regression.
-
-    Raises
-    ------
-    InputError
-        An array is not as declared.
+    An array ``target`` holds mean and scale of the targets of a regression. The constructor raises
+    InputError if an array is not as declared.
     """
 
     #: Arrays in files, by name.

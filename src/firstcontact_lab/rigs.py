@@ -116,28 +116,17 @@ class Resonance:
 
 @dataclass(frozen=True, slots=True)
 class RandomRig:
-    """Random rig. Only one of its fingertips is simulated.
-
-    Parameters
-    ----------
-    finger, noise
-        Nominal parameters of finger and motor noise.
-    session, pinch
-        Standard deviations of ln(parameter) between sessions and between pinches.
-    block_scatter
-        Standard deviation of ln(modulus) between the specimens of a block.
-    resonance
-        Resonance of the disc's holder; None without one.
-    jitter
-        Standard deviation of the sampling instants (jitter), s.
-    """
+    """Random rig. Only one of its fingertips is simulated."""
 
     finger: FingerParameters
     noise: MotorNoise
+    #: Standard deviations of ln(parameter) between sessions and between pinches.
     session: Mapping[str, float]
     pinch: Mapping[str, float]
+    #: Standard deviation of ln(modulus) between the specimens of a block.
     block_scatter: float
     resonance: Resonance | None
+    #: Standard deviation of the sampling instants, s.
     jitter: float
 
 
@@ -249,22 +238,9 @@ def draw_object(rng: Rng) -> RandomObject:
 def touch(
     rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.int16], float]:
-    """Return the piezo signal of a finger that touches an object, and its closing speed.
+    """Return the signal of a contact in 1/32 counts, and the closing speed, m/s.
 
-    Parameters
-    ----------
-    rig, day, target
-        Rig, deviations of the session (see :func:`draw_day`), and object.
-    rng
-        Random generator for the variation between pinches.
-    lead, tail
-        Simulated time before and after the contact, s.
-
-    Returns
-    -------
-    ndarray, float
-        Piezo signal as the device sends it, in 1/32 counts, shape (samples,), and closing speed in
-        m/s. The contact is ``lead`` s after the first sample, rounded up to a sample.
+    The contact is ``lead`` s after the first sample; ``tail`` s after it are simulated.
     """
     volts, speed = _touch_volts(rig, day, target, rng, lead, tail)
     return piezo_samples(volts), speed
@@ -326,15 +302,7 @@ def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """Family of rigs or objects: a change of a random rig, of a random object, or of both.
-
-    Parameters
-    ----------
-    title
-        Title for tables and figures.
-    rig, change_object
-        Functions that turn a random rig, or a random object, into one of the family.
-    """
+    """Family of rigs or objects: a change of a random rig, of a random object, or of both."""
 
     title: str
     rig: Callable[[RandomRig, Rng], RandomRig] = lambda rig, rng: rig

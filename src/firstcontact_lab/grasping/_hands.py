@@ -80,40 +80,34 @@ class OwnHand:
     rmse: float
 
 
-@dataclass(frozen=True, slots=True)
-class HandSeed:
-    """Seed of a random hand, and its approach speed, m/s."""
-
-    seed: int
-    speed: float
-
-
-#: Hands by seed and approach speed.
-OwnHands = dict[tuple[int, float], OwnHand]
+#: Seed of a random hand, and its approach speed, m/s.
+HandSeed = tuple[int, float]
+OwnHands = dict[HandSeed, OwnHand]
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     """Close a hand ``pinches`` times on each of the five blocks, and adapt to it."""
-    made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
+    seed, speed = hand
+    made = [_block(seed, speed, at, n) for at in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")
     detector, contacts, _ = choose_detector(
-        dataset, name=None, is_known=False, seed=hand.seed, runner=Serial()
+        dataset, name=None, is_known=False, seed=seed, runner=Serial()
     )
     touches, indices = Touches.cut(dataset, contacts.contacts)
     adapted = adapt_combined(
-        pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], hand.seed
+        pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], seed
     )
     return OwnHand(detector, adapted.model, len(indices), adapted.rmse)
 
 
-def _block(hand: HandSeed, place: int, number: int) -> Pinch:
+def _block(seed: int, speed: float, place: int, number: int) -> Pinch:
     """Return one closing on block ``place``. It ends ``AFTER`` s after the first contact."""
     rig = condition(CONDITION)
-    specimen = draw_specimen(hand.seed, rig, BLOCKS[place], 0)
+    specimen = draw_specimen(seed, rig, BLOCKS[place], 0)
     session = f"blocks-{number % 3}"
-    draw = draw_pinch(hand.seed, rig, session, specimen, (specimen.name, number))
+    draw = draw_pinch(seed, rig, session, specimen, (specimen.name, number))
     plant = GraspPlant(draw, Drive(), specimen)
-    plant.command(Command(hand.speed, Grip().searching))
+    plant.command(Command(speed, Grip().searching))
     data: list[NDArray[np.int16]] = []
     end = math.inf
     while not plant.ended and plant.sample < end:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from firstcontact.core import Runner
 from firstcontact.grasp import POLICIES
 from firstcontact.twin import household_named
-from firstcontact_lab.grasping._hands import HandSeed, OwnHands, own_hand
+from firstcontact_lab.grasping._hands import OwnHands, own_hand
 from firstcontact_lab.grasping._judgement import (
     FULL,
     Judged,
@@ -76,9 +77,9 @@ class HouseholdStudy:
     def adapt_hands(self) -> None:
         """Adapt every hand to its own blocks, at each approach speed."""
         seeds = (*self.tuning_hands, *self.judged_hands)
-        hands = [HandSeed(h, v) for h in seeds for v in self._how.speeds]
+        hands = [(h, v) for h in seeds for v in self._how.speeds]
         made = self._runner.map(own_hand, hands, self.settings.blocks)
-        self.hands = {(h.seed, h.speed): o for h, o in zip(hands, made, strict=True)}
+        self.hands = dict(zip(hands, made, strict=True))
 
     def simulate_tuning(self) -> None:
         """Simulate the closings for the tuning of policies."""
@@ -318,9 +319,6 @@ def _reflexes(blind: Judged, ours: Judged, weights: Values) -> Reflexes:
 
 def _chosen(judged: Judged, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
     return [
-        ChosenSettings(
-            left_out=[kind for kind, policy in fold_of.items() if policy == fold],
-            settings=one.settings, tried=one.tried, drops=one.drops, damage=one.damage,
-        )
+        replace(one, left_out=[kind for kind, of in fold_of.items() if of == fold])
         for fold, one in enumerate(judged.chosen)
-    ]  # fmt: skip
+    ]

@@ -22,7 +22,6 @@ from firstcontact_lab.grasping._tuning import (
     SCALES,
     SCATTER,
     Candidate,
-    Chosen,
     Front,
     PickEstimates,
     choose,
@@ -35,7 +34,7 @@ from firstcontact_lab.grasping._tuning import (
     speed_place,
     swept,
 )
-from firstcontact_lab.grasping.results import Between
+from firstcontact_lab.grasping.results import Between, ChosenSettings
 
 #: Number of resamples for an interval.
 RESAMPLES = 1000
@@ -75,7 +74,7 @@ class Judged:
     """
 
     outcomes: Outcomes
-    chosen: tuple[Chosen, ...]
+    chosen: tuple[ChosenSettings, ...]
 
     @property
     def front(self) -> Front:
@@ -144,7 +143,7 @@ def judged(
 
 
 def _by_fold(
-    tables: Tables, tried: Sequence[Candidate], outcomes: Callable[[Chosen], Outcomes]
+    tables: Tables, tried: Sequence[Candidate], outcomes: Callable[[ChosenSettings], Outcomes]
 ) -> Judged:
     fold_of = folds(sorted(set(tables.tuning.kinds) | set(tables.judged.kinds)), tables.folds)
     learn = np.array([fold_of[k] for k in tables.tuning.kinds])

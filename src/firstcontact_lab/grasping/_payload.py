@@ -286,7 +286,6 @@ class TrialRow:
     """Outcome of one closing. Times are in s, forces in N."""
 
     kind: str
-    shore_a: float
     session: int
     variant: str
     latency: float
@@ -295,38 +294,35 @@ class TrialRow:
     time: float | None
     dropped: bool
     broken: bool
-    touched: float | None
     misses: int
+
+    @property
+    def shore_a(self) -> float:
+        """Shore A of the object."""
+        return KINDS[self.kind].shore_a
 
 
 def run_trial(trial: Trial, model: fc.Model | None = None) -> list[TrialRow]:
     """Return the outcome of each variant at each latency, ordered by latency, then by variant."""
-    return [
-        _trial_row(trial, model, variant, latency)
-        for latency in trial.latencies
-        for variant in trial.variants
-    ]
-
-
-def _trial_row(trial: Trial, model: fc.Model | None, variant: Variant, latency: float) -> TrialRow:
-    setup = trial.setup
-    plant = trial_plant(setup, variant, latency)
-    closing = close_on(plant, setup, variant, trial.tuned, model)
-    outcome = plant.outcome
-    return TrialRow(
-        kind=setup.kind,
-        shore_a=KINDS[setup.kind].shore_a,
-        session=setup.session,
-        variant=variant.key,
-        latency=latency,
-        peak=outcome.peak_force,
-        squeeze=outcome.squeeze,
-        time=outcome.time_to_grasp,
-        dropped=outcome.dropped,
-        broken=outcome.broken,
-        touched=outcome.first_contact,
-        misses=closing.counts.misses,
-    )
+    rows, setup = [], trial.setup
+    for latency, variant in product(trial.latencies, trial.variants):
+        plant = trial_plant(setup, variant, latency)
+        misses = close_on(plant, setup, variant, trial.tuned, model).counts.misses
+        outcome = plant.outcome
+        row = TrialRow(
+            kind=setup.kind,
+            session=setup.session,
+            variant=variant.key,
+            latency=latency,
+            peak=outcome.peak_force,
+            squeeze=outcome.squeeze,
+            time=outcome.time_to_grasp,
+            dropped=outcome.dropped,
+            broken=outcome.broken,
+            misses=misses,
+        )
+        rows.append(row)
+    return rows
 
 
 def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
@@ -338,7 +334,7 @@ def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
     tuned = {key: v for key, v in variants().items() if v.policy.tunables}
     usual = runner.map(_closings, [(unmodulated(), {}, setups) for setups in (short, wide)])
     tunings = {}
-    rounds = {key: _candidates(v.policy, settings.coarse) for key, v in tuned.items()}
+    rounds = {key: _candidates(v.policy) for key, v in tuned.items()}
     counts = {key: len(tried) for key, tried in rounds.items()}
     for setups, usual_rows in zip((short, wide), usual, strict=True):
         limit = _summary(usual_rows)[1] * (1 + SLOWER)
@@ -355,9 +351,9 @@ def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
     return tunings
 
 
-def _candidates(policy: type[Policy], coarse: bool) -> list[dict[str, float]]:
-    """Return every combination of the values of all settings."""
-    values = (t.few if coarse else t.tried for t in policy.tunables.values())
+def _candidates(policy: type[Policy]) -> list[dict[str, float]]:
+    """Return every combination of the few values of all settings."""
+    values = (t.few for t in policy.tunables.values())
     return [dict(zip(policy.tunables, chosen, strict=True)) for chosen in product(*values)]
 
 

@@ -13,6 +13,7 @@ from firstcontact.core import Estimate
 from firstcontact.grasp import Policy
 from firstcontact_lab.grasping._picks import household_policy
 from firstcontact_lab.grasping._table import ClosingTable, Outcomes, Reflexed, Values
+from firstcontact_lab.grasping.results import ChosenSettings
 
 #: Words for each family of similar objects: an object whose name has one of them belongs to it. An
 #: object without such a word is a family by itself.
@@ -133,16 +134,6 @@ class Candidate:
     outcomes: Outcomes
 
 
-@dataclass(frozen=True, slots=True)
-class Chosen:
-    """Settings that were chosen for one fold."""
-
-    settings: dict[str, float]
-    tried: int
-    drops: float
-    damage: float
-
-
 def policy_settings(
     kind: type[Policy], budget: int, few: bool, seed: int
 ) -> list[dict[str, float]]:
@@ -194,7 +185,7 @@ def swept(
     return table.outcomes(speed, SCALES[:, None] * forces, acting, scatter)
 
 
-def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
+def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> ChosenSettings:
     """Choose the settings with which the fewest selected picks drop, at about 10 % damage."""
     weights = selected.astype(np.float64)
     fronts = [front(c.outcomes, weights) for c in tried]
@@ -204,4 +195,10 @@ def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
     scale = find_scale(chosen)
     damage = float(chosen.damaged[int(np.argmin(np.abs(SCALES - scale)))])
     settings = {**tried[best].settings, "scale": scale}
-    return Chosen(settings, len(tried), float(chosen.drop_share()), damage)
+    return ChosenSettings(
+        left_out=[],
+        settings=settings,
+        tried=len(tried),
+        drops=float(chosen.drop_share()),
+        damage=damage,
+    )

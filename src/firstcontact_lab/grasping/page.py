@@ -27,12 +27,20 @@ from firstcontact_lab.grasping.results import (
     Payload,
 )
 from firstcontact_lab.grasping.sentences import percent, policy_title, sentences
-from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import Figure, State
 from firstcontact_lab.report.page import Page
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
-from firstcontact_lab.report.tables import Cell, Line, Row, Table, Value, format_cell, matrix
+from firstcontact_lab.report.tables import (
+    Cell,
+    Line,
+    Row,
+    Table,
+    Value,
+    bounded,
+    format_cell,
+    matrix,
+)
 from firstcontact_lab.study.part import Part
 
 if TYPE_CHECKING:

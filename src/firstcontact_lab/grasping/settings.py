@@ -70,7 +70,6 @@ class GraspStudySettings:
     training: int = 30
     windows: tuple[float, ...] = (0.005, 0.015)
     tuning: int = 1
-    coarse: bool = True
     kinds: tuple[str, ...] = tuple(KINDS)
     model: str = ESTIMATORS.default
     detector: str | None = None

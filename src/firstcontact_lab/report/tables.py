@@ -5,13 +5,37 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from firstcontact.core import percent
-from firstcontact_lab.report.bounded import Bounded
+from firstcontact.models import Ends
 
 R = TypeVar("R")
 S = TypeVar("S")
+
+
+class Scores(Protocol):
+    """Interface of score records that have intervals."""
+
+    @property
+    def intervals(self) -> dict[str, Ends]:
+        """Interval of each score, by its name."""
+        ...
+
+
+class Bounded(NamedTuple):
+    """Score with its interval, if it has one."""
+
+    value: float
+    ends: Ends | None = None
+
+
+def bounded(scores: Scores | None, name: str) -> Bounded | None:
+    """Return a score of a record with its interval; None if the record lacks the score."""
+    value = getattr(scores, name, None)
+    return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))
+
+
 #: A value with or without an interval, a text, or None where it is not known.
 Value = float | Bounded | str | None
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Record
 from firstcontact.models import Ends, LabelledWindows, cluster_intervals
-from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.study._rig_sets import Use
 
 Values = NDArray[np.float64]
@@ -34,11 +33,6 @@ class OffBlocks(Record, frozen=True, kw_only=True):
     level_left_out: float | None = None
     options: dict[str, Any] | None = None
     intervals: dict[str, Ends]
-
-    def bounded(self, name: str) -> Bounded | None:
-        """Return a score with its interval, or None if the score was not computed."""
-        value: float | None = getattr(self, name)
-        return None if value is None else Bounded(value, self.intervals.get(name))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

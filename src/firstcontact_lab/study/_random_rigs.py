@@ -13,8 +13,7 @@ from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, 
 from firstcontact.models import Ends, Touches, bootstrap_interval, resampled_sums
 from firstcontact.signal import samples_in
 from firstcontact.twin import BLOCKS, CONDITIONS, EVERYDAY_OBJECTS, draw_offset, draw_specimen
-from firstcontact_lab.report.bounded import Bounded
-from firstcontact_lab.report.tables import Cell, format_cell
+from firstcontact_lab.report.tables import Bounded, Cell, format_cell
 from firstcontact_lab.rigs import (
     FAMILIES,
     Day,

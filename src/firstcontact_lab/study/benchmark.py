@@ -28,13 +28,12 @@ from firstcontact.models import (
 from firstcontact.recording import check_rate, load_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import condition
-from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.names import competitor_title
 from firstcontact_lab.report.page import Page
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.run import Job, run_steps
-from firstcontact_lab.report.tables import Cell, Line, Table, format_cell, plain_lines
+from firstcontact_lab.report.tables import Bounded, Cell, Line, Table, format_cell, plain_lines
 from firstcontact_lab.study._comparison import (
     BRIEF,
     HOME,

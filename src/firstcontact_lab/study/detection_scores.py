@@ -40,77 +40,38 @@ class DetectionScores(Record, frozen=True, kw_only=True):
     """Scores of a detector over pinches whose first contact is known.
 
     The first trigger of a pinch is the first contact that the detector reports and does not
-    withdraw. A share of windows is None if no windows count for it.
-
-    A window is the signal that the detector judges at once. As in the paper, one window is counted
-    every 3 ms. It is judged by the first steady state of the pinch, independent of earlier
-    decisions. If a detector judges more often, its windows within 3 ms count as one, which fires if
-    any of them fires.
-
-    A window of either finger is quiet if it ends before the contact. The contact window is the
-    touching finger's first window with at least 1 ms of the contact. Windows between the quiet ones
-    and the contact window are not counted, because either decision is right. Later windows are not
-    counted either.
-
-    Parameters
-    ----------
-    n
-        Number of scored pinches.
-    left_out
-        Number of pinches without a known first contact. They are not scored.
-    too_soon
-        Number of pinches whose contact came before any window could detect it, because the motor
-        was settling or the steady state was being measured. They are included in ``n``.
-    windows, quiet_windows
-        Number of counted windows, and number of quiet windows among them.
-    window_accuracy
-        Share of correct decisions over all counted windows. Because most windows are quiet, read it
-        together with the next two shares.
-    quiet_windows_silent, contact_windows_found
-        Shares of correct decisions over quiet windows and over contact windows.
-    pinch_success
-        Share of pinches whose first trigger is on the touching finger and places the contact within
-        3 ms of its true time. The trigger itself comes later than the contact that it places.
-    decided_within_3_ms
-        Share of pinches that count in ``pinch_success`` and whose decision came 0 to 3 ms after the
-        contact.
-    false_alarms
-        Number of pinches whose first trigger places a contact more than 3 ms too early.
-    wrong_finger
-        Number of pinches whose first trigger places the contact within 3 ms of its true time, but
-        on the finger that does not touch.
-    late
-        Number of pinches whose first trigger places the contact more than 3 ms too late.
-    misses
-        Number of pinches without any trigger.
-    false_alarms_per_minute
-        Number of false alarms (uninterrupted runs of quiet windows that fire, counted per finger)
-        per minute of closing without contact, while the steady state follows a quieter motor as in
-        a live session. None if there is no such time.
-    delay_ms
-        Median and 95th percentile of the time from the contact to the decision. It covers the first
-        triggers on the touching finger, except those that are placed or decided too early. None
-        without such triggers.
-    lookahead_ms
-        Look-ahead of the resampler, which both values of ``delay_ms`` include; None without
-        resampling.
+    withdraw. As in the paper, one window is counted every 3 ms, judged by the first steady state of
+    the pinch. If a detector judges more often, its windows within 3 ms count as one, which fires if
+    any of them fires. A window of either finger is quiet if it ends before the contact. The contact
+    window is the touching finger's first window with at least 1 ms of the contact. No other windows
+    are counted.
     """
 
     n: int
+    #: Pinches without a known first contact, which are not in ``n``.
     left_out: int
+    #: Pinches whose contact came before any window could detect it.
     too_soon: int
     windows: int
     quiet_windows: int
+    #: Shares of right decisions. Most windows are quiet: read the first with the next two.
     window_accuracy: float | None = None
     quiet_windows_silent: float | None = None
     contact_windows_found: float | None = None
+    #: Share of pinches whose first trigger is on the touching finger and placed within 3 ms.
     pinch_success: float
+    #: Share of these successes whose decision came 0 to 3 ms after the contact, of all pinches.
     decided_within_3_ms: float
+    #: Pinches whose first trigger is placed more than 3 ms too early, on the wrong finger, or more
+    #: than 3 ms too late, and pinches without any trigger.
     false_alarms: int
     wrong_finger: int
     late: int
     misses: int
+    #: Runs of quiet windows that fire, per finger, while the steady state follows a quieter motor.
     false_alarms_per_minute: float | None = None
+    #: Time from the contact to the decision, with the look-ahead of the resampler. First triggers
+    #: on the wrong finger, and those that are placed or decided too early, do not count.
     delay_ms: Delays | None = None
     lookahead_ms: float | None = None
 
@@ -164,16 +125,9 @@ class _Counts:
         self.seconds += len(fired) * seconds
 
 
-def score_detector(
-    detector: Detector, dataset: Dataset, early: float = 0.0, tolerance: float = TOLERANCE
-) -> DetectionScores:
-    """Score a detector on pinches with known first contacts.
-
-    Each pinch is judged from the start of its closing
-    (:func:`firstcontact.contact._closing_start.cut_closings`).
-    """
-    decisions = judge_pinches(detector, cut_closings(dataset))
-    return score_decisions(decisions, dataset, detector.step, early, tolerance)
+def score_detector(detector: Detector, dataset: Dataset) -> DetectionScores:
+    """Score a detector on pinches with known first contacts, from the start of each closing."""
+    return score_decisions(judge_pinches(detector, cut_closings(dataset)), dataset, detector.step)
 
 
 def judge_pinches(detector: Detector, dataset: Dataset) -> list[PinchDecisions]:
@@ -190,30 +144,8 @@ def score_decisions(
     dataset: Dataset,
     step: float,
     early: float = 0.0,
-    tolerance: float = TOLERANCE,
 ) -> DetectionScores:
-    """Compare decisions with the known first contacts.
-
-    Parameters
-    ----------
-    decisions
-        Result of :func:`judge_pinches` for each pinch, from a detector that did not learn from it.
-        All windows up to :data:`JUDGED` after the known contact are judged.
-    dataset
-        The pinches.
-    step
-        Time between the detector's windows, s.
-    early
-        Longest time by which a contact may precede its label, s. Windows that end within this time
-        before the label are not counted, and triggers within it do not count as early.
-    tolerance
-        Largest difference between a correct first trigger and the contact, s.
-
-    Raises
-    ------
-    InputError
-        No pinch has a known first contact.
-    """
+    """Compare decisions on windows ``step`` s apart with labels that are up to ``early`` s late."""
     counts = _Counts()
     outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
     delays: list[float] = []
@@ -248,12 +180,12 @@ def score_decisions(
                 step_samples / rate,
             )
         first = decision.first
-        became = outcome(first, truth, rate, early, tolerance)
+        became = outcome(first, truth, rate, early)
         outcomes[became] += 1
-        if first is not None and right_and_not_early(first, truth, rate, early, tolerance):
+        if first is not None and right_and_not_early(first, truth, rate, early):
             delay = (first.decided - truth.sample) / rate + waited
             delays.append(1e3 * delay)
-            decided += became == "success" and delay <= tolerance
+            decided += became == "success" and delay <= TOLERANCE
     return DetectionScores(
         n=len(judged_pinches),
         left_out=len(dataset) - len(judged_pinches),
@@ -283,33 +215,25 @@ def resampler_lookahead(dataset: Dataset) -> float:
     return lookahead(dataset.recorded_rate or rate, rate)
 
 
-def right_and_not_early(
-    contact: Contact, truth: Contact, rate: float, early: float, tolerance: float = TOLERANCE
-) -> bool:
-    """Return True if a detected contact is on the touching finger and not too early.
-
-    The detected contact may lie at most ``early + tolerance`` before the known contact. Its
-    decision may come at most ``early`` before the known contact, because an earlier decision is
-    right only by chance.
-    """
+def right_and_not_early(contact: Contact, truth: Contact, rate: float, early: float) -> bool:
+    """Return True if a detected contact is on the touching finger and not too early."""
     placed = (contact.sample - truth.sample) / rate
     return (
         contact.finger is truth.finger
-        and placed >= -(early + tolerance)
+        and placed >= -(early + TOLERANCE)
+        # A decision before the contact is right only by chance.
         and contact.decided >= truth.sample - samples_in(early, rate)
     )
 
 
-def outcome(
-    contact: Contact | None, truth: Contact, rate: float, early: float, tolerance: float = TOLERANCE
-) -> str:
+def outcome(contact: Contact | None, truth: Contact, rate: float, early: float) -> str:
     """Return the outcome of a pinch: "success" or the kind of failure."""
     if contact is None:
         return "misses"
     late = (contact.sample - truth.sample) / rate
-    if late < -(early + tolerance):
+    if late < -(early + TOLERANCE):
         return "false_alarms"
-    if late > tolerance:
+    if late > TOLERANCE:
         return "late"
     return "success" if contact.finger is truth.finger else "wrong_finger"
 

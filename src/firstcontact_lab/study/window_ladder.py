@@ -51,10 +51,7 @@ class _Rung:
 
 
 class LadderModel:
-    """Models of several window lengths. For each contact the longest valid window predicts.
-
-    A window is valid if it ends before the second contact.
-    """
+    """Models of several window lengths. The longest one before the second contact predicts."""
 
     def __init__(self, rungs: Sequence[_Rung]) -> None:
         self._rungs = tuple(rungs)
@@ -65,13 +62,9 @@ class LadderModel:
         return tuple(rung.samples for rung in self._rungs)
 
     def predict(self, touches: Touches) -> Predictions:
-        """Return a prediction for each contact, from its samples before the second contact.
-
-        If the signal is constant, or the second contact comes before the end of the shortest
-        window, the prediction is the mean Shore A in training. Its interval is then the whole
-        scale, and it is marked out of range.
-        """
+        """Return a prediction for each contact, from its samples before the second contact."""
         n, shortest = len(touches), self._rungs[0]
+        # Of constant signals and too early second contacts: the mean in training, out of range.
         out = Predictions(
             value=np.full(n, shortest.mean),
             spread=np.full(n, shortest.sd),

@@ -39,7 +39,6 @@ SMALL = GraspStudySettings(
     training=10,
     windows=(0.003, 0.015),
     tuning=1,
-    coarse=True,
     kinds=("block 5", "block 60"),
     workers=1,
 )

@@ -10,7 +10,7 @@ import pytest
 
 from firstcontact.core import Block, Contact, Estimate, Finger
 from firstcontact.streaming import ContactEvent, ContactWithdrawn, Event, Pipeline
-from firstcontact_lab.grasping._hands import HandSeed, OwnHand, SlipWatch, own_hand
+from firstcontact_lab.grasping._hands import OwnHand, SlipWatch, own_hand
 from firstcontact_lab.grasping._picks import FullJob, Pick, approached, play
 from firstcontact_lab.grasping._table import Branching, branches
 
@@ -20,7 +20,7 @@ HAND = 4711
 
 @pytest.fixture(scope="module")
 def hands_by_pick() -> dict[tuple[int, float], OwnHand]:
-    return {(HAND, 0.10): own_hand(HandSeed(HAND, 0.10), 6)}
+    return {(HAND, 0.10): own_hand((HAND, 0.10), 6)}
 
 
 def test_a_hand_knows_itself_by_its_own_blocks(

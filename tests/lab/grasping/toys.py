@@ -27,7 +27,7 @@ from firstcontact_lab.grasping.results import (
     TunedOn,
     Tuning,
 )
-from firstcontact_lab.grasping.settings import HEADLINE, KINDS
+from firstcontact_lab.grasping.settings import HEADLINE
 from firstcontact_lab.report.findings import Findings, State
 from firstcontact_lab.report.results import NOTHING
 
@@ -72,9 +72,9 @@ LATENCIES = (HEADLINE, 0.060)
 def row(kind: str, session: int, variant: str, latency: float, peak: float) -> TrialRow:
     """Return the row of one closing. No object is dropped; the egg breaks above 6 N."""
     return TrialRow(
-        kind=kind, shore_a=KINDS[kind].shore_a, session=session, variant=variant,
+        kind=kind, session=session, variant=variant,
         latency=latency, peak=peak, squeeze=1e-3 * peak, time=0.1 + 0.01 * session,
-        dropped=False, broken=kind == "egg shell" and peak > 6, touched=0.14,
+        dropped=False, broken=kind == "egg shell" and peak > 6,
         misses=int(variant == "first_contact"),
     )  # fmt: skip
 

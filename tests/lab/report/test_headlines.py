@@ -8,9 +8,8 @@ from dataclasses import replace
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.report.results import SubjectResults
-from firstcontact_lab.report.tables import Claim, Row
+from firstcontact_lab.report.tables import Bounded, Claim, Row
 from firstcontact_lab.study.page import claims, outcome, shared
 from firstcontact_lab.study.part import Subject
 from firstcontact_lab.study.parts.blocks import block_table

@@ -27,17 +27,18 @@ from firstcontact.models import (
     rig_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import Bounded, bounded
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import (
     ABSENT,
+    Bounded,
     Cell,
     Line,
     Row,
     Table,
     Value,
+    bounded,
     format_cell,
     optional,
 )

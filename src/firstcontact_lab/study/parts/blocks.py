@@ -28,7 +28,6 @@ from firstcontact.models import (
     window_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import box_figure, canvas, uri
@@ -39,6 +38,7 @@ from firstcontact_lab.report.tables import (
     Claim,
     Row,
     Table,
+    bounded,
     lifted,
     matrix,
 )

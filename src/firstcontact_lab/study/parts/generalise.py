@@ -13,7 +13,7 @@ from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.names import NETWORK_COLOUR, NETWORK_TITLES, competitor_title
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
-from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table, format_cell
+from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table, bounded, format_cell
 from firstcontact_lab.study._comparison import (
     BRIEF,
     MASKED,
@@ -25,7 +25,7 @@ from firstcontact_lab.study._comparison import (
 )
 from firstcontact_lab.study._off_blocks import OffBlocks
 from firstcontact_lab.study._rig_sets import Sizes
-from firstcontact_lab.study.detection_scores import TOLERANCE, outcome
+from firstcontact_lab.study.detection_scores import outcome
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 
 #: Number of sets on which estimators that train slowly are scored. Their training is brief.
@@ -65,7 +65,7 @@ def _late(subject: Subject, early: float) -> list[int]:
         for pinch, contact in pairs
         if contact is not None
         and pinch.first is not None
-        and outcome(contact, pinch.first, pinch.layout.rate, early, TOLERANCE) == "success"
+        and outcome(contact, pinch.first, pinch.layout.rate, early) == "success"
     ]
     return late or [0]
 
@@ -86,7 +86,7 @@ def generalise_figure(generalised: Generalised) -> Figure:
     with canvas(2, 2, size, sharex=True, sharey=True) as (figure, axes):
         for ax, (key, title) in zip(axes.flat, _PANELS.items(), strict=True):
             for at, name in enumerate(rows):
-                score = generalised.estimators[name].bounded(key)
+                score = bounded(generalised.estimators[name], key)
                 if score is None:
                     continue
                 colour = NETWORK_COLOUR if name in NETWORK_TITLES else names.estimator(name).colour
@@ -95,7 +95,7 @@ def generalise_figure(generalised: Generalised) -> Figure:
                 ax.plot(score.value, at, "o", color=colour, ms=5)
             references = {"floor": generalised.floor, **generalised.ceiling}
             for (name, reference), style in zip(references.items(), ("--", ":", "-."), strict=True):
-                score = reference.bounded(key)
+                score = bounded(reference, key)
                 if score is not None:
                     label = competitor_title(name)
                     ax.axvline(score.value, color=INK, ls=style, lw=1.0, label=label)
@@ -178,9 +178,9 @@ def _about(scores: OffBlocks, sets: int) -> str:
 
 
 def _cell(scores: OffBlocks, key: str, unit: str, usual: OffBlocks | None) -> Cell:
-    score = scores.bounded(key)
+    score = bounded(scores, key)
     cell = format_cell(score, unit)
-    base = usual.bounded(key) if usual is not None and scores.sets == usual.sets else None
+    base = bounded(usual, key) if usual is not None and scores.sets == usual.sets else None
     if score is None or base is None or unit != "shore" or base.value <= 0:
         return cell
     ratio = f"× {score.value / base.value:.2f}"

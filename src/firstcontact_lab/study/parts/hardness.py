@@ -26,11 +26,10 @@ from firstcontact.models import (
 )
 from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, shades, uri
-from firstcontact_lab.report.tables import Cell, Row, Table, Value, matrix, optional
+from firstcontact_lab.report.tables import Cell, Row, Table, Value, bounded, matrix, optional
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, with_ranks
 from firstcontact_lab.study.parts.blocks import BLOCKS
 from firstcontact_lab.study.parts.contacts import is_learned

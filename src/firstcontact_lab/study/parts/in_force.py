@@ -19,10 +19,9 @@ from firstcontact.models import (
     regression_scores,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional
+from firstcontact_lab.report.tables import Cell, Row, Table, bounded, matrix, optional
 from firstcontact_lab.study.detection_scores import resampler_lookahead
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec.structs import asdict
+from msgspec.structs import asdict, astuple
 
 from firstcontact.core import (
     LONGEST,
@@ -99,15 +99,7 @@ def read_board(path: Path) -> dict[str, BoardTime]:
     remedy = "give the embedded.json of `make embedded` of this version"
     rows = read_record(read_regular(path, LONGEST), _Board, str(path), remedy).models
     times_by_model = {
-        name: BoardTime(
-            estimator=row.estimator,
-            task=row.task,
-            samples=row.samples,
-            rate_hz=row.rate_hz,
-            instructions=row.instructions,
-        )
-        for name, row in rows.items()
-        if row.estimator and row.task and row.samples and row.rate_hz and row.instructions
+        name: BoardTime(**asdict(row)) for name, row in rows.items() if None not in astuple(row)
     }
     if not times_by_model:
         raise InputError(f"{path} has no models whose instructions are counted: {remedy}")
@@ -145,15 +137,12 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
             reference = estimator.reference(trained, blocks.X, blocks.y)
             times = time_inference(trained, blocks.X, reference, settings.calls)
         timed.setdefault(model, {})[task] = times
-    times_by_model: dict[str, InferenceTimes] = {}
-    for model, times_by_task in timed.items():
-        classification = times_by_task.get(Task.CLASSIFICATION)
-        if regression := times_by_task.get(Task.REGRESSION):
-            times_by_model[model] = InferenceTimes(
-                **asdict(regression), classification=classification
-            )
-        elif classification:
-            times_by_model[model] = InferenceTimes(**asdict(classification))
+    times_by_model = {
+        model: InferenceTimes(**asdict(regression), classification=by_task.get(Task.CLASSIFICATION))
+        if (regression := by_task.get(Task.REGRESSION))
+        else InferenceTimes(**asdict(by_task[Task.CLASSIFICATION]))
+        for model, by_task in timed.items()
+    }
     board = read_board(Path(settings.board)) if settings.board else None
     running = _anytime(subject, settings)
     return PartResult([INFERENCE(times_by_model), ANYTIME_TIME(running), BOARD(board)])
@@ -308,12 +297,7 @@ def _find_times(name: str) -> Callable[[SubjectResults], InferenceTimes | None]:
 
 def _find_classifier(name: str) -> Callable[[SubjectResults], InferenceTime | None]:
     find = _find_times(name)
-
-    def classifier(results: SubjectResults) -> InferenceTime | None:
-        times = find(results)
-        return times.classification if times else None
-
-    return classifier
+    return lambda results: times.classification if (times := find(results)) else None
 
 
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:

@@ -26,11 +26,19 @@ from firstcontact.models import (
 )
 from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import box_figure
-from firstcontact_lab.report.tables import ERROR_TOLERANCE, Cell, Claim, Row, Table, lifted, matrix
+from firstcontact_lab.report.tables import (
+    ERROR_TOLERANCE,
+    Cell,
+    Claim,
+    Row,
+    Table,
+    bounded,
+    lifted,
+    matrix,
+)
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.blocks import WindowCounts, able
 from firstcontact_lab.study.scores import MeanErrors, learns_one_value, over_objects, unseen_objects

@@ -11,10 +11,9 @@ from firstcontact.core import Record
 from firstcontact.models import DURATION, RegressionScores, Values, regression_scores
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import Cell, Row, Table, matrix
+from firstcontact_lab.report.tables import Cell, Row, Table, bounded, matrix
 from firstcontact_lab.study.detection_scores import outcome
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 from firstcontact_lab.study.parts.blocks import SESSION

@@ -27,10 +27,9 @@ from firstcontact.models import (
     fit_detector,
     train,
 )
-from firstcontact_lab.report.bounded import Bounded
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import Cell, Row, Table, matrix
+from firstcontact_lab.report.tables import Cell, Row, Table, bounded, matrix
 from firstcontact_lab.study._structures import (
     MOTORS,
     draw_blocks,
@@ -70,10 +69,6 @@ class StructureScores(Record, frozen=True, kw_only=True):
     gain: float
     predicted: float
     intervals: dict[str, Ends]
-
-    def bounded(self, name: str) -> Bounded:
-        """Return a score with its interval."""
-        return Bounded(getattr(self, name), self.intervals.get(name))
 
 
 class Structures(Record, frozen=True, kw_only=True):
@@ -226,17 +221,17 @@ def _scores(rows: Values, seed: int) -> StructureScores:
 
 STRUCTURE = Field.optional("structure", Structures)
 _ROWS: Sequence[Row[StructureScores]] = (
-    Row("placed within 3 ms", lambda s: s.bounded("placed"), "share"),
-    Row("too early", lambda s: s.bounded("early"), "share"),
-    Row("too late", lambda s: s.bounded("late"), "share"),
-    Row("missed", lambda s: s.bounded("missed"), "share"),
-    Row("false alarms a minute", lambda s: s.bounded("false_alarms_per_minute"), "rate"),
-    Row("5 ms: RMSE of the network, Shore A", lambda s: s.bounded("rmse"), "shore"),
-    Row("truths in its intervals", lambda s: s.bounded("coverage"), "share"),
-    Row("RMSE averaged with a regression, Shore A", lambda s: s.bounded("combined"), "shore"),
-    Row("truths in the intervals of that", lambda s: s.bounded("combined_coverage"), "share"),
-    Row("difference of both RMSE", lambda s: s.bounded("gain"), "bias"),
-    Row("pinches with an estimate", lambda s: s.bounded("predicted"), "share"),
+    Row("placed within 3 ms", lambda s: bounded(s, "placed"), "share"),
+    Row("too early", lambda s: bounded(s, "early"), "share"),
+    Row("too late", lambda s: bounded(s, "late"), "share"),
+    Row("missed", lambda s: bounded(s, "missed"), "share"),
+    Row("false alarms a minute", lambda s: bounded(s, "false_alarms_per_minute"), "rate"),
+    Row("5 ms: RMSE of the network, Shore A", lambda s: bounded(s, "rmse"), "shore"),
+    Row("truths in its intervals", lambda s: bounded(s, "coverage"), "share"),
+    Row("RMSE averaged with a regression, Shore A", lambda s: bounded(s, "combined"), "shore"),
+    Row("truths in the intervals of that", lambda s: bounded(s, "combined_coverage"), "share"),
+    Row("difference of both RMSE", lambda s: bounded(s, "gain"), "bias"),
+    Row("pinches with an estimate", lambda s: bounded(s, "predicted"), "share"),
 )
 _NAMES = {
     "shipped": "Shipped detector",

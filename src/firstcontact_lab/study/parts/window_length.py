@@ -18,11 +18,10 @@ from firstcontact.models import (
     regression_scores,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.bounded import bounded
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
-from firstcontact_lab.report.tables import Cell, Row, Table, matrix
+from firstcontact_lab.report.tables import Cell, Row, Table, bounded, matrix
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, titled
 from firstcontact_lab.study.parts.objects import object_splits, specimen_names
 from firstcontact_lab.study.scores import learns_one_value

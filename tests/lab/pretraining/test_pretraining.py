@@ -154,10 +154,6 @@ def test_intervals_cover_their_share_of_the_calibration_data(tmp_path: Path) -> 
         assert LEVEL <= share <= LEVEL + 2 / objects.sum() + 0.01
 
 
-if TYPE_CHECKING:
-    from firstcontact_lab.pretraining._training import Full
-
-pytestmark = pytest.mark.skipif(find_spec("torch") is None, reason="PyTorch is not installed")
 #: As many directions as a layer has outputs: its low-rank form is exact.
 ALL = {"query1": 256, "body1": 256, "body2": 256, "body3": 128}
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from firstcontact.contact import PinchDecisions, ThresholdDetector, WindowDecisions
-from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout, to_tree
+from firstcontact.contact import PinchDecisions, WindowDecisions
+from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout
 from firstcontact.signal import lookahead
-from firstcontact_lab.study.detection_scores import score_decisions, score_detector
+from firstcontact_lab.study.detection_scores import score_decisions
 
 LAYOUT = fingertip_layout()
 STEP = 15
@@ -76,7 +73,7 @@ def test_each_way_to_fail(firings, outcome):
     scores = score(*firings)
     assert scores.pinch_success == scores.decided_within_3_ms == 0.0
     assert getattr(scores, outcome) == 1
-    assert (scores.delay_ms is not None) == (outcome == "late")
+    assert scores.median_delay == (pytest.approx(1e3 * 59 / 4936) if outcome == "late" else None)
 
 
 def test_placed_in_time_is_not_decided_in_time():
@@ -96,12 +93,6 @@ def test_a_trigger_before_the_contact_is_not_decided_in_time():
     allowed = score((299, Finger.THUMB, 286), GOOD, early=1 / 4936)
     assert allowed.decided_within_3_ms == 1.0
     assert allowed.median_delay == pytest.approx(-1e3 / 4936)
-
-
-def test_late_triggers_are_in_the_delay():
-    late = score((359, Finger.THUMB, 340))
-    assert late.pinch_success == 0.0
-    assert late.median_delay == pytest.approx(1e3 * 59 / 4936)
 
 
 def test_what_the_resampler_waits_for_is_in_the_delay():
@@ -173,15 +164,6 @@ def test_pinches_without_truth_are_left_out_with_a_note():
     assert (scores.n, scores.left_out) == (1, 1)
     with pytest.raises(InputError, match="cannot be scored"):
         score_all(Dataset((pinch(None),)))
-
-
-def test_scores_are_json_for_a_real_detector():
-    data = np.random.default_rng(0).normal(16384, 30, (600, 16))
-    data[300:, 1] += 3000
-    dataset = Dataset((replace(pinch(), data=data),))
-    tree = to_tree(score_detector(ThresholdDetector(), dataset))
-    assert json.loads(json.dumps(tree, allow_nan=False)) == tree
-    assert tree["contact_windows_found"] == 1.0
 
 
 def test_looks_of_a_step_count_as_one_window() -> None:

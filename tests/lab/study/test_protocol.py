@@ -86,12 +86,6 @@ def test_floors_are_what_they_say(study_folder: Path, shore: Dataset) -> None:
     assert tree["blocks"]["svm"]["by_session"]["rmse"] < floor["rmse"]
 
 
-def test_with_and_without_the_second_contact_are_all_pinches(study_folder: Path) -> None:
-    tree = results(study_folder)
-    sides = tree["second_contact_in_window"]["svm"]["blocks"]
-    assert sum(side["n"] for side in sides.values()) == tree["blocks"]["svm"]["by_session"]["n"]
-
-
 def test_the_page_needs_nothing_else(study_folder: Path) -> None:
     page = (study_folder / "report.html").read_text(encoding="utf-8")
     for tag in ("<script", "<link", 'src="http', "url(http", "@import"):

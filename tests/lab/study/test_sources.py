@@ -38,15 +38,6 @@ def test_the_twin_is_read_back_from_its_recordings_and_may_be_made_again(tmp_pat
     assert list((tmp_path / "recordings" / "paper-rig").rglob("*.mcap"))
 
 
-def test_a_folder_that_no_study_made_is_left_alone(tmp_path: Path) -> None:
-    mine = tmp_path / "recordings" / "paper-rig"
-    mine.mkdir(parents=True)
-    (mine / "precious.mcap").write_bytes(b"mine")
-    with pytest.raises(InputError, match=f"{re.escape(str(mine))} was not made"):
-        simulated("paper-rig", TINY, tmp_path, Serial())
-    assert (mine / "precious.mcap").read_bytes() == b"mine"
-
-
 def test_arrays_are_imported_resampled_and_that_is_noted(tmp_path: Path) -> None:
     dataset = recorded(arrays(tmp_path / "a.npz"), tmp_path / "out")
     assert dataset.layout.rate == FINGERTIP_RATE

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -126,17 +125,6 @@ def test_who_cannot_be_asked_is_refused(folder: Path, capsys: Any, name: str, wh
     errors = capsys.readouterr().err
     assert why in errors.splitlines()[-1]
     assert not (folder / "b").exists()
-
-
-def test_results_of_something_else_are_not_written_over(folder: Path, capsys: Any) -> None:
-    (folder / "b").mkdir()
-    (folder / "b" / "results.json").write_text(json.dumps({"study": {"asked": {}}}))
-    assert run_benchmark("svm") == 2
-    (folder / "b" / "results.json").unlink()
-    (folder / "b" / "report.html").write_text("mine")
-    assert run_benchmark("svm") == 2
-    assert "choose another --out" in capsys.readouterr().err
-    assert (folder / "b" / "report.html").read_text() == "mine"
 
 
 LOUD = "their_regressors:Loud"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import signal
 import subprocess
 from pathlib import Path
@@ -84,33 +83,6 @@ def test_an_interrupt_ends_all_processes_and_keeps_the_report(
     assert not tree["study"]["complete"]
     assert "Interrupted." in (out / "report.html").read_text(encoding="utf-8")
     assert not list(out.glob(".*.part"))
-
-
-def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
-    arrays: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "out"
-    words = ("--parts", "waveforms", "--workers", "1")
-    first = start(arrays, out, *words)
-    assert first.stderr is not None
-    seen = ""
-    while "contact detection" not in seen:
-        part = os.read(first.stderr.fileno(), 4096).decode("utf-8", "replace")
-        assert part, seen
-        seen += part
-    original = (out / "results.json").read_bytes()
-    folder = re.escape(str(out))
-    with pytest.raises(InputError, match=f"{folder}: .*running"):
-        Study(recordings=arrays, out=out, quick=True).run()
-    os.killpg(first.pid, signal.SIGKILL)
-    first.communicate()
-    for other in (Study(recordings=arrays, out=out), Study(out=out, quick=True)):
-        with pytest.raises(InputError, match=f"{folder} holds the results of another"):
-            other.run()
-    assert (out / "results.json").read_bytes() == original
-    again = start(arrays, out, *words)
-    assert again.communicate()[0].strip() == str(out / "report.html")
-    assert json.loads((out / "results.json").read_text(encoding="utf-8"))["study"]["complete"]
 
 
 def living_in_group(group: int) -> list[str]:

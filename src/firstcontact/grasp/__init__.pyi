@@ -13,8 +13,8 @@ from ._loop import GraspLoop as GraspLoop
 from ._loop import LoopCounts as LoopCounts
 from ._loop import Taxels as Taxels
 from ._policy import ForceArray as ForceArray
-from ._policy import Part as Part
 from ._policy import Policy as Policy
+from ._policy import PolicyRole as PolicyRole
 from ._policy import SensorVariant as SensorVariant
 from ._policy import Task as Task
 from ._policy import Truth as Truth

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from firstcontact.core import BLUE, GREEN, INK, ORANGE, PURPLE, Command, holding_force
 from firstcontact.grasp._grip import Grip
 from firstcontact.grasp._payload_policies import GRANTED, WINDOW
-from firstcontact.grasp._policy import Part, Policy, Task, Truth, Tunable
+from firstcontact.grasp._policy import Policy, PolicyRole, Task, Truth, Tunable
 
 if TYPE_CHECKING:
     from firstcontact.core import Contact, Estimate
@@ -91,7 +91,7 @@ class Blind(FinalForce):
     name = "blind"
     title = "blind"
     colour = ORANGE
-    part = Part.BASELINE
+    part = PolicyRole.BASELINE
     tunables: ClassVar = {**FinalForce.tunables, "force": FORCE}
 
     force: float = 3.5
@@ -162,7 +162,7 @@ class ByWeight(FinalForce):
     name = "weight"
     title = "weight known"
     colour = INK
-    part = Part.LIMIT
+    part = PolicyRole.LIMIT
     needs_truth = True
     tunables: ClassVar = {
         **FinalForce.tunables,

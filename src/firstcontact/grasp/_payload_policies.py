@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from firstcontact.core import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, Command
 from firstcontact.grasp._grip import Grip
-from firstcontact.grasp._policy import ForceArray, Part, Policy, SensorVariant, Tunable
+from firstcontact.grasp._policy import ForceArray, Policy, PolicyRole, SensorVariant, Tunable
 
 if TYPE_CHECKING:
     from firstcontact.core import Contact, Estimate
@@ -24,7 +24,7 @@ class NoModulation(Policy):
     name = "none"
     title = "no modulation"
     colour = GREY
-    part = Part.UNMODULATED
+    part = PolicyRole.UNMODULATED
 
     def begin(self) -> Command:
         return Command(self.grip.speed, self.grip.force)
@@ -37,7 +37,7 @@ class ForceFeedback(Policy):
     name = "force_feedback"
     title = "force feedback"
     colour = ORANGE
-    part = Part.BASELINE
+    part = PolicyRole.BASELINE
     tunables: ClassVar = {
         "threshold": Tunable("Threshold", "mV", 1e3, (0.02, 0.05, 0.15), (0.03,)),
         "approach": Tunable("Force until then", "N", 1, (1.0, 1.5, 2.0, 2.5, 12.0), (2.0, 12.0)),
@@ -75,7 +75,7 @@ class Touch(Policy):
     name = "touch"
     title = "gentle at touch"
     colour = PURPLE
-    part = Part.CONTROL
+    part = PolicyRole.CONTROL
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
         return self.grip.gentle if first else None

@@ -33,7 +33,7 @@ class Task(Enum):
     HOUSEHOLD = auto()
 
 
-class Part(Enum):
+class PolicyRole(Enum):
     """Role of a policy in a comparison of policies."""
 
     #: No modulation. Its closing time limits the closing time of tuned policies.
@@ -107,7 +107,7 @@ class Policy:
     title: ClassVar[str]
     #: Colour in figures, such as "#56B4E9".
     colour: ClassVar[str] = SKY
-    part: ClassVar[Part] = Part.CANDIDATE
+    part: ClassVar[PolicyRole] = PolicyRole.CANDIDATE
     task: ClassVar[Task] = Task.PAYLOAD
     #: True if the constructor takes a :class:`Truth` after the grip. No real hand can give one.
     needs_truth: ClassVar[bool] = False

@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.grasp import POLICIES, Part, Policy, Task
+from firstcontact.grasp import POLICIES, Policy, PolicyRole, Task
 from firstcontact.testing import make_estimate
 from firstcontact.twin import Quantity, household_named
 from firstcontact_lab.grasping._picks import LIFTS
@@ -87,19 +87,19 @@ def household_policies() -> dict[str, type[Policy]]:
     return {n: p for n, p in POLICIES.items() if p.task is Task.HOUSEHOLD}
 
 
-def _policy(part: Part, reflex: bool) -> type[Policy]:
+def _policy(part: PolicyRole, reflex: bool) -> type[Policy]:
     policies = household_policies().values()
     return next(p for p in policies if p.part is part and p.has_reflex() is reflex)
 
 
 def baseline(reflex: bool = False) -> type[Policy]:
     """Return the policy that uses no stiffness, with or without a slip reflex."""
-    return _policy(Part.BASELINE, reflex)
+    return _policy(PolicyRole.BASELINE, reflex)
 
 
 def candidate(reflex: bool = False) -> type[Policy]:
     """Return the policy that acts on the estimate, with or without a slip reflex."""
-    return _policy(Part.CANDIDATE, reflex)
+    return _policy(PolicyRole.CANDIDATE, reflex)
 
 
 def labelled(table: ClosingTable, rmse: float, seed: int) -> list[PickEstimates]:

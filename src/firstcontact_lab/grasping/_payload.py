@@ -23,8 +23,8 @@ from firstcontact.grasp import (
     ForceArray,
     Grip,
     LoopCounts,
-    Part,
     Policy,
+    PolicyRole,
     SensorVariant,
     Task,
     Truth,
@@ -179,7 +179,7 @@ def variants() -> dict[str, Variant]:
 
 def unmodulated() -> Variant:
     """Return the variant that does not adapt its force, with which the others are compared."""
-    return next(v for v in variants().values() if v.policy.part is Part.UNMODULATED)
+    return next(v for v in variants().values() if v.policy.part is PolicyRole.UNMODULATED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from firstcontact.core import GREY, INK
-from firstcontact.grasp import POLICIES, Task
-from firstcontact.grasp import Part as Role
+from firstcontact.grasp import POLICIES, PolicyRole, Task
 from firstcontact_lab.grasping._judgement import baseline, candidate
 from firstcontact_lab.grasping._payload import variants
 from firstcontact_lab.grasping.results import (
@@ -84,7 +83,7 @@ def _draw_fronts(axis: Axes, household: Household) -> None:
         if policy.task is Task.HOUSEHOLD and name in household.fronts
     }
     for place, (name, policy) in enumerate(lines.items()):
-        line = "--" if policy.has_reflex() else ":" if policy.part is Role.LIMIT else "-"
+        line = "--" if policy.has_reflex() else ":" if policy.part is PolicyRole.LIMIT else "-"
         _draw_front(axis, household.fronts[name], policy.colour, line, policy.title)
         between = household.drops_between[name]
         axis.errorbar(

@@ -26,11 +26,10 @@ from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.run import Job, run_steps
 
 
-def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, command: str) -> Path:
+def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool) -> Path:
     """Run a grasp study. Write its report, results, film and figure, and return the report."""
     sizes = asdict(settings)
     state = State(
-        command=command,
         settings=sizes,
         options={"verb": "grasp-study", **{k: v for k, v in sizes.items() if k != "workers"}},
         parts=GRASP_PARTS,

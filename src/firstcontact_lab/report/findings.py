@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -107,12 +109,12 @@ class State:
     ``options`` are the settings on which the results depend.
     """
 
-    command: str
     settings: Mapping[str, Any]
     options: Mapping[str, Any]
     parts: Mapping[str, Part]
     page: Callable[[State], Page]
     quick: bool = False
+    command: str = field(default_factory=lambda: shlex.join(["firstcontact", *sys.argv[1:]]))
     findings: list[Findings] = field(default_factory=list)
     steps: Sequence[str] = ()
     completed: int = 0

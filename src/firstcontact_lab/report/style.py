@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import INK, Layout
+from firstcontact.models import Ends
 from firstcontact.recording import PLAIN, figure_label
 from firstcontact_lab.report.findings import Figure
 
@@ -101,6 +102,22 @@ def boxes(
     for place, group in groups:
         if len(group) == 1:
             ax.plot(place, group[0], "o", ms=5, color=colour)
+
+
+def banded_line(
+    ax: Any,
+    times: Sequence[float],
+    values: Sequence[float],
+    ends: Sequence[Ends | None],
+    style: str,
+    colour: str,
+    label: str,
+) -> None:
+    """Draw values by time; if all of them have intervals, draw these as a band."""
+    ax.plot(times, values, style, color=colour, ms=5, label=label)
+    known = [each for each in ends if each is not None]
+    if len(known) == len(values):
+        ax.fill_between(times, *zip(*known, strict=True), color=colour, alpha=0.15, lw=0)
 
 
 def vibration_unit(layout: Layout) -> str:

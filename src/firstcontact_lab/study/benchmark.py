@@ -121,11 +121,9 @@ def run_benchmark(
     quick: bool,
     seed: int,
     workers: int,
-    command: str,
 ) -> list[str]:
     """Compare a regressor with the package's estimators; return the tables as lines of text."""
     state = State(
-        command=command,
         settings={"regressor": name, "seed": seed},
         options={"verb": "benchmark"},
         parts={"benchmark": BENCHMARK_PART, "generalise": replace(PART, text=lambda subjects: "")},

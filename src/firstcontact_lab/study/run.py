@@ -29,14 +29,11 @@ _RECORDINGS, _IMPORTED = "recordings", "imported"
 Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 
 
-def run_study(
-    settings: StudySettings, out: Path, recordings: Path | None, quick: bool, command: str
-) -> Path:
+def run_study(settings: StudySettings, out: Path, recordings: Path | None, quick: bool) -> Path:
     """Run every part of a study, and update the files after each step."""
     data = None if recordings is None else str(recordings.resolve())
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     state = State(
-        command=command,
         settings=asdict(settings),
         options={"verb": "study", "recordings": data, **sizes},
         parts=PARTS,

@@ -83,7 +83,6 @@ def run_sets(
     sets: Sequence[RealSet],
     twin: Dataset,
     noises: Sequence[tuple[str, Dataset]],
-    command: str,
 ) -> dict[str, SubjectResults]:
     """Score every set, and the twin with every noise. Write the report and ``results.json``."""
     scorer = cache(lambda: noise_scorer(twin))
@@ -100,7 +99,6 @@ def run_sets(
         Job(name, "noise", "noise", partial(score_noise, name, dataset)) for name, dataset in noises
     ]
     state = State(
-        command=command,
         settings={"seed": 0},
         options={"verb": "sets"},
         parts={"set": SET_PART, "noise": NOISE_PART},

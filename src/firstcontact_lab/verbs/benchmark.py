@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -59,7 +57,6 @@ class Benchmark:
             self.quick,
             self.seed,
             worker_count(self.workers),
-            shlex.join(["firstcontact", *sys.argv[1:]]),
         ):
             print(line)
         print(self.out / "report.html")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -53,7 +51,6 @@ class GraspStudy:
         )
         if self.quick:
             settings = settings.quick()
-        command = shlex.join(["firstcontact", *sys.argv[1:]])
         with on_cluster(self.cluster):
-            report = run_grasp_study(settings, self.out, self.quick, command)
+            report = run_grasp_study(settings, self.out, self.quick)
         print(report)

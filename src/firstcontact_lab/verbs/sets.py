@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,8 +41,7 @@ class Sets:
         twin = load_dataset(self.twin)
         noises = [(path.name, load_dataset(path)) for path in self.noises]
         _check_alike(twin, noises)
-        command = shlex.join(["firstcontact", *sys.argv[1:]])
-        subjects = run_sets(self.folder, sets, twin, noises, command)
+        subjects = run_sets(self.folder, sets, twin, noises)
         for line in plain_lines(overview(subjects)):
             print(line)
         print(self.folder / "report.html")

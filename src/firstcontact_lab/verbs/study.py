@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -76,7 +74,6 @@ class Study:
             settings = settings.quick()
         from firstcontact_lab.study.run import run_study
 
-        command = shlex.join(["firstcontact", *sys.argv[1:]])
         with on_cluster(self.cluster):
-            report = run_study(settings, self.out, self.recordings, self.quick, command)
+            report = run_study(settings, self.out, self.recordings, self.quick)
         print(report)

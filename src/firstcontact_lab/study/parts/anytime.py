@@ -29,7 +29,7 @@ from firstcontact.models import (
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import canvas, uri
+from firstcontact_lab.report.style import banded_line, canvas, uri
 from firstcontact_lab.report.tables import (
     ABSENT,
     Bounded,
@@ -283,12 +283,11 @@ def anytime_figure(results: AnytimeResults) -> Figure:
 
 def _line(ax: Any, scores: AnytimeScores, key: str, style: str, name: str, colour: str) -> None:
     values: dict[str, float] = getattr(scores, key)
-    times = [float(ms) for ms in values]
-    ax.plot(times, list(values.values()), style, color=colour, ms=5, label=name)
     ends = scores.intervals.get(key, {})
-    if len(ends) == len(values):
-        low, high = zip(*(ends[ms] for ms in values), strict=True)
-        ax.fill_between(times, low, high, color=colour, alpha=0.15, lw=0)
+    times = [float(ms) for ms in values]
+    banded_line(
+        ax, times, list(values.values()), [ends.get(ms) for ms in values], style, colour, name
+    )
 
 
 ANYTIME = Field.optional("anytime", AnytimeResults)

@@ -20,8 +20,8 @@ from firstcontact.models import (
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import canvas, uri
-from firstcontact_lab.report.tables import Cell, Row, Table, bounded, matrix
+from firstcontact_lab.report.style import banded_line, canvas, uri
+from firstcontact_lab.report.tables import Bounded, Cell, Row, Table, bounded, matrix
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, titled
 from firstcontact_lab.study.parts.objects import object_splits, specimen_names
 from firstcontact_lab.study.scores import learns_one_value
@@ -109,18 +109,9 @@ def lengths_figure(scores_by_length: Mapping[str, Mapping[str, WindowErrors]]) -
                 continue
             points.sort(key=lambda point: point[0])
             times = [ms for ms, _ in points]
-            values = [scores.rmse for _, scores in points]
-            ax.plot(times, values, line, color=colour, ms=5, label=name)
-            if all("rmse" in scores.intervals for _, scores in points):
-                ends = [scores.intervals["rmse"] for _, scores in points]
-                ax.fill_between(
-                    times,
-                    [e[0] for e in ends],
-                    [e[1] for e in ends],
-                    color=colour,
-                    alpha=0.15,
-                    lw=0,
-                )
+            errors = [bounded(scores, "rmse") or Bounded(scores.rmse) for _, scores in points]
+            values, ends = zip(*errors, strict=True)
+            banded_line(ax, times, values, ends, line, colour, name)
         ax.set_xticks([float(ms) for ms in scores_by_length])
         ax.set(
             xlabel="Window after contact (ms)", ylabel=f"RMSE (Shore A), {title}", ylim=(0, None)

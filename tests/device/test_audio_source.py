@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -123,21 +121,16 @@ def test_unknown_input_is_refused_with_the_choices(tmp_path: Path) -> None:
             open_source("audio", speed=2.0)
 
 
-@contextmanager
-def input_without_pacing(folder: Path) -> Iterator[str]:
-    """Return an input that delivers data as fast as they are read."""
-    with local_sound(folder, hum(RATE)) as sound:
-        (folder / "asound.conf").write_text(
+def test_input_faster_than_real_time_is_refused(tmp_path: Path) -> None:
+    with local_sound(tmp_path, hum(RATE)) as sound:
+        # This input delivers data as fast as they are read.
+        (tmp_path / "asound.conf").write_text(
             'pcm.fast { type null hint { show on description "no pace" } }\n'
         )
         sound._terminate()
         sound._initialize()
-        yield "audio:fast"
-
-
-def test_input_faster_than_real_time_is_refused(tmp_path: Path) -> None:
-    with input_without_pacing(tmp_path) as name, open_source(name) as source:
-        # What lies in memory may be no numbers: that is refused, too.
-        with pytest.raises(InputError, match="audio:fast"):
-            until(source, 1_000_000_000)
-        assert source.ended
+        with open_source("audio:fast") as source:
+            # What lies in memory may be no numbers: that is refused, too.
+            with pytest.raises(InputError, match="audio:fast"):
+                until(source, 1_000_000_000)
+            assert source.ended

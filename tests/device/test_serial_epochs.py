@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from scripted_device import DEAD, ScriptedDevice, collect, read_until, samples
+from scripted_device import DEAD, ScriptedDevice, collect, read_until
 
 from firstcontact.device import FrameType, SerialSource, encode
 from firstcontact.device import _serial_source as serial_source
-from firstcontact.device._twin_source import TwinSource
 
 
 def test_reconnected_cable_starts_an_epoch_and_counts_losses(device: ScriptedDevice) -> None:
@@ -121,32 +120,3 @@ def test_unplugged_source_can_be_closed(device: ScriptedDevice) -> None:
         read_until(source, lambda: not source.health.connected)
     source.close()
     assert source.ended
-
-
-def test_twin_counts_losses_of_a_reconnection_and_a_reset() -> None:
-    with TwinSource(objects=["block 20"], speed=2) as source:
-        assert source.name == "twin"
-        assert source.descriptor.source == "twin"
-        twin = source.device
-        assert twin is not None
-        arrivals = read_until(source, lambda: source.health.samples > 1000)
-        twin.unplug()
-        arrivals += read_until(source, lambda: not source.health.connected)
-        twin.plug()
-        count = source.health.samples
-        arrivals += read_until(source, lambda: source.health.samples > count + 1000)
-        twin.reset()
-        arrivals += read_until(source, lambda: source.health.epoch == 2)
-    arrivals += source.read(0)
-    ends = {0: arrivals[0].block.first_sample}
-    missing = 0
-    for block in (a.block for a in arrivals):
-        # It kept its power and counted on while it was unplugged; after the reset, from 0.
-        end = ends.get(block.epoch, ends[0] if block.epoch == 1 else block.first_sample)
-        missing += block.first_sample - end
-        ends[block.epoch] = block.end
-    assert sorted(ends)[:2] == [0, 1]
-    health = source.health
-    assert health.samples == samples(arrivals)
-    assert health.lost_samples >= missing > 0
-    assert health.reconnects == 2

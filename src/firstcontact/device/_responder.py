@@ -196,8 +196,6 @@ class TerminalDevice:
     ) -> None:
         """Restart with a new boot number: all counts begin again."""
         self._boot += 1
-        # A zero ends an incomplete frame before the first new one.
-        self._wire = b"\0" if self._wire else b""
         self._responder = Responder(descriptor, self._boot, room, on_order)
 
     def _send(self) -> None:

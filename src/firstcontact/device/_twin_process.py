@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from firstcontact import __version__
 from firstcontact.core import (
     FINGERTIP_RATE,
-    TAXELS,
     Command,
     InputError,
     fingertip_layout,
@@ -63,22 +62,14 @@ class TwinProcess(TerminalDevice):
         self._batch = FRAME_SAMPLES * max(1, round(self._rate * TICK / FRAME_SAMPLES))
         # A twin that waits for the host needs no long ring. In a long ring, more markers would wait
         # than the queue of markers holds.
-        ring = RING * (FINGERTIP_RATE if self._waits else self._rate)
-        self._ring = max(round(ring), 2 * self._batch)
+        ring = round(RING * (FINGERTIP_RATE if self._waits else self._rate))
+        ring = max(ring, 2 * self._batch)
         self._stream = TwinStream(condition, objects, seed, latency)
         self._filter = DeviceFilter()
         self._announced = -1
         self._begin = time.monotonic()
         self._made = 0
-        self._start()
-
-    def _start(self) -> None:
-        """Restart the device: all counts begin again, but the hand continues its motion."""
-        # A restarted device begins with the first taxel.
-        self._stream.read(-self._stream.sample % TAXELS)
-        self._origin = self._stream.sample
-        self._filter.reset()
-        self._restart(DESCRIPTOR, self._ring, self._obey)
+        self._restart(DESCRIPTOR, ring, self._obey)
 
     def run(self) -> None:
         """Serve the host until standard input ends."""
@@ -120,7 +111,7 @@ class TwinProcess(TerminalDevice):
                 break
         for sample, text in sorted(words):
             if self._announced < sample < self._stream.sample:
-                self._responder.marker(max(sample - self._origin, 0), text)
+                self._responder.marker(sample, text)
         self._announced = self._stream.sample - 1
 
     def _obey(self, text: str) -> str:
@@ -158,10 +149,8 @@ class TwinProcess(TerminalDevice):
         answer = "done"
         match line.split():
             case [b"speed", sample]:
-                speed = self._stream.positions.speed(int(sample) + self._origin)
+                speed = self._stream.positions.speed(int(sample))
                 answer = f"{speed.speed!r} {speed.error!r}" if speed else "unknown"
-            case [b"reset"]:
-                self._start()
             case [b"unplug"]:
                 self._terminal.unplug()
                 self._wire = b""

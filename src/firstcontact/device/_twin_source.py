@@ -84,10 +84,6 @@ class TwinDevice:
         answer = self._ask(f"speed {sample}")
         return None if answer == "unknown" else ClosingSpeed(*map(float, answer.split()))
 
-    def reset(self) -> None:
-        """Restart the device with a new boot number. It sends no samples until a host starts it."""
-        self._ask("reset")
-
     def unplug(self) -> None:
         """Unplug the cable: the port vanishes, even while it is open."""
         self._ask("unplug")

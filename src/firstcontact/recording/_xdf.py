@@ -31,7 +31,7 @@ from firstcontact.recording._events import (
 )
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import parse_number
-from firstcontact.recording._runs import Nearest, Run, even_runs, largest_deviation, overlaps
+from firstcontact.recording._runs import Nearest, Run, even_runs, overlaps
 from firstcontact.recording._settings import HIGHEST_RATE, LOWEST_RATE, check_rate
 from firstcontact.recording._signals import (
     LOWEST_SIGNAL,
@@ -47,8 +47,6 @@ from firstcontact.recording._untrusted import library_errors, listed, quote
 
 #: Latest time, s: 300 years, at which a stamp still resolves microseconds.
 LATEST = 1e10
-#: Deviation of time stamps from an even rate that a note mentions, s: a contact is then misplaced.
-_DEVIATION = 0.005
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,12 +214,6 @@ def _unbroken_parts(
     main = next(used[signal.variable] for signal in signals if signal.sensor is not None)
     check_rate(f"{path}: the rate of stream {quote(main.name)}", main.rate)
     runs = {name: even_runs(origins[name], s.stamps, s.rate) for name, s in used.items()}
-    for name, s in used.items():
-        if (deviation := largest_deviation(s.stamps, runs[name])) > _DEVIATION:
-            notes.append(
-                f"time stamps of stream {name} deviate by {1e3 * deviation:.0f} ms from an even "
-                "rate: samples may be missing, so check the contacts with `firstcontact label`"
-            )
     samples = [
         select_samples(origins[s.name], signal, s.rate, s.values, s.labels)
         for signal, s in ((signal, used[signal.variable]) for signal in signals)

@@ -239,6 +239,14 @@ def test_truncated_mat_file_is_refused(
     check_refused(folder, "steel.mat", channels=tmp_path / "channels.csv")
 
 
+def test_codes_of_no_characters_are_refused(
+    tmp_path: Path, check_refused: Callable[..., None]
+) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, ours(piezo_unit=np.array([0x110000, -1])))
+    check_refused(path, "piezo_unit")
+
+
 def test_missing_tables_and_rows_are_refused(
     folder: Path, tmp_path: Path, check_refused: Callable[..., None]
 ) -> None:

@@ -31,6 +31,8 @@ from firstcontact.recording._sound import LABELS
 from firstcontact.recording._table import Table, match_each_file, read_columns
 from firstcontact.recording._untrusted import check_unpacked, library_errors, listed
 
+#: Smallest character code that is no character.
+_SURROGATES = 0xD800
 _SUFFIX = ".mat"
 _TEXTS = ("source", "force_unit", *(f"{sensor}_unit" for sensor in VibrationSensor))
 #: Start of a file of version 7.3, which is HDF5 after 512 bytes.
@@ -126,7 +128,9 @@ def _from_named(path: Path) -> Dataset:
         )
     for name, values in arrays.items():
         if name in _TEXTS and values.dtype.kind in "iu":  # version 7.3 stores character codes
-            arrays[name] = np.array("".join(chr(code) for code in values.reshape(-1).tolist()))
+            codes = values.reshape(-1).tolist()
+            is_text = all(0 < code < _SURROGATES for code in codes)
+            arrays[name] = np.array("".join(map(chr, codes)) if is_text else "")
         elif name in set(VibrationSensor) and values.ndim == 2:
             arrays[name] = values[:, :, None]
         elif name not in {*VibrationSensor, *SHAPES} and 1 in values.shape:

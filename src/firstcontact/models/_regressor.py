@@ -122,9 +122,7 @@ class RegressorEstimator(Estimator):
         with foreign_errors(f"{self.title}.fit"):
             unfitted = fresh(self.regressor, seed)
             fitted = unfitted.fit(flat(X), y.copy())
-        model = RegressorModel(spec, unfitted if fitted is None else fitted, self.title)
-        model.to_arrays()  # a model that cannot be saved is refused before more are trained
-        return model
+        return RegressorModel(spec, unfitted if fitted is None else fitted, self.title)
 
 
 def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimator]:

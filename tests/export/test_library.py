@@ -59,6 +59,18 @@ def test_its_example_compiles_against_the_stub(
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("machine", ["-mthumb -mcpu=cortex-m7", "-marm -march=armv7-a+simd"])
+def test_its_network_compiles_for_instruction_sets_of_arm(
+    request: pytest.FixtureRequest, library: Path, tmp_path: Path, machine: str
+) -> None:
+    if not shutil.which(f"{building.ARM}gcc"):
+        pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
+    building.run(
+        [f"{building.ARM}gcc", "-O2", *machine.split(), "-mfloat-abi=hard",
+         "-c", str(library / "src/fc_network.c"), "-o", str(tmp_path / "network.o")]
+    )  # fmt: skip
+
+
 def exported_image(library: Path) -> Image:
     """Return the image in the exported array."""
     text = (library / "src/fc_model_image.c").read_text(encoding="utf-8")

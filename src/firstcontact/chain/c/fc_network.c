@@ -2,7 +2,9 @@
 
 #include "fc_math.h"
 
-#if defined(__ARM_FEATURE_SIMD32)
+/* Only Thumb code loads any two registers at once. */
+#if defined(__ARM_FEATURE_SIMD32) && defined(__thumb2__)
+#define FC_PRODUCTS_IN_PAIRS
 #include <arm_acle.h>
 #endif
 
@@ -34,7 +36,7 @@ static float round_all(const float *x, int32_t n, int16_t *rounded)
     return most / 32767.0f;
 }
 
-#if defined(__ARM_FEATURE_SIMD32)
+#if defined(FC_PRODUCTS_IN_PAIRS)
 /* Four numbers, which one instruction loads. The compiler would take three for it and the pointer. */
 typedef struct {
     int16x2_t low, high;

@@ -103,7 +103,7 @@ def test_an_export_never_overwrites_and_leaves_nothing_half(tmp_path, recordings
     out.write_text("mine")
     arguments = ["export", str(recordings), "--to", "hdf5", "--out"]
     assert main([*arguments, str(out)]) == 2
-    assert "choose another --out" in capsys.readouterr().err
+    assert "choose another path" in capsys.readouterr().err
     assert out.read_text() == "mine"
     with RecordingWriter(recordings / "long.mcap", Header(dataset.layout, "synthetic")) as writer:
         writer.pinch(pinch(1, dataset.layout, samples=500))

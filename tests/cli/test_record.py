@@ -251,7 +251,7 @@ def test_a_plan_and_two_sessions_become_one_dataset(tmp_path, capsys):
         (["--object=block 29", f"--sessions={10**30}"], "--sessions: "),
         (["--object=block 29", "--calibration=none.json"], "none.json cannot be read"),
         (["--plan=none.csv"], "none.csv cannot be read"),
-        (["--object=block 29", "--session=a\udcff"], "is not text in UTF-8"),
+        (["--object=block 29", "--session=a\udcff"], "UTF-8 cannot store"),
     ],
 )
 def test_what_cannot_be_recorded_is_refused(tmp_path, capsys, arguments, text):

@@ -90,8 +90,8 @@ def test_set_has_labels_and_contacts(simulated: Path) -> None:
     ("arguments", "words"),
     [
         (("lab", 1, 1, 0, 1), "'lab'"),
-        (("paper-rig", -1, 1, 0, 1), "pinches per block"),
-        (("paper-rig", 0, 0, 0, 1), "per object"),
+        (("paper-rig", -1, 1, 0, 1), "pinches_per_block"),
+        (("paper-rig", 0, 0, 0, 1), "pinches_per_object"),
         (("paper-rig", 10**30, 1, 0, 1), "1000000"),
         (("paper-rig", 1, 1, 0, 0), "workers"),
     ],

@@ -107,6 +107,7 @@ class LogisticDetector(TrainedDetector):
         detector._rate = float(stored_array(arrays, "rate", ()))
         if detector._rate < cls.lowest:
             raise InputError(
-                f"the detector's sampling rate is below {cls.lowest:g} Hz: train it again"
+                f"the detector's sampling rate is {detector._rate:g} Hz, but must be "
+                f"{cls.lowest:g} Hz or more: train it on recordings with a higher rate"
             )
         return detector

@@ -56,7 +56,10 @@ FLOOR = 0.1
 
 
 def feature_count(step: int) -> int:
-    """Return the number of features of a window whose newest step has ``step`` samples."""
+    """Return the number of features of a window.
+
+    ``step`` is the number of new samples since the previous window.
+    """
     return step + COARSE + 6 * PARTS + 2
 
 
@@ -121,7 +124,10 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return the group of each pinch. A group is a session, and stays in one fold."""
+    """Return the cross-validation group of each pinch: its session.
+
+    With fewer sessions than folds, each pinch is its own group.
+    """
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
 

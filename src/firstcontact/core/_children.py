@@ -40,8 +40,8 @@ class Child:
     options
         Command-line arguments of the module.
     wakes
-        True if the child ends by itself when its input ends. It is then only woken (SIGCONT) when
-        this process ends. If False, it is killed when this process ends.
+        Signal to the child when this process ends. True sends SIGCONT, so that even a suspended
+        child notices the end of its input and exits. False kills it.
     """
 
     def __init__(self, module: str, *options: str, wakes: bool = False) -> None:

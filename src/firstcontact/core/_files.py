@@ -43,10 +43,10 @@ def given_path(path: object, parameter: str = "path") -> Path:
     Raises
     ------
     InputError
-        The value is no path, or holds a zero byte.
+        The value is not a path, or holds a zero byte.
     """
     if not isinstance(path, str | os.PathLike):
-        raise InputError(f"{path!r} is no path: give the path as text", parameter=parameter)
+        raise InputError(f"{path!r} must be a path: give it as text", parameter=parameter)
     if "\0" in os.fspath(path):
         raise InputError(
             f"{os.fspath(path)!r} holds a zero byte, which no path may: remove it",

@@ -117,7 +117,7 @@ def check_text(text: object, parameter: str = "") -> None:
         text.encode()
     except UnicodeEncodeError as error:
         raise InputError(
-            f"{text!r} is not text in UTF-8: type it again", parameter=parameter
+            f"{text!r} has characters that UTF-8 cannot store: remove them", parameter=parameter
         ) from error
 
 

@@ -275,7 +275,10 @@ class SafeHand(Hand):
         if self._closed or self._thread is None:
             raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         if self._failure is not None:
-            raise HandError(f"the hand {self.name!r} failed: {self._failure}") from self._failure
+            raise HandError(
+                f"the hand {self.name!r} failed: {self._failure}: check its connection, and open "
+                "it again"
+            ) from self._failure
 
     def _do(self, act: Callable[[], None]) -> None:
         """Call a method of the hand. Release the hand if this fails."""

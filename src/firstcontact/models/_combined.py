@@ -229,6 +229,9 @@ def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
 
 
 def _stage_inputs(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
-    """Return the regression's inputs at each stage, shape (stages, n, inputs)."""
+    """Return the regression's inputs for n contacts, shape (stages, n, inputs).
+
+    A stage is a number of samples after the contact, from ``Rig.STAGES``.
+    """
     cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in Rig.STAGES]
     return np.stack(cuts).astype(np.float64)

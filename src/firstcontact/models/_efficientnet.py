@@ -174,7 +174,7 @@ class GroupedLinear(nn.Module):
 
 
 def join(networks: Sequence[EfficientNet]) -> EfficientNet:
-    """Return one network with the channels of several networks."""
+    """Return one network that runs several networks of the same structure side by side."""
     joined = deepcopy(networks[0])
     for name, module in list(joined.named_modules()):
         same = [network.get_submodule(name) for network in networks]

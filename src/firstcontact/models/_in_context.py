@@ -67,7 +67,10 @@ class InContextModel:
                 "the intervals' widths"
             )
         if Rig.ANY not in rigs:
-            raise InputError("the arrays of the rig for all fingers are missing: train again")
+            raise InputError(
+                "the model file lacks the arrays of the rig that all fingers share: train the "
+                "model again"
+            )
         self.rate = FINGERTIP_RATE
         self.level = level
         self.network, self.familiar, self.factors = network, familiar, factors

@@ -201,8 +201,8 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
         lost = []  # one window replaces another
     if lost or (len(former) < len(parts) and not network):
         raise InputError(
-            f"{out}: the folder holds a model that the new one would not replace: name another "
-            "folder for --out, or remove the old model"
+            f"{out}: the folder holds a model that the new one would not replace: choose "
+            "another folder, or remove the old model"
         )
 
 
@@ -220,5 +220,5 @@ def _check_format(path: Path, expected: str) -> None:
 def _foreign(path: Path) -> InputError:
     return InputError(
         f"{path.parent} would be replaced, but it holds {path.name}, which no training wrote: "
-        "name another folder for --out, or move that file away"
+        "choose another folder, or move that file away"
     )

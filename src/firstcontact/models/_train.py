@@ -259,7 +259,10 @@ def _train_windows(
 def _condition_network(
     plan: _Plan, dataset: Dataset, aligned: Alignment
 ) -> tuple[list[Predictor], list[str]]:
-    """Condition the network on the pinches if they have a Shore A, with sentences on it."""
+    """Condition the network on pinches with Shore A labels.
+
+    Return its predictor in a list (empty without labels), and lines for the report.
+    """
     if plan.learns_windows and not _has_shore_a(dataset):
         return [], []
     rig_kind = plan.kind if issubclass(plan.kind, NetworkEstimator) else RIG_ESTIMATOR

@@ -402,12 +402,12 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
     usable = [split for split in splits if len(np.unique(data.y[split.train])) > 1]
     if not usable:
         raise InputError(
-            "if any pinches are held out, those left to learn from have a single level: record "
-            "each object in two sessions or more",
+            "with any session held out, the other pinches have only one Shore A or class: record "
+            "every object in two sessions or more",
             parameter="data",
         )
     if left := len(splits) - len(usable):
-        words += f"; {counted(left, 'fold')} not scored: a single level is left to learn from"
+        words += f"; {counted(left, 'fold')} not scored: only one Shore A or class is left"
     splits = usable
     if any(np.setdiff1d(data.y[split.test], data.y[split.train]).size for split in splits):
         words += "; a level of one fold alone is predicted without having been learned"

@@ -54,7 +54,7 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
             to.write(dataset, temporary)
     except OSError as error:
         if isinstance(error, FileExistsError) and os.path.lexists(out):
-            raise InputError(f"{out} exists: choose another --out") from error
+            raise InputError(f"{out} exists: choose another path") from error
         raise InputError(
             f"{out} cannot be written ({error.strerror or error}): check the folder and its disk"
         ) from error

@@ -67,7 +67,7 @@ def import_path(
     path, out = given_path(path), resolved(given_path(out, "out"))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise InputError(f"{out} exists and is not an empty folder: choose another --out")
+            raise InputError(f"{out} exists and is not an empty folder: choose another one")
     except OSError as error:
         raise _unwritable(out, error) from error
     named = {"events": events, "channels": channels, "labels": labels}

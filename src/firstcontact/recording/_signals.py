@@ -54,7 +54,10 @@ _ENDS_APART = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """Row of a table of channels: a variable or stream, and its meaning."""
+    """Row of a channel table.
+
+    It names a MATLAB variable or an XDF stream, and states its sensor, finger and unit.
+    """
 
     variable: str
     rate: float | None = None

@@ -296,16 +296,17 @@ def _check_hand(
             parameter="hand_port",
         )
     if kind.needs_live_samples(hand_port) and not is_live:
-        instead = "" if kind.simulated_port is None else f", or the port {kind.simulated_port}"
+        port = kind.simulated_port
+        instead = "" if port is None else f", or hand_port={port!r}"
         raise InputError(
-            f"{kind.name} can be driven only by live samples in real time: use the hand "
-            f"{HANDS.default}{instead}",
+            f"the hand {kind.name!r} moves, so it needs a source with live samples: use the hand "
+            f"{HANDS.default!r}{instead} with a recording",
             parameter="hand",
         )
     if kind.of_source not in (None, device):
         raise InputError(
-            f"{kind.name} works only with the source {kind.of_source!r}: open it, or name another "
-            "hand",
+            f"the hand {kind.name!r} works only with the source {kind.of_source!r}: use this "
+            "source or another hand",
             parameter="hand",
         )
     if isinstance(kind, type) and kind.of_source is None:

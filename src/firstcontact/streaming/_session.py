@@ -207,7 +207,7 @@ class LiveSession:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(
-                f"{self._folder} cannot be created ({error.strerror}): choose another --recordings"
+                f"{self._folder} cannot be created ({error.strerror}): choose another folder"
             ) from error
         stem = f"live-{now:%Y%m%d-%H%M%S}"
         for number in itertools.count(1):

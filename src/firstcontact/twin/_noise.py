@@ -155,7 +155,10 @@ class PhalanxNoise:
 def pickup(
     noise: MotorNoise, sheet: float, angle: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the electrical noise at a fingertip's two converters."""
+    """Return the electrical noise of a fingertip's piezo and of its force sheet, V.
+
+    ``angle`` is the phase of the mains hum, rad.
+    """
     white = rng.standard_normal((2, angle.size))
     return noise.hum * np.sin(angle) + noise.electronics * white[0], sheet * white[1]
 

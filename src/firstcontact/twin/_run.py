@@ -193,7 +193,10 @@ class PinchRun:
         )  # fmt: skip
 
     def _keep(self, begin: int, piece: Piece, taken: int) -> NDArray[np.float64]:
-        """Go on to the end of an integrated piece, and return its motion that is new."""
+        """Advance to the end of a simulated piece.
+
+        Return the motion of the samples that earlier pieces did not cover.
+        """
         out = piece.out[:taken]
         if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > self._strength:
             self.broken_at = begin + taken - 1

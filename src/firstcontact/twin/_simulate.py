@@ -57,7 +57,7 @@ class PlannedSession:
 def plan_sessions(
     condition: Condition, pinches_per_block: int, pinches_per_object: int, seed: int
 ) -> tuple[PlannedSession, ...]:
-    """Return the planned sessions of a simulated set, with flat blocks or other objects."""
+    """Return the planned sessions: first those with flat blocks, then everyday objects."""
     blocks = _sessions(condition, "blocks", BLOCKS, pinches_per_block, BLOCK_SESSIONS, seed)
     objects = _sessions(
         condition, "objects", EVERYDAY_OBJECTS, pinches_per_object, OBJECT_SESSIONS, seed
@@ -212,13 +212,14 @@ def check_set(
         try:
             index(value)
         except TypeError as error:
-            raise InputError(f"{value!r} is no whole number: give one", parameter=name) from error
+            raise InputError(f"{value!r} must be a whole number", parameter=name) from error
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
         raise InputError(
-            "the numbers of pinches per block and per object must not be negative, nor both 0"
+            "pinches_per_block and pinches_per_object must be 0 or more, and at least one must be "
+            "above 0"
         )
     if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
-        raise InputError(f"pinches per block and per object must be {MOST_PINCHES} at most")
+        raise InputError(f"pinches_per_block and pinches_per_object must be {MOST_PINCHES} at most")
     if seed < 0:
         raise InputError(f"the seed is {seed}: use a whole number from 0 on", parameter="seed")
     if workers is not None and not 1 <= workers <= MOST_WORKERS:

@@ -55,7 +55,11 @@ class PlantHand(Hand):
 
 
 class SlipWatch:
-    """Ideal slip detector that reports a slip one latency after its start, then every latency."""
+    """Ideal slip detector.
+
+    It reports a slip ``latency`` seconds after it starts, and again after every further ``latency``
+    seconds.
+    """
 
     def __init__(self, latency: float) -> None:
         self._latency = latency

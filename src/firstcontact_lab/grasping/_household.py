@@ -279,7 +279,10 @@ def _label(row: Branches) -> float:
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return the errors of estimates, in Shore A, by window length in ms and under "used"."""
+    """Return lists of errors of estimates, in Shore A.
+
+    A key is a window length in ms, or "used" for the estimate that the policy used.
+    """
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []
     for row in rows:

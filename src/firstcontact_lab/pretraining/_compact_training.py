@@ -89,7 +89,7 @@ def _linear(network: TorchNetwork) -> dict[str, nn.Linear]:
 
 
 class _Lots:
-    """Random contacts of a set of examples, with encoded tokens of their rigs."""
+    """Source of random training batches. It encodes the rigs' tokens once, at construction."""
 
     def __init__(self, full: Full, examples: Examples) -> None:
         self._full, self._examples = full, examples

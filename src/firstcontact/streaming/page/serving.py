@@ -220,8 +220,9 @@ def serve_page(
 ) -> AbstractAsyncContextManager[object]:
     """Return the server of a page as a context manager.
 
-    ``view`` handles an opened WebSocket, and ``answers`` a request; it returns None to let the
-    request open the WebSocket. ``longest`` limits a viewer's message, bytes.
+    ``answers`` is called for each HTTP request. It returns a response, or None to open a WebSocket.
+    ``view`` then handles the WebSocket. ``longest`` is the largest size of a viewer's message,
+    bytes.
     """
     # Users do not read the library's log, so it stays silent.
     log = logging.getLogger("firstcontact.page")

@@ -106,9 +106,10 @@ def front_table(subjects: Mapping[str, SubjectResults]) -> Table:
         (f"{error}model of the paper", "paper rig", "one", by_paper,
          lambda _: PUBLISHED["svm"], "published, on real objects"),
         (f"{error}model of this package", "paper rig", "one", by_package, by_mean, mean),
-        ("The same in everyday conditions", "everyday", "one", by_package, by_mean, mean),
-        ("Estimate ready when the second finger touches, everyday", "everyday", "whole", ready,
-         ready_window, "with 15 ms of signal, as in the paper"),
+        ("Error of this package's model in everyday conditions", "everyday", "one", by_package,
+         by_mean, mean),
+        ("Pinches with an estimate before the second finger touches, everyday", "everyday", "whole",
+         ready, ready_window, "if the model waits for 15 ms, as in the paper"),
     ]  # fmt: skip
     lines = []
     for words, title, unit, value, yardstick, meaning in entries:

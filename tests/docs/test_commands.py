@@ -249,7 +249,7 @@ def test_commands_run_on_the_real_impacts(
     impacts: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setenv("FIRSTCONTACT_DATA", str(impacts))
+    monkeypatch.setenv("FIRSTCONTACT_DATA", str(impacts.parent))
     run(page, tmp_path, {"", "data"}, user_cache)
 
 

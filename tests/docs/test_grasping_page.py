@@ -94,10 +94,10 @@ def test_what_is_held_and_what_it_costs() -> None:
     assert not any(entry[name].drops[OURS] for name in (*held_out, "soup can"))
     assert entry["mustard bottle, full"].drops == {BLIND: 1, OURS: 1}
     assert entry["paper cup, 0.2 l in it"].drops[OURS] == 1
-    assert entry["cracker"].damage[OURS] == entry["blueberry"].damage[OURS] == 1
-    egg, tomato, avocado = (
+    assert entry["cracker"].damage[OURS] == 1
+    egg, crushed, tomato, avocado = (
         entry[name].n * entry[name].damage[OURS]
-        for name in ("quail egg", "ripe tomato", "firm-ripe avocado")
+        for name in ("quail egg", "blueberry", "ripe tomato", "firm-ripe avocado")
     )
     berry, red = entry["blueberry"].bias, entry["ripe tomato"].bias
     assert berry is not None
@@ -107,34 +107,37 @@ def test_what_is_held_and_what_it_costs() -> None:
         f"estimates are {berry:.0f} and {red:.0f} Shore A too firm. It also crushes "
         f"{WORDS[round(avocado)]} of",
     )
-    says(f"{WORDS[round(tomato)]} of {WORDS[entry['ripe tomato'].n]} tomatoes")
+    says(
+        f"{WORDS[round(crushed)]} of {WORDS[entry['blueberry'].n]} blueberries",
+        f"{WORDS[round(tomato)]} of {WORDS[entry['ripe tomato'].n]} tomatoes",
+    )
     both = [n for n, o in entry.items() if o.fragile and o.shore_a > FIRMEST]
     says(f"and there are {WORDS[len(both)]} of them")
     assert len(both) == 3
 
 
 def test_a_cautious_hand_gains_nothing() -> None:
-    says("If less than 8 % may be damaged, both policies drop about the same number of objects")
+    says("If less than 5 % may be damaged, both policies drop about the same number of objects")
     fronts = household().fronts
     ours, blind = (
         Front(np.array(fronts[n].dropped), np.array(fronts[n].damaged)) for n in (OURS, BLIND)
     )
-    for damage in np.arange(0.03, 0.08, 0.005):
+    for damage in np.arange(0.03, 0.052, 0.005):
         assert blind.drop_share(damage) < ours.drop_share(damage) + 0.025
-    for damage in (0.085, 0.1, 0.15):
+    for damage in (0.06, 0.1, 0.15):
         assert blind.drop_share(damage) > ours.drop_share(damage)
 
 
 def test_what_a_reflex_leaves() -> None:
     says(
         "holds everything, and nothing is left for stiffness",
-        "stiffness prevents some six of ten",
+        "stiffness prevents six or seven of ten",
     )
     by = household().slip_reflex
     quick = by["gradual, 100 ms"]
     assert quick.blind.value == quick.fewer.value == 0
     remaining = [r.fewer for r in by.values() if r is not quick]
-    assert [f.value for f in remaining] == pytest.approx([0.6] * 3, abs=0.08)
+    assert [f.value for f in remaining] == pytest.approx([0.63] * 3, abs=0.08)
     assert all(f.low < 0 for f in remaining)
     closed = household().closings
     for name, table in (
@@ -157,15 +160,12 @@ def test_the_estimates_by_object() -> None:
     assert {*errors} - {*well, *nearly} == {"blueberry"}
     firm = {n: o for n, o in household().by_object.items() if o.shore_a > FIRMEST}
     read = {n: o.shore_a + o.bias for n, o in firm.items() if o.bias is not None}
-    crisp = read.pop("potato crisp")
+    says(f"its mean prediction is {read.pop('potato crisp'):.0f}")
     labels = [o.shore_a for o in firm.values()]
     says(
         f"For objects of {min(labels):g} to {max(labels):g} Shore A the mean prediction is "
         f"{min(read.values()):.0f} to {max(read.values()):.0f}"
     )
-    fruits = [household().by_object[name] for name in ("apple", "orange")]
-    apple, orange = (fruit.shore_a + (fruit.bias or 0) for fruit in fruits)
-    assert apple < crisp < orange
 
 
 def test_all_policies_are_named() -> None:

@@ -24,8 +24,8 @@ def test_simulate_writes_recordings_and_says_so(
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--pinches-per-block", "-1"], "negative"),
-        (["--pinches-per-block", "0", "--pinches-per-object", "0"], "both 0"),
+        (["--pinches-per-block", "-1"], "must be 0 or more"),
+        (["--pinches-per-block", "0", "--pinches-per-object", "0"], "must be above 0"),
         (["--seed", "-3"], "seed is -3"),
         (["--workers", "-1"], "workers is -1"),
     ],

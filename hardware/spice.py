@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 from circuit import FINGERS, Kind, parts
+from disc import CAPACITANCE
 from numpy.typing import NDArray
 
-#: Capacitance of the 10 mm disc, F (``docs/reference/twin-parameters.md``).
-DISC = 12e-9
+from firstcontact.core import ADC_COUNTS, ADC_VOLTS
+
 #: Step of the Teensy's converter, V.
-COUNT = 3.3 / 1023
+COUNT = ADC_VOLTS / (ADC_COUNTS - 1)
 #: One amplifier of the MCP6024, from its data sheet: offset at most 0.5 mV, gain-bandwidth
 #: product 10 MHz, 7 V/us, 8.7 nV/sqrt(Hz), output within 20 mV of the rails. The model is our own:
 #: an integrator with limits. 4600 ohm have the noise voltage of the data sheet at 27 degrees.
@@ -76,7 +77,7 @@ def board(
         source = (discs or {}).get(finger, "DC 0")
         lines += [
             f"Vdisc_{finger} force_{finger} gnd {source}",
-            f"Cdisc_{finger} force_{finger} disc_{finger} {DISC}",
+            f"Cdisc_{finger} force_{finger} disc_{finger} {CAPACITANCE}",
             f"Rpull_{finger} 3v3 strip_{finger} 100k",  # within the Teensy
         ]
     outputs = []

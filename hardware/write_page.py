@@ -1,7 +1,7 @@
 """Write the tables of the build page from the circuit's table and its simulation.
 
-python hardware/write_page.py            # the tables; needs nothing
-python hardware/write_page.py --measure  # simulates the circuit first; needs ngspice
+python hardware/write_page.py            # the tables
+python hardware/write_page.py --measure  # simulates the circuit first, with ngspice
 """
 
 from __future__ import annotations

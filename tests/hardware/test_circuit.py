@@ -4,22 +4,16 @@ from __future__ import annotations
 
 import math
 import shutil
-import sys
 from collections import Counter
-from pathlib import Path
 
+import circuit
+import disc
 import pytest
+import simulate
+import spice
+import write_page
 
 from firstcontact.twin import FingerParameters
-
-HARDWARE = Path(__file__).parents[2] / "hardware"
-sys.path.insert(0, str(HARDWARE))
-
-import circuit  # noqa: E402
-import disc  # noqa: E402
-import simulate  # noqa: E402
-import spice  # noqa: E402
-import write_page  # noqa: E402
 
 needs_ngspice = pytest.mark.skipif(shutil.which("ngspice") is None, reason="no ngspice")
 

@@ -18,15 +18,11 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import Command
-from firstcontact.twin import (
-    CONDITIONS,
-    HOUSEHOLD,
-    Drive,
-    GraspPlant,
-    Lift,
-    draw_household_specimen,
-    draw_pinch,
-)
+from firstcontact.twin import CONDITIONS, draw_pinch
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.household import HOUSEHOLD, draw_household_specimen
+from firstcontact.twin.outcome import Lift
+from firstcontact.twin.plant import GraspPlant
 
 #: Samples of a block.
 BLOCK = 5

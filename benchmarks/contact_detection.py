@@ -14,14 +14,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from firstcontact.contact import (
-    Detector,
-    SvmDetector,
-    ThresholdDetector,
-    contact_chain,
-    judge_windows,
-    window_features,
-)
+from firstcontact.contact import Detector, SvmDetector, ThresholdDetector
+from firstcontact.contact.contacts import contact_chain, judge_windows
+from firstcontact.contact.training import window_features
 from firstcontact.core import Block, Contact, Dataset, Finger, Label, Pinch, fingertip_layout
 from firstcontact.signal import samples_in
 

@@ -17,10 +17,10 @@ import zlib
 import numpy as np
 
 from firstcontact.core import Block, fingertip_layout
-from firstcontact.device import (
+from firstcontact.device import Descriptor
+from firstcontact.device.assembler import Assembler
+from firstcontact.device.protocol import (
     FRAME_SAMPLES,
-    Assembler,
-    Descriptor,
     FrameType,
     descriptor_payload,
     encode,

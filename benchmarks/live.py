@@ -45,24 +45,15 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.models import (
-    InContextModel,
-    SvmModel,
-    Touches,
-    load_model,
-    shape_and_level,
-    svm_machine,
-)
+from firstcontact.models import Touches, load_model
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.svm import SvmModel, shape_and_level, svm_machine
 from firstcontact.signal import contact_windows, samples_in
-from firstcontact.streaming import (
-    AnytimePredictor,
-    PinchDone,
-    Pipeline,
-    Predictor,
-    WindowLadder,
-    twin_model,
-)
-from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.streaming import PinchDone, Pipeline
+from firstcontact.streaming.predictors import AnytimePredictor, Predictor, WindowLadder
+from firstcontact.streaming.twin import twin_model
+from firstcontact.twin import TwinStream
+from firstcontact.twin.sensor import DeviceFilter
 
 LAYOUT = fingertip_layout()
 #: Samples of a frame, and of a block of 0.1 s.

@@ -17,16 +17,12 @@ from pathlib import Path
 import numpy as np
 from distributed import LocalCluster
 
-from firstcontact.core import Dataset, Runner, parallel, use_cluster
-from firstcontact.models import (
-    DURATION,
-    LabelledWindows,
-    Question,
-    Task,
-    by_session,
-    held_out,
-    labelled_windows,
-)
+from firstcontact.core import Dataset
+from firstcontact.core.cluster import use_cluster
+from firstcontact.core.jobs import Runner, parallel
+from firstcontact.models import LabelledWindows, Task
+from firstcontact.models.splits import by_session
+from firstcontact.models.training import DURATION, Question, held_out, labelled_windows
 from firstcontact.recording import load_dataset
 from firstcontact.twin import simulate
 

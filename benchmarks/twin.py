@@ -19,26 +19,16 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from firstcontact.core import FINGERTIP_RATE, Label
+from firstcontact.core import Label
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.recording import load_dataset
-from firstcontact.twin import (
-    BLOCKS,
-    BUFFER,
-    CONDITIONS,
-    EVERYDAY_OBJECTS,
-    Condition,
-    PinchDraw,
-    PinchJob,
-    TwinObject,
-    draw_pinch,
-    draw_specimen,
-    excerpt,
-    integrate_pinch,
-    simulate,
-    simulate_pinches,
-)
-from firstcontact.twin import _pinch as pinch_module
+from firstcontact.twin import BLOCKS, CONDITIONS, TwinObject, draw_pinch, simulate
 from firstcontact.twin import _run as run_module
+from firstcontact.twin import pinch as pinch_module
+from firstcontact.twin.draw import Condition, PinchDraw, draw_specimen
+from firstcontact.twin.mechanics import BUFFER
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
+from firstcontact.twin.pinch import PinchJob, excerpt, integrate_pinch, simulate_pinches
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "twin"))
 from reference import FINGER_STATES, Piece, derivative

@@ -12,17 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.core import BLUE, RED, SKY, Dataset, Label
+from firstcontact.core import Dataset, Label
+from firstcontact.core.display import BLUE, RED, SKY
 from firstcontact.models import Touches
 from firstcontact.twin import (
     BLOCKS,
     CONDITIONS,
     TwinObject,
     draw_pinch,
-    excerpt,
     find_object,
     simulate_pinch,
 )
+from firstcontact.twin.pinch import excerpt
 from firstcontact_lab.report.findings import named_subjects
 from firstcontact_lab.report.style import canvas, shades, uri
 from firstcontact_lab.study.page import read_study

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset
-from firstcontact.models import LabelledTouches, Touches, pretrained
-from firstcontact.models import _network_estimator as conditioning
+from firstcontact.models import LabelledTouches, Touches
+from firstcontact.models import network_estimator as conditioning
+from firstcontact.models.model_file import pretrained
 from firstcontact.twin import (
     CONDITIONS,
 )

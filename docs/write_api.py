@@ -13,7 +13,8 @@ from pathlib import Path
 from types import FunctionType, ModuleType, UnionType
 from typing import Any, get_args
 
-from firstcontact.core import Registry, nouns
+from firstcontact.core import Registry
+from firstcontact.core.text import nouns
 
 FOLDER = Path(__file__).parent / "reference"
 #: Chapters of the page for users, in the order of their work. The last takes all other names.
@@ -30,35 +31,22 @@ CHAPTERS = {
     ),
     "Errors and plug-ins": "",
 }
-#: Public names of each room. A room also exports names that only other rooms use.
-PUBLIC = {
-    "core": (
-        "Block Calibration Channel ChannelKind Command Contact Dataset Finger ForceCurve Group "
-        "InputError Label Layout Physical Pinch Role VibrationCalibration VibrationSensor "
-        "finger_name fingertip_layout merge_blocks"
-    ),
-    "recording": (
-        "EXPORTERS Exporter Header IMPORTERS Importer Marker PinchMark Recording RecordingWriter "
-        "export import_path load_dataset read_recording write_dataset"
-    ),
-    "signal": (
-        "CausalResampler Conditioner ContactWindow DeviceSmoothing ExponentialSmoothing "
-        "SavitzkyGolay WindowStream contact_windows lookahead resample resample_dataset samples_in"
-    ),
-    "contact": (
-        "DETECTORS Detector SvmDetector ThresholdDetector WindowDecisions WindowDetector detect "
-        "general_detector load_detector make_detector save_detector untrained_name"
-    ),
-    "models": (
-        "ESTIMATORS Estimator Interval LabelledWindows RigPredictor Spec Split Task TrainingData "
-        "TrainingRecord WindowModel WindowPredictor by_session classification_scores "
-        "labelled_windows make_estimator read_card regression_scores usable"
-    ),
-    "twin": "CONDITIONS TwinStream",
-    "grasp": "Grip HANDS Hand HandError HandLimits POLICIES Policy SafeHand open_hand",
-    "device": "Arrival Descriptor Health SOURCES Source SourceKind open_source",
-    "testing": "check_detector check_estimator check_hand check_policy check_source make_estimate",
-}
+#: Rooms with a face for others, from the ground floor up.
+FACES = (
+    "core",
+    "recording",
+    "signal",
+    "chain",
+    "contact",
+    "twin",
+    "grasp",
+    "models",
+    "export",
+    "device",
+    "streaming",
+    "collect",
+    "testing",
+)
 NOTE = "`docs/write_api.py` writes this page from the docstrings.\n"
 USERS = f"""\
 # Python for users
@@ -175,7 +163,7 @@ def _type(annotation: Any) -> str:
     if annotation is inspect.Parameter.empty:
         return ""
     text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
-    return text.replace("firstcontact.core._files.", "")
+    return text.replace("firstcontact.core.files.", "")
 
 
 def _parameter(parameter: inspect.Parameter) -> str:
@@ -251,7 +239,7 @@ def room(name: str) -> str:
     """Return the table of the public names of a room."""
     full = f"firstcontact.{name}"
     module = import_module(full)
-    rows = [f"| `{word}` | {summary(getattr(module, word))} |" for word in PUBLIC[name].split()]
+    rows = [f"| `{word}` | {summary(getattr(module, word))} |" for word in module.__all__]
     head = f"## {full}\n\n{summary(module)}\n\n| name | |\n|---|---|\n"
     return head + "\n".join(rows) + "\n"
 
@@ -293,7 +281,7 @@ def pages() -> dict[str, str]:
     return {
         "python.md": users(),
         "python-plugins.md": plugins(),
-        "python-rooms.md": "\n".join([ROOMS, *map(room, PUBLIC)]),
+        "python-rooms.md": "\n".join([ROOMS, *map(room, FACES)]),
     }
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from firstcontact.twin import HOUSEHOLD, HOUSEHOLD_SOURCES, Quantity
+from firstcontact.twin.household import HOUSEHOLD, HOUSEHOLD_SOURCES, Quantity
 
 PAGE = Path(__file__).parent / "reference/household.md"
 TABLE = re.compile(

@@ -12,12 +12,11 @@ from typing import get_args
 
 import msgspec
 
-from firstcontact.streaming import (
+from firstcontact.streaming import Event, HandCheck
+from firstcontact.streaming.json_lines import (
     ChannelLine,
     DescriptorLine,
-    Event,
     FailedLine,
-    HandCheck,
     LinkLine,
     MarkerLine,
 )

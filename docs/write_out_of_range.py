@@ -25,9 +25,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import find_onsets
-from firstcontact.core import FINGERTIP_RATE
-from firstcontact.models import InContextModel, Rig, Touches, pretrained
+from firstcontact.contact.finder import find_onsets
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.models import Rig, Touches
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
 from firstcontact.signal import resample, samples_in
 from firstcontact_lab.report.tables import markdown_lines
 

@@ -15,7 +15,7 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from firstcontact.core import to_tree
+from firstcontact.core.records import to_tree
 from firstcontact_lab.grasping import page as grasp_page
 from firstcontact_lab.grasping import sentences as grasp_sentences
 from firstcontact_lab.grasping.page import HOUSEHOLD

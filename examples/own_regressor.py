@@ -8,7 +8,7 @@ from sklearn.linear_model import Ridge
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
 
-from firstcontact.core import Serial
+from firstcontact.core.jobs import Serial
 from firstcontact_lab.study.benchmark import QUICK, benchmark
 
 

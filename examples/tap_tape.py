@@ -15,16 +15,13 @@ from pathlib import Path
 import numpy as np
 from scipy.io import wavfile
 
-from firstcontact.core import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
+from firstcontact.core.layout import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
 from firstcontact.signal import resample
-from firstcontact.twin import (
-    BUFFER,
-    INDENTATION,
-    block,
-    condition,
-    draw_pinch,
-    integrate_pinch,
-)
+from firstcontact.twin import draw_pinch
+from firstcontact.twin.draw import condition
+from firstcontact.twin.mechanics import BUFFER, INDENTATION
+from firstcontact.twin.objects import block
+from firstcontact.twin.pinch import integrate_pinch
 
 RATE = 48_000
 #: Rest before the first tap, and time between taps, s.

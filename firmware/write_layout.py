@@ -11,7 +11,7 @@ from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.core import ChannelKind, fingertip_layout
-from firstcontact.device import layout_to_send
+from firstcontact.device.descriptor import layout_to_send
 
 PAGE = Path(__file__).parent / "core" / "fc_layout.h"
 HEAD = """\

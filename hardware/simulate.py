@@ -14,7 +14,7 @@ from disc import pressed
 from numpy.typing import NDArray
 from spice import COUNT, board, simulate, sound_input
 
-from firstcontact.twin import FingerParameters
+from firstcontact.twin.mechanics import FingerParameters
 
 #: A knock from 10 ms on: 40 V within 50 us, gone after another 500 us.
 KNOCK = "PWL(0 0 10m 0 10.05m 40 10.55m 0 1 0)"

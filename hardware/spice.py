@@ -12,7 +12,7 @@ from circuit import FINGERS, Kind, parts
 from disc import CAPACITANCE
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS, ADC_VOLTS
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS
 
 #: Step of the Teensy's converter, V.
 COUNT = ADC_VOLTS / (ADC_COUNTS - 1)

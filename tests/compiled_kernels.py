@@ -16,9 +16,10 @@ from types import ModuleType
 
 import pytest
 
-from firstcontact.core import InputError, _installation, kernels
+from firstcontact.core import InputError, installation
+from firstcontact.core.installation import kernels
 
-SOURCES = Path(_installation.__file__).parent / "c"
+SOURCES = Path(installation.__file__).parent / "c"
 FIRMWARE = Path(__file__).parents[1] / "firmware" / "core"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 #: Optimised less than where it is installed: the same bits in less than half the time.
@@ -75,8 +76,8 @@ def using(module: ModuleType | str | None) -> Iterator[None]:
             raise InputError(module)
         return module
 
-    usual, _installation._load_kernels = _installation._load_kernels, load  # type: ignore[assignment]
+    usual, installation._load_kernels = installation._load_kernels, load  # type: ignore[assignment]
     try:
         yield
     finally:
-        _installation._load_kernels = usual
+        installation._load_kernels = usual

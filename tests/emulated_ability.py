@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Self
 
-from firstcontact.device import PseudoTerminal
+from firstcontact.device.ports import PseudoTerminal
 from firstcontact.grasp._ability import NEARLY_OPEN, SENSORS
 from firstcontact.grasp._ability_package import load
 

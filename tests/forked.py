@@ -25,7 +25,7 @@ from quick_training import train_quickly
 LONG = 240.0
 #: Modules with imports that few commands share, or that start threads.
 _RARE = (
-    "._cluster",
+    ".cluster",
     "._efficientnet",
     "._joined_network",
     "._network_export",

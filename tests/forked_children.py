@@ -19,7 +19,7 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
-from firstcontact.core import _children
+from firstcontact.core import children
 
 #: Module of the process that is forked.
 TWIN = "firstcontact.device._twin_process"
@@ -29,7 +29,8 @@ TWIN = "firstcontact.device._twin_process"
 def load() -> None:
     """Import what the twin's process needs, and load its compiled functions."""
     from firstcontact.device import _twin_process
-    from firstcontact.twin import DeviceFilter, TwinStream
+    from firstcontact.twin import TwinStream
+    from firstcontact.twin.sensor import DeviceFilter
 
     DeviceFilter().update(TwinStream(seed=0).read(_twin_process.FRAME_SAMPLES))
 
@@ -37,7 +38,7 @@ def load() -> None:
 def fork_children() -> None:
     """Fork the twins that this process starts from now on."""
     forking = SimpleNamespace(Popen=_start, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
-    _children.subprocess = forking  # type: ignore[attr-defined]
+    children.subprocess = forking  # type: ignore[attr-defined]
 
 
 def _start(words: list[str], **options: Any) -> subprocess.Popen[bytes]:
@@ -86,7 +87,7 @@ def _run(words: list[str], passed: Sequence[int], *streams: int) -> None:
         warnings.simplefilter("ignore", DeprecationWarning)
         sys.modules.pop(words[2], None)
         sys.argv = ["-m", *words]
-        _children.main()
+        children.main()
         code = 0
     except SystemExit as leaving:
         code = int(leaving.code or 0)

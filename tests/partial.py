@@ -8,8 +8,8 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import msgspec
 
-from firstcontact.core import ByName, Record
-from firstcontact.core._records import decode_by_name
+from firstcontact.core import Record
+from firstcontact.core.records import ByName, decode_by_name
 from firstcontact_lab.report.findings import State
 from firstcontact_lab.report.results import SubjectResults, subject_kind
 from firstcontact_lab.study.page import study_page

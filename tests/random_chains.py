@@ -8,21 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import (
-    Chain,
-    ChainEvent,
+from firstcontact.chain import Chain, ChainEvent, Image, build_image
+from firstcontact.chain.image import (
     DetectorConstants,
     DetectorKind,
-    Image,
     Layer,
     Matrix,
     ModelConstants,
     ProcessConstants,
     RigConstants,
-    build_image,
 )
 from firstcontact.core import (
-    FINGERTIP_RATE,
     Block,
     Calibration,
     Channel,
@@ -31,6 +27,7 @@ from firstcontact.core import (
     Layout,
     VibrationCalibration,
 )
+from firstcontact.core.layout import FINGERTIP_RATE
 
 Array = NDArray[Any]
 INPUTS, TRAITS, KNOWN, LINES, TURN = 241, 16, 15, 400, 512

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE as RATE
+from firstcontact.core.layout import FINGERTIP_RATE as RATE
 from firstcontact.models import Touches
 from firstcontact.signal import samples_in
 

@@ -9,14 +9,8 @@ from typing import Any
 
 from safetensors.numpy import load_file, save
 
-from firstcontact.models import (
-    InContextModel,
-    Model,
-    RigPredictor,
-    WindowModel,
-    WindowPredictor,
-    load_model,
-)
+from firstcontact.models import Model, RigPredictor, WindowModel, WindowPredictor, load_model
+from firstcontact.models.in_context import InContextModel
 
 CARD, WEIGHTS = "model.json", "weights.safetensors"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import temporary_path
+from firstcontact.core.files import temporary_path
 
 
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:

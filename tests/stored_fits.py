@@ -16,10 +16,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from firstcontact.contact import SvmDetector, _logistic_training, _training
+from firstcontact.contact import SvmDetector, _logistic_training, training
 from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact._window_detector import TrainedDetector
-from firstcontact.core import Dataset, temporary_path
+from firstcontact.core import Dataset
+from firstcontact.core.files import temporary_path
 
 #: Variable with the folder of the fits. Processes that a test starts inherit it.
 FOLDER = "FIRSTCONTACT_TEST_FITS"
@@ -34,7 +35,7 @@ def stored(fit: Callable[..., Any]) -> Callable[..., Any]:
         Method of the detector's class. Its results depend on its arguments, on the constants of
         its module and of the modules that prepare its training data.
     """
-    modules = (sys.modules[fit.__module__], _logistic_training, _training)
+    modules = (sys.modules[fit.__module__], _logistic_training, training)
 
     @wraps(fit)
     def fitted(

@@ -14,7 +14,8 @@ import pytest
 
 import firstcontact as fc
 from firstcontact import plugins
-from firstcontact.core import Command, write_calibration
+from firstcontact.core import Command
+from firstcontact.core.calibration import write_calibration
 from firstcontact.grasp import Hand, HandLimits, SafeHand
 
 pytestmark = pytest.mark.usefixtures("small_searches")

@@ -11,7 +11,7 @@ import numpy as np
 from firstcontact.cli.main import main
 from firstcontact.core import Contact, Dataset, Finger, Label, Pinch, Role, fingertip_layout
 from firstcontact.recording import Header, load_dataset, write_dataset
-from firstcontact.recording._dataset import pause_between
+from firstcontact.recording.dataset import pause_between
 from firstcontact.signal import resample_dataset
 
 LAYOUT = fingertip_layout()

@@ -17,8 +17,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import holding_force
-from firstcontact.twin import HOUSEHOLD
+from firstcontact.core.physics import holding_force
+from firstcontact.twin.household import HOUSEHOLD
 from firstcontact_lab.grasping._judgement import less
 from firstcontact_lab.grasping._table import Outcomes
 from firstcontact_lab.grasping._tuning import SCALES, find_scale, front, resampled

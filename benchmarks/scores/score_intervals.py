@@ -12,7 +12,7 @@ import argparse
 
 import numpy as np
 
-from firstcontact.models import cluster_intervals, resampled_sums
+from firstcontact.models.scores import cluster_intervals, resampled_sums
 
 #: Standard deviations of the errors that clusters and pinches have, Shore A; pinches in a cluster.
 CLUSTER, PINCH, EACH = 6.0, 3.0, 50

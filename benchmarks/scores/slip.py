@@ -16,18 +16,17 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from firstcontact.contact import SLIP_DETECTORS
-from firstcontact.core import FINGERTIP_RATE, Block, Command, fingertip_layout, holding_force
+from firstcontact.core import Block, Command, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import holding_force
 from firstcontact.grasp import Grip
-from firstcontact.twin import (
-    HOUSEHOLD,
-    Drive,
-    GraspPlant,
-    Lift,
-    SlipParameters,
-    condition,
-    draw_household_specimen,
-    draw_pinch,
-)
+from firstcontact.twin import draw_pinch
+from firstcontact.twin.draw import condition
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.household import HOUSEHOLD, draw_household_specimen
+from firstcontact.twin.outcome import Lift
+from firstcontact.twin.plant import GraspPlant
+from firstcontact.twin.slip_sound import SlipParameters
 
 SET_ON, HELD_OUT = 1, (2, 3, 4)
 COUPLINGS = (0.03, 0.1, 0.3, 1.0)

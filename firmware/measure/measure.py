@@ -22,21 +22,18 @@ import peers
 from numpy.typing import NDArray
 
 from firstcontact.chain import Image
-from firstcontact.core import Dataset, Serial, replacing
-from firstcontact.export import NamedModel, forms, hand_image, microseconds
-from firstcontact.models import (
-    ESTIMATORS,
-    InContextModel,
-    Interval,
-    Task,
-    Touches,
-    WindowModel,
-    adapt,
-    labelled_windows,
-    train_final_model,
-)
+from firstcontact.core import Dataset
+from firstcontact.core.files import replacing
+from firstcontact.core.jobs import Serial
+from firstcontact.export.budget import forms, microseconds
+from firstcontact.export.hand_image import hand_image
+from firstcontact.export.parts import NamedModel
+from firstcontact.models import ESTIMATORS, Interval, Task, Touches, WindowModel, adapt
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.training import labelled_windows, train_final_model
 from firstcontact.recording import load_dataset
-from firstcontact.twin import DeviceFilter, TwinStream, simulate
+from firstcontact.twin import TwinStream, simulate
+from firstcontact.twin.sensor import DeviceFilter
 
 WINDOW, LEVEL, SEED = 0.015, 0.9, 0
 SETS = (("paper-rig", 31), ("everyday", 32))

@@ -13,7 +13,8 @@ import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import Chain, EventKind, Flag, Image, work_memory
+from firstcontact.chain import Chain, EventKind, Flag, Image
+from firstcontact.chain.image import work_memory
 from firstcontact.core import (
     Block,
     Calibration,
@@ -22,7 +23,9 @@ from firstcontact.core import (
     Layout,
     VibrationCalibration,
 )
-from firstcontact.export import MODEL_EXPORTERS, NamedModel, Trained, microseconds
+from firstcontact.export import MODEL_EXPORTERS
+from firstcontact.export.budget import microseconds
+from firstcontact.export.parts import NamedModel, Trained
 
 
 @dataclass(frozen=True)

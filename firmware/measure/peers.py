@@ -9,8 +9,8 @@ import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.export import c_array, literal
-from firstcontact.models import LEVEL_WEIGHT, SvmModel, shape_and_level
+from firstcontact.export.c_code import c_array, literal
+from firstcontact.models.svm import LEVEL_WEIGHT, SvmModel, shape_and_level
 
 
 def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | None) -> int:

@@ -11,7 +11,9 @@ from firstcontact.core import InputError
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
-    from firstcontact.core import AnyPath, Contact, Dataset, Progress
+    from firstcontact.core import Contact, Dataset
+    from firstcontact.core.display import Progress
+    from firstcontact.core.files import AnyPath
     from firstcontact.models import Model
 
 
@@ -162,9 +164,9 @@ def simulate(
     >>> len(data), data.source
     (10, 'twin')
     """
-    from firstcontact.core import given_path
-    from firstcontact.twin import read_noise
+    from firstcontact.core.files import given_path
     from firstcontact.twin import simulate as simulate_set
+    from firstcontact.twin.noise import read_noise
 
     recorded = None if noise is None else read_noise(Path(noise))
     sizes = pinches_per_block, pinches_per_object
@@ -206,8 +208,10 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
     >>> first.finger in (fc.Finger.INDEX, fc.Finger.THUMB)
     True
     """
-    from firstcontact.contact import pretrained_detector
-    from firstcontact.models import Model, detect_alignment, fit_detector, require_dataset
+    from firstcontact.contact.detector_file import pretrained_detector
+    from firstcontact.models import Model
+    from firstcontact.models.alignment import detect_alignment, fit_detector
+    from firstcontact.models.model import require_dataset
 
     require_dataset(data)
     if detector is None:

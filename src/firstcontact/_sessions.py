@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.core import InputError, given_path
+from firstcontact.core import InputError
+from firstcontact.core.files import given_path
 
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
@@ -128,9 +129,10 @@ def live(
     >>> len(pinches)
     1
     """
-    from firstcontact.device import require_source
-    from firstcontact.grasp import Begins, find_hand
-    from firstcontact.streaming import live_session
+    from firstcontact.device.source import require_source
+    from firstcontact.grasp.hand import Begins
+    from firstcontact.grasp.registry import find_hand
+    from firstcontact.streaming.live_session import live_session
 
     require_source(source)
     for name, noun, bound in (

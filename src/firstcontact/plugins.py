@@ -95,7 +95,7 @@ A hand:
 A source. ``ThreadedSource`` is the base of sources that a thread reads:
 
 >>> from pathlib import Path
->>> from firstcontact.device import ReplaySource
+>>> from firstcontact.device.replay import ReplaySource
 >>> tape = plugins.SourceKind(
 ...     "tape",
 ...     "tape:PATH for a recording",
@@ -125,19 +125,13 @@ True
 
 from firstcontact.contact import DETECTORS, SLIP_DETECTORS, Detector, WindowDetector
 from firstcontact.core import Registry
-from firstcontact.device import (
-    SOURCES,
-    Arrival,
-    Descriptor,
-    Source,
-    SourceKind,
-    ThreadedSource,
-)
-from firstcontact.export import MODEL_EXPORTERS, ModelExporter
+from firstcontact.device import SOURCES, Arrival, Descriptor, Source, SourceKind
+from firstcontact.device.threaded import ThreadedSource
+from firstcontact.export import MODEL_EXPORTERS
+from firstcontact.export.parts import ModelExporter
 from firstcontact.grasp import HANDS, POLICIES, Hand, HandLimits, Policy
 from firstcontact.models import (
     ESTIMATORS,
-    ArrayCheck,
     ArraysModel,
     Estimator,
     Spec,
@@ -145,6 +139,7 @@ from firstcontact.models import (
     WindowModel,
     training_spec,
 )
+from firstcontact.models.window_model import ArrayCheck
 from firstcontact.recording import EXPORTERS, IMPORTERS, Exporter, Importer
 from firstcontact.testing import (
     check_detector,

@@ -15,14 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, gent_modulus
-from firstcontact.twin import (
-    FingerParameters,
-    MotorNoise,
-    ObjectParameters,
-    piezo_samples,
-    touch_voltage,
-)
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import gent_modulus
+from firstcontact.twin.mechanics import FingerParameters, ObjectParameters
+from firstcontact.twin.noise import MotorNoise
+from firstcontact.twin.pinch import piezo_samples, touch_voltage
 
 #: Softest and hardest object, Shore A.
 SOFTEST, HARDEST = 5.0, 80.0

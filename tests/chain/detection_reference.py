@@ -13,7 +13,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.chain import DetectorConstants, DetectorKind, EventKind, Flag, Reason
+from firstcontact.chain import EventKind, Flag, Reason
+from firstcontact.chain.image import DetectorConstants, DetectorKind
 from firstcontact.signal import samples_in
 
 Array = NDArray[np.float64]

@@ -8,7 +8,8 @@ import numpy as np
 from detection_reference import Stream, Stretch
 from numpy.typing import NDArray
 
-from firstcontact.chain import Chain, DetectorConstants, DetectorKind, build_image
+from firstcontact.chain import Chain, build_image
+from firstcontact.chain.image import DetectorConstants, DetectorKind
 from firstcontact.core import (
     Block,
     Calibration,

@@ -11,7 +11,8 @@ from detection_reference import Event, run
 from numpy.typing import NDArray
 from random_streams import RandomStream, random_stream
 
-from firstcontact.chain import ChainEvent, DetectorKind, EventKind
+from firstcontact.chain import ChainEvent, EventKind
+from firstcontact.chain.image import DetectorKind
 from firstcontact.core import Block
 
 

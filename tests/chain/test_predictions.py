@@ -13,24 +13,24 @@ import touch_reference as reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.chain import (
+from firstcontact.chain import Image, build_image
+from firstcontact.chain.image import Layer, Matrix, ModelConstants
+from firstcontact.chain.touch import (
     HINTS,
     INPUTS,
-    Image,
-    Layer,
-    Matrix,
-    ModelConstants,
-    build_image,
     predict_inputs,
     predict_touches,
     shifts,
     spectra,
     touch_inputs,
 )
-from firstcontact.core import FINGERTIP_RATE, InputError
-from firstcontact.models import InContextModel, Rig, load_model, pretrained
-from firstcontact.models._rig import RigSpeeds
-from firstcontact.streaming._twin import SHIPPED
+from firstcontact.core import InputError
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.models import Rig, load_model
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig import RigSpeeds
+from firstcontact.streaming.twin import SHIPPED
 from ringing import ringing
 
 LEAD, SAMPLES = 197, 74

@@ -8,7 +8,7 @@ import threading
 
 from firstcontact.cli.session_keys import session_keys
 from firstcontact.core import InputError
-from firstcontact.streaming import Ask
+from firstcontact.streaming.events import Ask
 
 ended = threading.Event()
 

@@ -11,7 +11,8 @@ import pytest
 
 from firstcontact.contact import detect, load_detector
 from firstcontact.core import Dataset
-from firstcontact.models import Touches, pretrained, read_card
+from firstcontact.models import Touches
+from firstcontact.models.model_file import pretrained, read_card
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
 from saved import load_network

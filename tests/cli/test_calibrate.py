@@ -3,7 +3,8 @@ import json
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.core import Finger, read_calibration
+from firstcontact.core import Finger
+from firstcontact.core.calibration import read_calibration
 
 WEIGHTS = "finger,newtons,volts\n" + "".join(
     f"{finger},{n},{v}\n"

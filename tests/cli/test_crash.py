@@ -14,7 +14,7 @@ import pytest
 
 from firstcontact import __version__
 from firstcontact.cli import main as command
-from firstcontact.core import replacing
+from firstcontact.core.files import replacing
 
 #: Raises in the place of a verb, as no verb is known to do.
 PROGRAM = """
@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 import firstcontact.cli.verbs.info as info
 from firstcontact.cli.main import main
-from firstcontact.core import replacing
+from firstcontact.core.files import replacing
 
 @dataclass(frozen=True)
 class Info:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firstcontact.contact import DETECTORS, load_detector
-from firstcontact.recording import find_recordings
+from firstcontact.recording.dataset import find_recordings
 from trainings import recordings, run
 
 

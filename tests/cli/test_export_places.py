@@ -11,7 +11,7 @@ import pytest
 
 from firstcontact.core import Dataset, Label, Pinch, fingertip_layout
 from firstcontact.recording import EXPORTERS, Header, write_dataset
-from firstcontact.recording._dataset import pause_between
+from firstcontact.recording.dataset import pause_between
 
 FORMATS = list(EXPORTERS)
 LAYOUT = fingertip_layout()

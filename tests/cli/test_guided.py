@@ -7,7 +7,7 @@ import pytest
 
 from firstcontact.cli.guided import REMIND, Terminal, entered
 from firstcontact.cli.stopping import Stop
-from firstcontact.collect import Guide, Item, Judged
+from firstcontact.collect.guide import Guide, Item, Judged
 from firstcontact.core import (
     Block,
     Calibration,

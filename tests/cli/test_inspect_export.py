@@ -25,7 +25,7 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.recording import Header, RecordingWriter, load_dataset, write_dataset
-from firstcontact.recording._dataset import pause_between
+from firstcontact.recording.dataset import pause_between
 
 
 def pinch(seed: int, layout: Layout, samples: int = 400) -> Pinch:

@@ -113,7 +113,7 @@ def test_the_installed_kernels_predict_a_live_pinch(
     environment: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
     scripts = request.getfixturevalue(environment)
-    loaded = "from firstcontact.core import kernels; kernels()"
+    loaded = "from firstcontact.core.installation import kernels; kernels()"
     subprocess.run([scripts / "python", "-I", "-c", loaded], check=True, cwd=tmp_path)
     page = ("--page", "--port", "0") if environment == "live" else ()
     process = run(scripts, "live", "--device", "twin", "--pinches", "1", *page, cwd=tmp_path)

@@ -11,16 +11,12 @@ import numpy as np
 import pytest
 
 from firstcontact.core import ClosingSpeed, Dataset, Label
-from firstcontact.models import RigPredictor, load_model, pretrained
+from firstcontact.models import RigPredictor, load_model
+from firstcontact.models.model_file import pretrained
 from firstcontact.recording import Header, read_recording, write_dataset
 from firstcontact.signal import resample_dataset
-from firstcontact.twin import (
-    BLOCKS,
-    CONDITIONS,
-    draw_pinch,
-    draw_specimen,
-    simulate_pinch,
-)
+from firstcontact.twin import BLOCKS, CONDITIONS, draw_pinch, simulate_pinch
+from firstcontact.twin.draw import draw_specimen
 from trainings import recordings, resampled, run
 
 PAPER_RIG = CONDITIONS["paper-rig"]

@@ -117,7 +117,7 @@ def test_the_overview_imports_next_to_nothing() -> None:
     assert not ours - {
         "firstcontact.cli", "firstcontact.cli.main", "firstcontact.cli.output",
         "firstcontact.cli.stopping", "firstcontact.cli.verbs", "firstcontact.core",
-        "firstcontact.core._errors", "firstcontact.core._text",
+        "firstcontact.core._errors", "firstcontact.core.text",
     }  # fmt: skip
 
 

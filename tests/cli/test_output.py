@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 
 from firstcontact.cli.main import main
 from firstcontact.cli.output import Output
-from firstcontact.core import ESCAPE_ERRORS, Block, Label, fingertip_layout, one_line, sanitize
+from firstcontact.core import Block, Label, fingertip_layout
+from firstcontact.core.text import ESCAPE_ERRORS, one_line, sanitize
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main"]

@@ -16,9 +16,11 @@ import pytest
 
 import forked
 from firstcontact.cli.main import main
-from firstcontact.core import Calibration, Finger, VibrationCalibration, write_calibration
+from firstcontact.core import Calibration, Finger, VibrationCalibration
+from firstcontact.core.calibration import write_calibration
 from firstcontact.device._twin_source import TwinDevice
-from firstcontact.recording import cut, load_dataset, read_recording
+from firstcontact.recording import load_dataset, read_recording
+from firstcontact.recording.dataset import cut
 from processes import children, gone, stop, until
 
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "record", "--device", "twin"]

@@ -13,7 +13,7 @@ import pytest
 import forked
 from firstcontact.cli.main import main
 from firstcontact.core import Block, fingertip_layout
-from firstcontact.device import SerialSource
+from firstcontact.device.serial_source import SerialSource
 from firstcontact.recording import Header, RecordingWriter
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.collect import compare, in_words, read_contacts
+from firstcontact.collect.camera import compare, in_words, read_contacts
 from firstcontact.core import Contact, Finger, InputError, Label, fingertip_layout
 from firstcontact.recording import Header, PinchMark, Recording
 

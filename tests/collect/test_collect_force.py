@@ -6,16 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from memory_source import CALIBRATION, FLOOR, LAYOUT, RATE, UNLOADED, MemorySource, arrivals
 
-from firstcontact.collect import Weighing, read_weights
-from firstcontact.collect._calibrate import loaded_volts, tap_warnings, wait_for_tap
-from firstcontact.collect._force_fit import fit_force
-from firstcontact.core import (
-    DIVIDER_OHM,
-    Calibration,
-    Finger,
-    InputError,
-    VibrationCalibration,
-)
+from firstcontact.collect.calibration import loaded_volts, tap_warnings, wait_for_tap
+from firstcontact.collect.force_fit import Weighing, fit_force, read_weights
+from firstcontact.core import Calibration, Finger, InputError, VibrationCalibration
+from firstcontact.core.calibration import DIVIDER_OHM
 
 NEWTONS = np.array([0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
 

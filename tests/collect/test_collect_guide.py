@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from memory_source import CALIBRATION, LAYOUT, RATE, Hand, MemorySource, arrivals, samples
 
-from firstcontact.collect import Guide, Item, Screen, run_session, so_far
-from firstcontact.collect._guide import read_plan
+from firstcontact.collect.guide import Guide, Item, read_plan
+from firstcontact.collect.session import Screen, run_session, so_far
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Finger, InputError, Label, Layout, Role
 from firstcontact.device import Arrival

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.collect import so_far
+from firstcontact.collect.session import so_far
 from firstcontact.core import Block, InputError, Label, fingertip_layout
 from firstcontact.device import Descriptor
 from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset

@@ -18,7 +18,9 @@ from taps import PIEZO, taps, write_taps
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from firstcontact.collect import Labeller, LabelServer, Session, open_recordings
+from firstcontact.collect.label_result import Labeller
+from firstcontact.collect.label_session import LabelServer, Session
+from firstcontact.collect.label_signals import open_recordings
 from firstcontact.recording import load_dataset
 from page_browser import UPGRADE, ask, browsing, needs_browser, text, until
 

@@ -16,8 +16,10 @@ from hypothesis import strategies as st
 from taps import RATE, taps, write_taps
 
 from firstcontact.cli.main import main
-from firstcontact.collect import Labeller, Session, open_recordings
 from firstcontact.collect._label_marks import Action, Mark, Marks, Status
+from firstcontact.collect.label_result import Labeller
+from firstcontact.collect.label_session import Session
+from firstcontact.collect.label_signals import open_recordings
 from firstcontact.core import ClosingSpeed, InputError, Label, Role
 from firstcontact.recording import import_path, load_dataset, read_recording
 

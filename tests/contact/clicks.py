@@ -8,15 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from firstcontact.chain import ChainEvent, EventKind
-from firstcontact.contact import ThresholdDetector, contact_chain
+from firstcontact.contact import ThresholdDetector
+from firstcontact.contact.contacts import contact_chain
 from firstcontact.core import Block, Finger, Pinch, fingertip_layout
-from firstcontact.twin import (
-    BLOCKS,
-    CONDITIONS,
-    draw_pinch,
-    draw_specimen,
-    simulate_pinch,
-)
+from firstcontact.twin import BLOCKS, CONDITIONS, draw_pinch, simulate_pinch
+from firstcontact.twin.draw import draw_specimen
 
 PAPER_RIG = CONDITIONS["paper-rig"]
 

@@ -6,7 +6,8 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from firstcontact.contact import ClosingBegan, Closings, ClosingSamples, ThresholdDetector
+from firstcontact.contact import ThresholdDetector
+from firstcontact.contact.closing import ClosingBegan, Closings, ClosingSamples
 from firstcontact.core import Block, Calibration, Channel, ChannelKind, Contact, Layout
 from firstcontact.core import VibrationCalibration as Floor
 

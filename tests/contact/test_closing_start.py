@@ -19,14 +19,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rested import rested
 
-from firstcontact.contact import (
+from firstcontact.contact import detect
+from firstcontact.contact.closing_start import (
+    DetectionStart,
+    StartMethod,
     closing_start,
     closing_starts,
     count_starts,
     cut_closings,
-    detect,
+    settling,
 )
-from firstcontact.contact._closing_start import DetectionStart, StartMethod, settling
 from firstcontact.core import (
     Block,
     Channel,

@@ -8,7 +8,8 @@ from hand_stream import CALIBRATION, LAYOUT, hand_stream
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.contact import ClosingBegan, ClosingEnded, Closings, ThresholdDetector
+from firstcontact.contact import ThresholdDetector
+from firstcontact.contact.closing import ClosingBegan, ClosingEnded, Closings
 from firstcontact.core import Block, Contact
 
 DATA, CLOSINGS = hand_stream(4)

@@ -8,16 +8,11 @@ import numpy as np
 import pytest
 from clicks import CLICK, LAYOUT, listen, make_pinch
 
-from firstcontact.chain import CONFIRMED, EventKind
-from firstcontact.contact import (
-    ClosingBegan,
-    ClosingEnded,
-    Closings,
-    ClosingSamples,
-    ThresholdDetector,
-    contact_chain,
-    detect,
-)
+from firstcontact.chain import EventKind
+from firstcontact.chain.image import CONFIRMED
+from firstcontact.contact import ThresholdDetector, detect
+from firstcontact.contact.closing import ClosingBegan, ClosingEnded, Closings, ClosingSamples
+from firstcontact.contact.contacts import contact_chain
 from firstcontact.core import Block, Pinch
 from firstcontact.signal import samples_in
 

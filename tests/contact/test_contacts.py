@@ -9,14 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.chain import EventKind
-from firstcontact.contact import (
-    Closings,
-    ClosingSamples,
-    ThresholdDetector,
-    detect,
-    judge_pinch,
-    judge_windows,
-)
+from firstcontact.contact import ThresholdDetector, detect
+from firstcontact.contact.closing import Closings, ClosingSamples
+from firstcontact.contact.contacts import judge_pinch, judge_windows
 from firstcontact.core import Block, Pinch
 from firstcontact.signal import samples_in
 

@@ -18,11 +18,10 @@ from firstcontact.contact import (
     ThresholdDetector,
     detect,
     general_detector,
-    is_pretrained,
     load_detector,
-    pretrained_detector,
     save_detector,
 )
+from firstcontact.contact.detector_file import is_pretrained, pretrained_detector
 from firstcontact.core import InputError, fingertip_layout
 from firstcontact.testing import closings
 from saved import edit, vouch

@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.contact import (
-    DETECTORS,
-    Detector,
-    WindowDetector,
-    detect,
-    judge_windows,
-    make_detector,
-)
+from firstcontact.contact import DETECTORS, Detector, WindowDetector, detect, make_detector
+from firstcontact.contact.contacts import judge_windows
 from firstcontact.core import Block, Dataset, InputError
 from firstcontact.signal import samples_in
 from firstcontact.testing import check_detector

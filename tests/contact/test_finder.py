@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.contact import find_onsets
-from firstcontact.contact._finder import APART, pick_onset
+from firstcontact.contact.finder import APART, find_onsets, pick_onset
 from firstcontact.signal import resample
 
 RATE = 8000.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from firstcontact.chain import fit_predictions, look_features
+from firstcontact.chain.touch import fit_predictions, look_features
 from firstcontact.contact import detect
 from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact._logistic_training import (

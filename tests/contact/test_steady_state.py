@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from rested import rested
 
-from firstcontact.contact import SvmDetector, ThresholdDetector, closing_starts, count_starts
+from firstcontact.contact import SvmDetector, ThresholdDetector
+from firstcontact.contact.closing_start import closing_starts, count_starts
 from firstcontact.core import Dataset
-from firstcontact.twin import condition, draw_pinch, simulate_pinch
+from firstcontact.twin import draw_pinch, simulate_pinch
 from firstcontact.twin._simulate import plan_sessions
+from firstcontact.twin.draw import condition
 from firstcontact_lab.study.detection_scores import (
     score_detector,
 )

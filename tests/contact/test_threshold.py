@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.contact import ThresholdDetector, judge_windows
+from firstcontact.contact import ThresholdDetector
+from firstcontact.contact.contacts import judge_windows
 from firstcontact.core import Block
 from firstcontact.testing._closings import LAYOUT
 

@@ -4,15 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import (
-    Calibration,
-    Finger,
-    ForceCurve,
-    InputError,
-    VibrationCalibration,
-    read_calibration,
-    write_calibration,
-)
+from firstcontact.core import Calibration, Finger, ForceCurve, InputError, VibrationCalibration
+from firstcontact.core.calibration import read_calibration, write_calibration
 
 positive = st.floats(1e-9, 1e3)
 piezos = st.builds(

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import Child
+from firstcontact.core.children import Child
 from processes import PATIENCE, gone, stop
 
 #: Children that do not listen, each in a way of its own.
@@ -28,7 +28,7 @@ DEAF = {
 ECHO = "import sys\nfor line in sys.stdin: print('heard', line, end='', flush=True)"
 PARENT = """
 import sys, threading
-from firstcontact.core._children import Child
+from firstcontact.core.children import Child
 made = []
 # In a thread that ends: the child must not end with that.
 thread = threading.Thread(target=lambda: made.append(Child("child")))
@@ -152,7 +152,7 @@ def test_suspended_child_with_wakes_is_continued(module: Path) -> None:
 def test_child_polls_for_its_parent_without_kernel_support(module: Path) -> None:
     module.write_text(
         "import os, signal, sys, time\n"
-        "from firstcontact.core import _children as parent\n"
+        "from firstcontact.core import children as parent\n"
         "parent.POLL_INTERVAL = 0.01\n"
         "libc = __import__('ctypes').CDLL(None)\n"
         "libc.prctl(1, 0, 0, 0, 0)\n"  # what the kernel was asked for is taken back

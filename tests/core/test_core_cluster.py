@@ -14,13 +14,14 @@ import pytest
 from numpy.typing import NDArray
 
 from dask_cluster import Cluster, cluster
-from firstcontact.core import InputError, Serial, parallel
+from firstcontact.core import InputError
+from firstcontact.core.jobs import Serial, parallel
 from processes import until
 
 
 def use_cluster(address: str) -> AbstractContextManager[None]:
     # Only the process that runs these tests imports Dask.
-    from firstcontact.core import use_cluster
+    from firstcontact.core.cluster import use_cluster
 
     return use_cluster(address)
 
@@ -74,7 +75,7 @@ def test_killed_worker_and_killed_scheduler_are_input_errors(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
-    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 4.0)
+    monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 4.0)
     with cluster(tmp_path, 2) as doomed, use_cluster(doomed.address), parallel(1) as runner:
         with pytest.raises(InputError, match="workers"):
             runner.map(ended, [0])
@@ -97,10 +98,10 @@ def test_invalid_addresses_are_refused(address: str) -> None:
 def test_missing_scheduler_and_empty_cluster_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 0.3)
+    monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 0.3)
     with pytest.raises(InputError, match=r"127\.0\.0\.1"), use_cluster("tcp://127.0.0.1:1"):
         pass
-    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 2.0)
+    monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 2.0)
     with (
         cluster(tmp_path, 0) as empty,
         pytest.raises(InputError, match="--cluster"),

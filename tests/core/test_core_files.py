@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import (
-    InputError,
+from firstcontact.core import InputError
+from firstcontact.core.files import (
     creating,
     displaced_folder,
     files_below,
@@ -29,7 +29,7 @@ from firstcontact.core import (
 WRITER = """
 import sys
 from pathlib import Path
-from firstcontact.core import {how}
+from firstcontact.core.files import {how}
 with {how}(Path(sys.argv[1])) as temporary:
     temporary.write_text("from the child")
     print("begun", flush=True)
@@ -39,7 +39,7 @@ with {how}(Path(sys.argv[1])) as temporary:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from firstcontact.core import replacing_folder
+from firstcontact.core.files import replacing_folder
 
 out, at, before = Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3] == "before"
 rename, count = Path.rename, 0

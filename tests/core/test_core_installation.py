@@ -16,7 +16,8 @@ from types import ModuleType
 import pytest
 
 from compiled_kernels import SOURCES, compiled_kernels
-from firstcontact.core import InputError, _installation, install_command, require_extra
+from firstcontact.core import InputError, installation
+from firstcontact.core.installation import install_command, require_extra
 from firstcontact.export import MODEL_EXPORTERS
 from firstcontact.models import ESTIMATORS
 from firstcontact.recording import EXPORTERS, IMPORTERS
@@ -59,7 +60,7 @@ def install_words(folder: Path, origin: str | None) -> list[str]:
         (record / "direct_url.json").write_text(json.dumps({"url": origin}))
     (folder / "site" / "firstcontact").symlink_to(PROJECT.parent / "src" / "firstcontact")
     result = subprocess.run(
-        [sys.executable, "-c", "from firstcontact.core import *; print(install_command('plot'))"],
+        [sys.executable, "-c", "from firstcontact.core.installation import *; print(install_command('plot'))"],
         env={**os.environ, "PYTHONPATH": str(folder / "site")},
         capture_output=True,
         text=True,
@@ -108,14 +109,14 @@ def test_only_a_checkout_refuses_a_module_older_than_its_sources(
     age: float, in_checkout: bool, is_used: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not in_checkout:
-        monkeypatch.setattr(_installation, "_CLONE", tmp_path)
+        monkeypatch.setattr(installation, "_CLONE", tmp_path)
     module = ModuleType("_compiled")
     module.__file__ = str(tmp_path / "_compiled.so")
     Path(module.__file__).touch()
     newest = max(p.stat().st_mtime for p in SOURCES.iterdir())
     os.utime(module.__file__, (newest + age, newest + age))
     monkeypatch.setitem(sys.modules, "firstcontact.core._compiled", module)
-    load = _installation._load_kernels.__wrapped__  # the cached function
+    load = installation._load_kernels.__wrapped__  # the cached function
     with nullcontext() if is_used else pytest.raises(InputError, match="older"):
         assert load() is module
 

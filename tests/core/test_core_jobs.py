@@ -14,8 +14,7 @@ import pytest
 import threadpoolctl
 from numpy.typing import NDArray
 
-from firstcontact.core import Serial, parallel
-from firstcontact.core._jobs import ALIGNMENT, pack_payload, unpack_payload
+from firstcontact.core.jobs import ALIGNMENT, Serial, pack_payload, parallel, unpack_payload
 from processes import children, command_line, gone, stop
 
 
@@ -104,7 +103,7 @@ def test_worker_error_ends_the_map_and_the_next_map_works() -> None:
 
 PARENT = """
 import sys
-from firstcontact.core._jobs import parallel
+from firstcontact.core.jobs import parallel
 
 def job(number, folder):
     # The first two begin together, so in two workers; the others keep Python's lock, and would

@@ -9,17 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import (
-    ADC_COUNTS,
-    ADC_VOLTS,
-    SUBCOUNTS,
     Channel,
     ChannelKind,
     Finger,
     Layout,
     VibrationSensor,
     fingertip_layout,
-    read_record,
 )
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, SUBCOUNTS
+from firstcontact.core.records import read_record
 
 
 def channels() -> st.SearchStrategy[Channel]:

@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from firstcontact.core import contact_modulus, gent_modulus, hertz_stiffness
-from firstcontact.core._physics import POISSON
+from firstcontact.core.physics import POISSON, contact_modulus, gent_modulus, hertz_stiffness
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import (
-    FASTEST,
-    SLOWEST,
     Block,
     Channel,
     ChannelKind,
@@ -28,9 +26,9 @@ from firstcontact.core import (
     Pinch,
     Role,
     fingertip_layout,
-    first_closed_sample,
-    read_record,
 )
+from firstcontact.core.pinch import FASTEST, SLOWEST, first_closed_sample
+from firstcontact.core.records import read_record
 
 
 def pinch(label: Label, *samples: int) -> Pinch:

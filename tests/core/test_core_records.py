@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from firstcontact.core import Count, InputError, Name, read_record
+from firstcontact.core import InputError
+from firstcontact.core.records import Count, Name, read_record
 
 
 @dataclass(frozen=True)

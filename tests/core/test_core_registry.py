@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError, Registry, foreign_errors
-from firstcontact.core import _registry as module
+from firstcontact.core import InputError, Registry
+from firstcontact.core import registry as module
+from firstcontact.core.registry import foreign_errors
 
 GROUP = "firstcontact.test"
 

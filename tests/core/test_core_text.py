@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import counted, parse_float, parse_int, percent, summarize_error
+from firstcontact.core.text import counted, parse_float, parse_int, percent, summarize_error
 
 
 @pytest.mark.parametrize(

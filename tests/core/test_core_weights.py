@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError, digest
-from firstcontact.core._weights import read_verified
+from firstcontact.core import InputError
+from firstcontact.core.weights import digest, read_verified
 
 RAW = bytes(range(256))
 

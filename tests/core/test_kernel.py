@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sklearn.metrics.pairwise import rbf_kernel
 
-from firstcontact.core import RbfKernel
+from firstcontact.core.kernel import RbfKernel
 
 
 @pytest.mark.parametrize(("kind", "close"), [(np.float32, 1e-4), (np.float64, 1e-12)])

@@ -8,9 +8,11 @@ from dataclasses import replace
 
 from numbered import DESCRIPTOR
 
-from firstcontact.device import Descriptor, DevicePredictor, FrameType
-from firstcontact.device._flashing import KEPT, REPEAT_AFTER
+from firstcontact.device import Descriptor
 from firstcontact.device._responder import Responder
+from firstcontact.device.descriptor import DevicePredictor
+from firstcontact.device.flashing import KEPT, REPEAT_AFTER
+from firstcontact.device.protocol import FrameType
 
 MODEL = "0123456789abcdef"
 TAKER = replace(DESCRIPTOR, predictor=DevicePredictor(MODEL))

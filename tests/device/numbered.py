@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, fingertip_layout
-from firstcontact.device import FRAME_SAMPLES, Descriptor, FrameType, encode, samples_payload
+from firstcontact.device import Descriptor
+from firstcontact.device.protocol import FRAME_SAMPLES, FrameType, encode, samples_payload
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "test firmware", "test", "", "synthetic")
 CHANNELS = len(DESCRIPTOR.layout.channels)

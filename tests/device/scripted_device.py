@@ -14,17 +14,11 @@ from typing import Self
 
 from numbered import DESCRIPTOR, check, numbered
 
-from firstcontact.device import (
-    Arrival,
-    Descriptor,
-    FrameType,
-    PseudoTerminal,
-    SerialSource,
-    Source,
-    encode,
-)
-from firstcontact.device._protocol import decode
+from firstcontact.device import Arrival, Descriptor, Source
 from firstcontact.device._responder import Responder
+from firstcontact.device.ports import PseudoTerminal
+from firstcontact.device.protocol import FrameType, decode, encode
+from firstcontact.device.serial_source import SerialSource
 
 #: What takes longer will never come, s.
 DEAD = 60.0

@@ -13,18 +13,16 @@ from hypothesis import strategies as st
 from numbered import CHANNELS, DESCRIPTOR, check, frames, numbered
 
 from firstcontact.core import Finger
-from firstcontact.device import (
-    Assembler,
+from firstcontact.device import protocol
+from firstcontact.device.assembler import Assembled, Assembler, Counts
+from firstcontact.device.descriptor import (
     DeviceContact,
     DeviceEstimate,
     DevicePrediction,
-    FrameType,
-    encode,
+    contact_payload,
+    estimate_payload,
 )
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._assembler import Assembled, Counts
-from firstcontact.device._descriptor import contact_payload, estimate_payload
-from firstcontact.device._protocol import NextSamples
+from firstcontact.device.protocol import FrameType, NextSamples, encode
 
 LAST = 2**32 - 1
 

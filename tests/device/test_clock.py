@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Block
-from firstcontact.device import DeviceClock, TransportDelay
-from firstcontact.device._clock import SLEW, ClockFit, RateCheck
+from firstcontact.device.clock import SLEW, ClockFit, DeviceClock, RateCheck, TransportDelay
 
 RATE = 4936.0
 

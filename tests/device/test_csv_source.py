@@ -17,10 +17,11 @@ from hypothesis import strategies as st
 from printing_board import PrintingBoard
 
 from firstcontact.core import InputError
-from firstcontact.device import Arrival, SourceOptions, _csv_source, source_kind
+from firstcontact.device import Arrival, _csv_source
 from firstcontact.device._columns import identify_columns
 from firstcontact.device._csv_source import CsvSource, LineReader, from_name
-from firstcontact.device._ports import SerialTransport
+from firstcontact.device.opening import SourceOptions, source_kind
+from firstcontact.device.ports import SerialTransport
 
 MEASURED = 0.6
 #: Longest time until trouble is reported, s: one to three, and what a busy machine adds.

@@ -17,19 +17,13 @@ from printing_board import PrintingBoard
 
 from compiled_kernels import using
 from firstcontact.core import Block, InputError, fingertip_layout
-from firstcontact.device import (
-    SOURCES,
-    Arrival,
-    ReplaySource,
-    ResampledSource,
-    SerialSource,
-    SourceKind,
-    SourceOptions,
-    drain,
-    open_source,
-    source_kind,
-)
+from firstcontact.device import SOURCES, Arrival, SourceKind, open_source
 from firstcontact.device._twin_source import TwinDevice, TwinSource
+from firstcontact.device.opening import SourceOptions, source_kind
+from firstcontact.device.replay import ReplaySource
+from firstcontact.device.resampled import ResampledSource
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.source import drain
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
 from sound import local_sound
@@ -147,7 +141,7 @@ def test_prefix_selects_a_kind_before_any_guess(
     greedy = SourceKind("greedy", "anything", RECORDING.make, takes=lambda device: True)
     kinds = {**SOURCES, "greedy": greedy, "tape": tape}
     monkeypatch.setattr(
-        "firstcontact.device._opening.SOURCES", type(SOURCES)("source", "none", kinds)
+        "firstcontact.device.opening.SOURCES", type(SOURCES)("source", "none", kinds)
     )
     assert source_kind("tape:a.mcap") is tape
     assert source_kind("a.mcap") is RECORDING

@@ -13,10 +13,10 @@ from model_taker import MODEL, TAKER, HostClock, ModelTaker, Says
 from scripted_device import ScriptedDevice
 
 from firstcontact.core import InputError
-from firstcontact.device import FrameType, flash_model
-from firstcontact.device import _flashing as flashing
-from firstcontact.device._flashing import CHUNK
+from firstcontact.device import flashing as flashing
 from firstcontact.device._responder import Responder
+from firstcontact.device.flashing import CHUNK, flash_model
+from firstcontact.device.protocol import FrameType
 
 DATA = bytes(range(256)) * 40
 

@@ -11,8 +11,10 @@ from numbered import DESCRIPTOR
 from scripted_device import DEAD, ScriptedDevice, collect, read_until
 
 from firstcontact.core import InputError
-from firstcontact.device import FrameType, SerialSource, _ports, _serial_source
-from firstcontact.device._ports import LinkError, SerialTransport
+from firstcontact.device import ports, serial_source
+from firstcontact.device.ports import LinkError, SerialTransport
+from firstcontact.device.protocol import FrameType
+from firstcontact.device.serial_source import SerialSource
 
 
 def test_failure_between_reads_is_raised_before_the_end(device: ScriptedDevice) -> None:
@@ -39,7 +41,7 @@ def test_failure_between_reads_is_raised_before_the_end(device: ScriptedDevice) 
 def test_marker_after_the_last_sample_is_preserved(
     device: ScriptedDevice, reads_samples: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_serial_source, "SILENCE", DEAD)  # a busy machine may delay the device
+    monkeypatch.setattr(serial_source, "SILENCE", DEAD)  # a busy machine may delay the device
     arrivals = []
     with SerialSource(device.port) as source:
         device.put(125)
@@ -85,7 +87,7 @@ def test_closed_port_raises(device: ScriptedDevice) -> None:
 def test_stop_of_this_process_during_a_write_does_not_lose_the_port(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_ports, "WRITE", 0.02)
+    monkeypatch.setattr(ports, "WRITE", 0.02)
     transport = SerialTransport(device.port)
     write = os.write
 
@@ -102,7 +104,7 @@ def test_stop_of_this_process_during_a_write_does_not_lose_the_port(
 def test_device_that_never_reads_is_a_lost_port(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_ports, "WRITE", 0.02)
+    monkeypatch.setattr(ports, "WRITE", 0.02)
     transport = SerialTransport(device.port)
 
     def send_without_end() -> None:

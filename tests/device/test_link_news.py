@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from firstcontact.device import Health, LinkNews
-from firstcontact.device._source import MERGE_TIME
+from firstcontact.device import Health
+from firstcontact.device.source import MERGE_TIME, LinkNews
 
 
 def test_repeated_losses_are_merged_into_a_line_per_second() -> None:

@@ -11,9 +11,10 @@ import pytest
 from lsl_outlet import ask, sending
 
 from firstcontact.core import InputError
-from firstcontact.device import Arrival, SourceOptions
-from firstcontact.device._lsl_source import LslSource, from_name, stream_channels
+from firstcontact.device import Arrival
 from firstcontact.device._stamped_samples import LEAST
+from firstcontact.device.lsl_source import LslSource, from_name, stream_channels
+from firstcontact.device.opening import SourceOptions
 from processes import PATIENCE
 
 pylsl = pytest.importorskip("pylsl")
@@ -26,7 +27,7 @@ SOON = 15.0
 @pytest.fixture(autouse=True)
 def _in_haste(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shorten the search for a second stream, because all streams are local."""
-    monkeypatch.setattr("firstcontact.device._lsl_source.ANOTHER", 0.1)
+    monkeypatch.setattr("firstcontact.device.lsl_source.ANOTHER", 0.1)
 
 
 @pytest.fixture
@@ -116,7 +117,7 @@ def test_unusable_streams_are_refused(name: str, monkeypatch: pytest.MonkeyPatch
         LslSource(name).__enter__()
     with sending(name, rate=2e6), pytest.raises(InputError, match=r"1e\+06"):
         LslSource(name).__enter__()
-    monkeypatch.setattr("firstcontact.device._lsl_source.PATIENCE", 0.2)
+    monkeypatch.setattr("firstcontact.device.lsl_source.PATIENCE", 0.2)
     with pytest.raises(InputError, match="nobody"):
         LslSource("nobody sends this").__enter__()
 
@@ -227,7 +228,7 @@ def test_ambiguous_stream_name_is_refused_with_the_choices(
     left = Outlet(sender="left")
     right = Outlet(left.name, sender="right")
     with monkeypatch.context() as patient:
-        patient.setattr("firstcontact.device._lsl_source.ANOTHER", PATIENCE)
+        patient.setattr("firstcontact.device.lsl_source.ANOTHER", PATIENCE)
         with pytest.raises(InputError, match=f"lsl:{left.name}@left, lsl:{left.name}@right"):
             LslSource(left.name).__enter__()
     with LslSource(f"{left.name}@right") as source:
@@ -240,7 +241,7 @@ def test_stream_name_is_not_evaluated_as_a_query(monkeypatch: pytest.MonkeyPatch
     quoted = Outlet(f'it\'s "one" {uuid.uuid4().hex}')
     with LslSource(quoted.name) as source:
         assert source.descriptor.sensor.startswith(quoted.name)
-    monkeypatch.setattr("firstcontact.device._lsl_source.PATIENCE", 0.3)
+    monkeypatch.setattr("firstcontact.device.lsl_source.PATIENCE", 0.3)
     for name in (f"{outlet.name}' or name='x", f'{outlet.name}" or name="x', "x' or '1'='1"):
         with pytest.raises(InputError, match="LSL"):
             LslSource(name).__enter__()

@@ -12,8 +12,8 @@ from firstcontact.core import (
     Layout,
     fingertip_layout,
 )
-from firstcontact.device import Arrival, Descriptor, measure_noise
-from firstcontact.device._noise_floor import RestMeter
+from firstcontact.device import Arrival, Descriptor
+from firstcontact.device.noise_floor import RestMeter, measure_noise
 
 LAYOUT = fingertip_layout()
 RATE = round(LAYOUT.rate)

@@ -12,7 +12,8 @@ import pytest
 from numbered import DESCRIPTOR, check
 from scripted_device import ScriptedDevice
 
-from firstcontact.collect import Guide, Item, Screen, run_session
+from firstcontact.collect.guide import Guide, Item
+from firstcontact.collect.session import Screen, run_session
 from firstcontact.contact import ThresholdDetector
 from firstcontact.core import (
     Block,
@@ -22,9 +23,11 @@ from firstcontact.core import (
     Layout,
     VibrationCalibration,
 )
-from firstcontact.device import Descriptor, SerialSource
+from firstcontact.device import Descriptor
+from firstcontact.device.serial_source import SerialSource
 from firstcontact.recording import read_recording
-from firstcontact.streaming import Event, LiveSession, Pipeline, Update
+from firstcontact.streaming import Event, Pipeline, Update
+from firstcontact.streaming.session import LiveSession
 
 #: Samples that a run takes at least, and that come while something is slow.
 ENOUGH = 1000

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import forked
 from firstcontact.core import Block, Channel, ChannelKind, Finger, InputError, Label, Layout
-from firstcontact.device import Arrival, Recorder
-from firstcontact.device._recorder import QUEUED
+from firstcontact.device import Arrival
+from firstcontact.device.recorder import QUEUED, Recorder
 from firstcontact.recording import Header, Marker, PinchMark, Recording, read_recording
 
 LAYOUT = Layout(
@@ -224,7 +224,7 @@ import os, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from test_recorder import HEADER, arrivals
-from firstcontact.device._recorder import Recorder
+from firstcontact.device.recorder import Recorder
 recorder = Recorder()
 recorder.start(Path(sys.argv[1]), HEADER)
 end = 0

@@ -18,15 +18,11 @@ from numbered import DESCRIPTOR, check, numbered
 from scripted_device import collect
 
 from firstcontact.core import Block, Calibration, Finger, InputError, Label, VibrationCalibration
-from firstcontact.device import (
-    Arrival,
-    LinkNews,
-    PseudoTerminal,
-    ReplayDevice,
-    ReplaySource,
-    SerialSource,
-    open_source,
-)
+from firstcontact.device import Arrival, open_source
+from firstcontact.device.ports import PseudoTerminal
+from firstcontact.device.replay import ReplayDevice, ReplaySource
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.device.source import LinkNews
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
 CALIBRATION = Calibration((VibrationCalibration(Finger.INDEX, 0.005),))

@@ -21,8 +21,11 @@ from firstcontact.core import (
     InputError,
     fingertip_layout,
 )
-from firstcontact.device import Arrival, ReplaySource, ResampledSource, drain
+from firstcontact.device import Arrival
 from firstcontact.device._twin_source import TwinSource
+from firstcontact.device.replay import ReplaySource
+from firstcontact.device.resampled import ResampledSource
+from firstcontact.device.source import drain
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 from firstcontact.signal import resample
 

@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 from numbered import CHANNELS, DESCRIPTOR, check, numbered
 
 from firstcontact.core import Block
-from firstcontact.device import Descriptor, FrameType, encode
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._protocol import Frame
+from firstcontact.device import Descriptor, protocol
 from firstcontact.device._responder import Responder
+from firstcontact.device.protocol import Frame, FrameType, encode
 
 
 @dataclass

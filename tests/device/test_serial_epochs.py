@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from scripted_device import DEAD, ScriptedDevice, collect, read_until
 
-from firstcontact.device import FrameType, SerialSource, encode
-from firstcontact.device import _serial_source as serial_source
+from firstcontact.device import serial_source as serial_source
+from firstcontact.device.protocol import FrameType, encode
+from firstcontact.device.serial_source import SerialSource
 
 
 def test_reconnected_cable_starts_an_epoch_and_counts_losses(device: ScriptedDevice) -> None:

@@ -12,10 +12,10 @@ from numbered import DESCRIPTOR
 from scripted_device import ScriptedDevice, answer_frame, collect, every_other, read_until
 
 from firstcontact.core import InputError
-from firstcontact.device import FrameType, SerialSource
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._ports import SerialTransport
-from firstcontact.device._protocol import Decoder
+from firstcontact.device import protocol
+from firstcontact.device.ports import SerialTransport
+from firstcontact.device.protocol import Decoder, FrameType
+from firstcontact.device.serial_source import SerialSource
 
 
 def test_second_open_of_a_port_is_refused(device: ScriptedDevice) -> None:

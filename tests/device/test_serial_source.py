@@ -15,9 +15,10 @@ from numbered import DESCRIPTOR
 from scripted_device import ScriptedDevice, collect, every_other, read_until, samples
 
 from firstcontact.core import InputError
-from firstcontact.device import Arrival, Descriptor, FrameType, SerialSource, _serial_source
-from firstcontact.device import _serial_source as serial_source
-from firstcontact.device._ports import SerialTransport
+from firstcontact.device import Arrival, Descriptor, serial_source
+from firstcontact.device.ports import SerialTransport
+from firstcontact.device.protocol import FrameType
+from firstcontact.device.serial_source import SerialSource
 from firstcontact.recording import Marker
 from processes import PATIENCE, until
 
@@ -257,7 +258,7 @@ def read(
 
 
 def test_rate_off_by_3_percent_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_serial_source, "OPENING", 60.0)
+    monkeypatch.setattr(serial_source, "OPENING", 60.0)
     with pytest.raises(InputError, match=r"\b5\d{3} .*\b4936\b") as refusal:
         read(tmp_path, 1.03 * RATE, lambda n: n >= MANY)
     assert str(tmp_path / "port") in str(refusal.value)
@@ -275,7 +276,7 @@ def test_rate_is_not_checked_without_real_time(descriptor: Descriptor, tmp_path:
 def test_rate_change_during_a_session_is_a_warning(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(_serial_source, "OPENING", 0.0)
+    monkeypatch.setattr(serial_source, "OPENING", 0.0)
 
     def warnings() -> list[str]:
         return [r.getMessage() for r in caplog.records if r.levelno == logging.WARNING]

@@ -11,7 +11,7 @@ import pytest
 
 from firstcontact.core import Channel, ChannelKind, InputError, Layout
 from firstcontact.device import Arrival, Descriptor
-from firstcontact.device._threaded import ThreadedSource
+from firstcontact.device.threaded import ThreadedSource
 from processes import PATIENCE
 
 RATE, INPUT_RATE = 4936.0, 5000.0

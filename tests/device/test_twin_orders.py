@@ -12,18 +12,21 @@ from hypothesis import strategies as st
 from twin_host import host
 
 from firstcontact.core import Command, InputError
-from firstcontact.device import (
-    FrameType,
+from firstcontact.device._twin_source import TwinDevice, TwinSource
+from firstcontact.device.protocol import FrameType
+from firstcontact.device.twin_words import (
+    ACCEPTED,
     concerns_hand,
     held_object,
     lost_object,
+    lost_text,
     object_text,
     order_text,
+    peak_text,
+    read_order,
 )
-from firstcontact.device._twin_source import TwinDevice, TwinSource
-from firstcontact.device._twin_words import ACCEPTED, lost_text, peak_text, read_order
 from firstcontact.twin import TwinStream
-from firstcontact.twin._objects import OBJECTS
+from firstcontact.twin.objects import OBJECTS
 
 #: Multiple of real time at which orders still arrive within a closing.
 SPEED = 4

@@ -13,15 +13,16 @@ from hypothesis import strategies as st
 from numbered import frames
 
 from firstcontact.core import fingertip_layout
-from firstcontact.device import Descriptor, FrameType, encode
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._protocol import (
+from firstcontact.device import Descriptor, protocol
+from firstcontact.device.protocol import (
     LONGEST,
     MARKER_BYTES,
     Decoder,
     Frame,
     FrameError,
+    FrameType,
     decode,
+    encode,
     stuff,
     unstuff,
 )

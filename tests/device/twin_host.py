@@ -12,10 +12,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.device import FrameType, encode
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._protocol import Frame, FrameError, SamplesFrame
-from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.device import protocol
+from firstcontact.device.protocol import Frame, FrameError, FrameType, SamplesFrame, encode
+from firstcontact.twin import TwinStream
+from firstcontact.twin.sensor import DeviceFilter
 
 #: A twin that says nothing for so long is dead, s.
 DEAD = 60.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import write_household as script
 from pages import ROOT
 
-from firstcontact.twin._household import HOLD, LIGHT, LOOSE_HOLD, SCATTER
+from firstcontact.twin.household import HOLD, LIGHT, LOOSE_HOLD, SCATTER
 from firstcontact_lab.grasping._judgement import FRICTIONS, LIMITS, MASSES
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import write_out_of_range as script
 
-from firstcontact.models import pretrained
+from firstcontact.models.model_file import pretrained
 
 
 def test_its_table_is_that_of_the_results() -> None:

@@ -10,7 +10,8 @@ import pytest
 import write_tables as numbers
 from pages import ROOT, name
 
-from firstcontact.core import ByName, InputError, to_tree
+from firstcontact.core import InputError
+from firstcontact.core.records import ByName, to_tree
 from firstcontact_lab.study.page import read_study
 from partial import filled, study_subject
 

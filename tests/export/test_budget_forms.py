@@ -10,13 +10,14 @@ import pytest
 from test_model_parity import INTERVAL, learned
 
 from firstcontact.core import InputError
-from firstcontact.export import NamedModel, Trained, forms, small_enough
+from firstcontact.export.budget import forms, small_enough
+from firstcontact.export.parts import NamedModel, Trained
 from firstcontact.models import ESTIMATORS, Task, make_estimator
 from firstcontact.testing import closings
 from firstcontact.testing._windows import RATE, toy_windows
 
 if TYPE_CHECKING:
-    from firstcontact.models import InContextModel
+    from firstcontact.models.in_context import InContextModel
 
 
 def test_a_smaller_form_has_a_wider_interval() -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from firstcontact.chain import Chain, EventKind, Image, build_image
 from firstcontact.core import Block, Calibration, VibrationCalibration, fingertip_layout
-from firstcontact.export import hand_image
+from firstcontact.export.hand_image import hand_image
 from firstcontact.models import load_model
-from firstcontact.streaming import twin_model
-from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.streaming.twin import twin_model
+from firstcontact.twin import TwinStream
+from firstcontact.twin.sensor import DeviceFilter
 
 
 def test_default_model_with_a_rig_of_each_finger_fits_and_gives_the_events_of_the_computer() -> (

@@ -13,8 +13,10 @@ from test_model_parity import learned
 
 from firstcontact.chain import Image
 from firstcontact.core import InputError
-from firstcontact.export import MODEL_EXPORTERS, Trained
-from firstcontact.models import ESTIMATORS, Task, shipped_model
+from firstcontact.export import MODEL_EXPORTERS
+from firstcontact.export.parts import Trained
+from firstcontact.models import ESTIMATORS, Task
+from firstcontact.models.model import shipped_model
 from random_chains import python_events, random_stream
 
 STUB = Path(__file__).parents[2] / "firmware" / "teensy" / "stub"

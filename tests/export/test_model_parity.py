@@ -10,15 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.export import MODEL_EXPORTERS, NamedModel, Trained, instructions
-from firstcontact.models import (
-    ESTIMATORS,
-    Interval,
-    Spec,
-    SvmModel,
-    Task,
-    make_estimator,
-)
+from firstcontact.export import MODEL_EXPORTERS
+from firstcontact.export.budget import instructions
+from firstcontact.export.parts import NamedModel, Trained
+from firstcontact.models import ESTIMATORS, Interval, Spec, Task, make_estimator
+from firstcontact.models.svm import SvmModel
 from firstcontact.testing._windows import RATE, toy_windows
 
 pytestmark = pytest.mark.usefixtures("small_searches")

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.core import InputError, import_onnxruntime
-from firstcontact.export import MODEL_EXPORTERS, NamedModel, Trained
+from firstcontact.core import InputError
+from firstcontact.core.installation import import_onnxruntime
+from firstcontact.export import MODEL_EXPORTERS
+from firstcontact.export.parts import NamedModel, Trained
 from firstcontact.models import ESTIMATORS, Task, make_estimator
 from firstcontact.testing._windows import RATE, toy_windows
 

@@ -10,7 +10,7 @@ from firmware_build import make, need, need_arm
 from firmware_core import Core
 from hand import model_image
 
-from firstcontact.export import HandImage
+from firstcontact.export.hand_image import HandImage
 from shared_runs import made_once
 
 # The modules that measure exported C are part of the firmware.

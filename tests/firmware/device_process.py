@@ -11,7 +11,7 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS
+from firstcontact.core.layout import ADC_COUNTS
 
 
 def random_scans(n: int, seed: int) -> NDArray[np.uint16]:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firstcontact.chain import Chain, ChainEvent, DetectorKind, EventKind, Flag, Image
+from firstcontact.chain import Chain, ChainEvent, EventKind, Flag, Image
+from firstcontact.chain.image import DetectorKind
 from firstcontact.core import Block, Calibration, Finger, VibrationCalibration, fingertip_layout
-from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
-from firstcontact.export import HandImage
+from firstcontact.device.descriptor import DeviceContact, DeviceEstimate, DevicePrediction
+from firstcontact.export.hand_image import HandImage
 from random_chains import random_image
 
 #: Noise floors of the twin's fingertips, V.

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.chain import DetectorKind, _image
+from firstcontact.chain import image
+from firstcontact.chain.image import DetectorKind
 from random_chains import random_image
 
 CHAIN = Path(__file__).parents[2] / "src/firstcontact/chain/c"
@@ -53,14 +54,14 @@ class Patch:
 def intact_image() -> tuple[bytes, list[Field]]:
     """Return an intact image and all its arrays."""
     arrays: list[Field] = []
-    put = _image._Writer.put
+    put = image._Writer.put
 
     def put_and_note(self: Any, values: Any, kind: str) -> None:
         arrays.append(Field(16 + len(self.data), f"<{kind}", np.size(values)))
         put(self, values, kind)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_image._Writer, "put", put_and_note)
+        patch.setattr(image._Writer, "put", put_and_note)
         data = random_image(3, DetectorKind.THRESHOLD, text='{"model":"a"}').data
     return data, arrays
 

@@ -10,9 +10,8 @@ import numpy as np
 import serial
 from numpy.typing import NDArray
 
-from firstcontact.device import FrameType
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._protocol import Frame
+from firstcontact.device import protocol
+from firstcontact.device.protocol import Frame, FrameType
 
 CHANNELS = 16
 #: Longest wait for an answer, s.

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS, FINGERTIP_RATE
-from firstcontact.twin import DeviceFilter
+from firstcontact.core.layout import ADC_COUNTS, FINGERTIP_RATE
+from firstcontact.twin.sensor import DeviceFilter
 
 COUNTS = st.one_of(st.integers(0, ADC_COUNTS - 1), st.integers(0, 0xFFFF))
 RAILS = st.sampled_from([0, ADC_COUNTS - 1])

@@ -1,4 +1,4 @@
-"""Frames of the C core compared with ``firstcontact.device._protocol``."""
+"""Frames of the C core compared with ``firstcontact.device.protocol``."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 
 from firstcontact.chain import Reason
 from firstcontact.core import Finger
-from firstcontact.device import DeviceContact, DeviceEstimate
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._descriptor import (
+from firstcontact.device import protocol
+from firstcontact.device.descriptor import (
+    DeviceContact,
+    DeviceEstimate,
     contact_payload,
     estimate_payload,
     read_contact,

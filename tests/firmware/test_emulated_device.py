@@ -13,8 +13,8 @@ from device_process import random_scans, running
 from numpy.typing import NDArray
 from serial_host import Host, assert_gaps_are_overflow
 
-from firstcontact.device import FrameType
-from firstcontact.twin import DeviceFilter
+from firstcontact.device.protocol import FrameType
+from firstcontact.twin.sensor import DeviceFilter
 
 
 @contextmanager

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from firmware_build import need_arm
 
-from firstcontact.chain import DetectorKind, EventKind, Image
+from firstcontact.chain import EventKind, Image
+from firstcontact.chain.image import DetectorKind
 from random_chains import Stream, python_events, random_image, random_stream
 
 CHAIN = Path(__file__).parents[2] / "src/firstcontact/chain/c"

@@ -18,11 +18,12 @@ from firstcontact.cli.main import main
 from firstcontact.cli.verbs.ports import answer
 from firstcontact.contact import make_detector
 from firstcontact.core import InputError
-from firstcontact.device import Descriptor, FrameType, check_model_fits, flash_model
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._flashing import CHUNK
-from firstcontact.export import HandImage, hand_image
-from firstcontact.models import load_model, shipped_model
+from firstcontact.device import Descriptor, protocol
+from firstcontact.device.flashing import CHUNK, check_model_fits, flash_model
+from firstcontact.device.protocol import FrameType
+from firstcontact.export.hand_image import HandImage, hand_image
+from firstcontact.models import load_model
+from firstcontact.models.model import shipped_model
 from firstcontact.testing import closings
 
 #: Version of the images that the firmware reads.
@@ -217,7 +218,7 @@ def test_verb_flashes_the_model_and_prints_its_digest(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
 ) -> None:
-    from firstcontact.core import write_calibration
+    from firstcontact.core.calibration import write_calibration
 
     write_calibration(FLOORS, tmp_path / "calibration.json")
     options = ["--calibration", str(tmp_path / "calibration.json")]

@@ -13,10 +13,13 @@ from hand import FLOORS, chain_events, of_chain, of_device
 from numpy.typing import NDArray
 from test_emulated_device import emulated
 
-from firstcontact.device import DeviceEstimate, DevicePrediction, SerialSource, flash_model
-from firstcontact.export import HandImage, hand_image
-from firstcontact.streaming import twin_model
-from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.device.descriptor import DeviceEstimate, DevicePrediction
+from firstcontact.device.flashing import flash_model
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.export.hand_image import HandImage, hand_image
+from firstcontact.streaming.twin import twin_model
+from firstcontact.twin import TwinStream
+from firstcontact.twin.sensor import DeviceFilter
 
 SAMPLES = 30 * 4936
 

@@ -11,9 +11,10 @@ from device_process import random_scans, running
 from serial_host import Host, assert_gaps_are_overflow
 
 from firstcontact.core import fingertip_layout
-from firstcontact.device import Descriptor, FrameType
-from firstcontact.device import _protocol as protocol
-from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.device import Descriptor, protocol
+from firstcontact.device.protocol import FrameType
+from firstcontact.twin import TwinStream
+from firstcontact.twin.sensor import DeviceFilter
 
 #: Most scans in a pipe of 64 KiB and the program's buffer.
 WAITING = 65536 // 12 + 1 + 512

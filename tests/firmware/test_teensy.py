@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 from serial_host import Host
 
 from firstcontact.core import InputError
-from firstcontact.device import Assembler, Descriptor, FrameType, flash_model
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._flashing import CHUNK
-from firstcontact.export import HandImage
-from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.device import Descriptor, protocol
+from firstcontact.device.assembler import Assembler
+from firstcontact.device.flashing import CHUNK, flash_model
+from firstcontact.device.protocol import FrameType
+from firstcontact.export.hand_image import HandImage
+from firstcontact.twin import TwinStream
+from firstcontact.twin.sensor import DeviceFilter
 
 SAMPLES = 12 * 4936
 #: Bytes of a slot's head, of a page and of a sector of the flash.

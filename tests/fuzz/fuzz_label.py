@@ -12,7 +12,8 @@ from tempfile import TemporaryDirectory
 import fuzz_mutate as mutate
 import numpy as np
 
-from firstcontact.collect import Labeller, Session
+from firstcontact.collect.label_result import Labeller
+from firstcontact.collect.label_session import Session
 from firstcontact.core import Block, Channel, ChannelKind, InputError, Layout
 from firstcontact.recording import Header, Recording, RecordingWriter, read_recording
 

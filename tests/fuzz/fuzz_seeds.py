@@ -26,8 +26,8 @@ from firstcontact.core import (
     Role,
     VibrationCalibration,
     fingertip_layout,
-    write_calibration,
 )
+from firstcontact.core.calibration import write_calibration
 from firstcontact.recording import Header, Marker, RecordingWriter
 
 RATE = 4936.0
@@ -189,7 +189,8 @@ def _models(folder: Path, seeds: Seeds) -> None:
 def _anytime(folder: Path, seeds: Seeds) -> None:
     """Write models conditioned on a random rig, with a detector."""
     from firstcontact.contact import load_detector
-    from firstcontact.models import Model, Rig, RigPredictor, pretrained
+    from firstcontact.models import Model, Rig, RigPredictor
+    from firstcontact.models.model_file import pretrained
 
     rng = np.random.default_rng(3)
     tokens = rng.standard_normal((len(Rig.STAGES), 3, Rig.TOKEN))

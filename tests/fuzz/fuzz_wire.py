@@ -16,26 +16,28 @@ from fuzz_seeds import piezo_layout
 
 from firstcontact.contact import DETECTORS
 from firstcontact.core import Block, Finger, fingertip_layout
-from firstcontact.device import (
-    Assembler,
-    Descriptor,
+from firstcontact.device import Descriptor, Health, protocol
+from firstcontact.device._csv_source import MOST, LineReader
+from firstcontact.device._responder import Responder
+from firstcontact.device._stamped_samples import StampedSamples
+from firstcontact.device.assembler import Assembler
+from firstcontact.device.descriptor import (
     DeviceContact,
     DeviceEstimate,
     DevicePredictor,
-    FrameType,
-    Health,
+    contact_payload,
+    estimate_payload,
 )
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._csv_source import MOST, LineReader
-from firstcontact.device._descriptor import contact_payload, estimate_payload
-from firstcontact.device._responder import Responder
-from firstcontact.device._stamped_samples import StampedSamples
+from firstcontact.device.protocol import FrameType
 from firstcontact.recording import Header, RecordingWriter, read_recording
-from firstcontact.streaming import Ask, JsonLinesSink, Pipeline, TextSink
+from firstcontact.streaming import Pipeline
 from firstcontact.streaming._hand_predictions import HandPredictions
 from firstcontact.streaming._outputs import Update
+from firstcontact.streaming.events import Ask
+from firstcontact.streaming.json_lines import JsonLinesSink
 from firstcontact.streaming.page._server import Allowance, Commands
 from firstcontact.streaming.page._state import State
+from firstcontact.streaming.text import TextSink
 
 DESCRIPTOR = Descriptor(piezo_layout(), "firmware", "sensor", "hand", "real")
 CHANNELS = len(DESCRIPTOR.layout.channels)

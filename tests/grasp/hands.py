@@ -10,7 +10,8 @@ from typing import Protocol, Self
 import pytest
 
 from firstcontact.core import Command
-from firstcontact.grasp import Begins, HandError, HandLimits
+from firstcontact.grasp import HandError, HandLimits
+from firstcontact.grasp.hand import Begins
 
 #: Longest wait on a busy machine, s.
 PATIENCE = 60.0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from firstcontact.device import SOURCES, SourceOptions
+from firstcontact.device import SOURCES
+from firstcontact.device.opening import SourceOptions
 from firstcontact.grasp import HANDS, HandError
 from firstcontact.grasp._printing import PrintHand
 from firstcontact.testing import check_hand

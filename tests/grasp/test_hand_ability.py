@@ -18,7 +18,7 @@ from hands import PATIENCE, refused
 
 from emulated_ability import EmulatedAbility
 from firstcontact.core import Command, InputError
-from firstcontact.device import PseudoTerminal
+from firstcontact.device.ports import PseudoTerminal
 from firstcontact.grasp import SafeHand, _ability
 from firstcontact.grasp._ability import (
     CLOSED,

@@ -26,7 +26,7 @@ MODULE = """
 from collections import deque
 from math import inf
 from firstcontact.core._errors import InputError
-from firstcontact.grasp._hand import Begins, HandError, HandLimits
+from firstcontact.grasp.hand import Begins, HandError, HandLimits
 
 class FileHand:
     name = "file"

@@ -5,23 +5,19 @@ from __future__ import annotations
 import pytest
 
 from firstcontact.core import Command, Contact, Finger
-from firstcontact.grasp import (
-    POLICIES,
-    ByStiffness,
-    FinalForce,
-    GraspLoop,
-    Grip,
-    Task,
-    Truth,
-    make_policy,
-)
-from firstcontact.grasp._household_policies import (
+from firstcontact.grasp import POLICIES, Grip
+from firstcontact.grasp.household_policies import (
     PATIENCE,
     SLOW,
+    ByStiffness,
     ByWeight,
+    FinalForce,
     SlipReflex,
     StiffnessReflex,
 )
+from firstcontact.grasp.loop import GraspLoop
+from firstcontact.grasp.policy import Task, Truth
+from firstcontact.grasp.registry import make_policy
 from firstcontact.testing import make_estimate
 
 CONTACT = Contact(Finger.INDEX, 100, 105)

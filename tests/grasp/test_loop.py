@@ -19,8 +19,9 @@ from firstcontact.core import (
     InputError,
     fingertip_layout,
 )
-from firstcontact.grasp import POLICIES, GraspLoop, Grip, HandError, Policy, Taxels, Truth
-from firstcontact.grasp._loop import REST
+from firstcontact.grasp import POLICIES, Grip, HandError, Policy
+from firstcontact.grasp.loop import REST, GraspLoop, Taxels
+from firstcontact.grasp.policy import Truth
 from firstcontact.testing import make_estimate
 
 RATE = 1000.0

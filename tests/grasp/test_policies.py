@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Command, Contact, Estimate, InputError
-from firstcontact.grasp import POLICIES, Grip, Policy, Task, live_policies, live_policy
+from firstcontact.grasp import POLICIES, Grip, Policy
 from firstcontact.grasp._payload_policies import EarlyExit, FirstContact, ForceFeedback, Touch
+from firstcontact.grasp.policy import Task
+from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.testing import check_policy, make_estimate
 
 SHORE = st.floats(0.0, 100.0)

@@ -13,7 +13,7 @@ import simulate
 import spice
 import write_page
 
-from firstcontact.twin import FingerParameters
+from firstcontact.twin.mechanics import FingerParameters
 
 needs_ngspice = pytest.mark.skipif(shutil.which("ngspice") is None, reason="no ngspice")
 

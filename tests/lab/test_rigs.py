@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from firstcontact.core import ADC_COUNTS, FINGERTIP_RATE, SUBCOUNTS
-from firstcontact.twin import _pinch as twin_pinch
-from firstcontact.twin._pinch import BURN_IN
+from firstcontact.core.layout import ADC_COUNTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.twin import pinch as twin_pinch
 from firstcontact.twin._run import SUBSTEPS, PinchRun
+from firstcontact.twin.pinch import BURN_IN
 from firstcontact_lab import rigs
 from firstcontact_lab.rigs import (
     FAMILIES,

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.models import InContextModel, Rig, Touches, adapt_network, pretrained
-from firstcontact.models._network_estimator import (
+from firstcontact.models import Rig, Touches
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.network_estimator import (
     MOST_OF_LEVEL,
     WAYS,
     HeldOut,
     _is_clearly_worse,
+    adapt_network,
 )
 from firstcontact.signal import samples_in
 from ringing import ringing

@@ -12,14 +12,10 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.core import Dataset, InputError
-from firstcontact.models import (
-    InContextModel,
-    Rig,
-    TrainingRecord,
-    pretrained,
-    pretrained_folder,
-    read_card,
-)
+from firstcontact.models import Rig
+from firstcontact.models.card import TrainingRecord
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained, pretrained_folder, read_card
 from firstcontact.recording import Header, write_dataset
 from ringing import ringing
 from saved import CARD, WEIGHTS, edit, load_arrays, load_network, replace_arrays, save_network

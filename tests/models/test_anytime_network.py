@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.models import ContextNetwork, Rig, pretrained
+from firstcontact.models import Rig
+from firstcontact.models.context_network import ContextNetwork
+from firstcontact.models.model_file import pretrained
 
 ARRAYS = pretrained().network.to_arrays()
 

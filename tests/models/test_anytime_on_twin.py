@@ -13,9 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.core import ADC_VOLTS
-from firstcontact.core import FINGERTIP_RATE as RATE
-from firstcontact.models import InContextModel, Predictions, Rig, Touches, Values, pretrained
+from firstcontact.core.layout import ADC_VOLTS
+from firstcontact.core.layout import FINGERTIP_RATE as RATE
+from firstcontact.models import Predictions, Rig, Touches
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set

@@ -7,17 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.chain import HINTS, touch_inputs
-from firstcontact.core import (
-    FINGERTIP_RATE,
-    Contact,
-    Dataset,
-    Finger,
-    InputError,
-    Pinch,
-    fingertip_layout,
-)
-from firstcontact.models import InContextModel, Rig, Touches, Values, pretrained
+from firstcontact.chain.touch import HINTS, touch_inputs
+from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.models import Rig, Touches
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.window_model import Values
 from ringing import LONGEST, SHORTEST, ringing
 
 KNOWN, SHORE_A, _ = ringing(60)

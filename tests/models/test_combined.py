@@ -10,17 +10,11 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
-from firstcontact.export._parts import exported_parts
-from firstcontact.models import (
-    Adapted,
-    CombinedEstimator,
-    CombinedModel,
-    LabelledTouches,
-    Rig,
-    adapt_combined,
-    adapt_network,
-    pretrained,
-)
+from firstcontact.export.parts import exported_parts
+from firstcontact.models import LabelledTouches, Rig
+from firstcontact.models.combined import CombinedEstimator, CombinedModel, adapt_combined
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.network_estimator import Adapted, adapt_network
 from firstcontact.recording import load_dataset
 from trainings import recordings
 

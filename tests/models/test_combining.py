@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.models import combine
-from firstcontact.models._predictions import SHARED
+from firstcontact.models.predictions import SHARED, combine
 
 halves = st.lists(st.floats(0.5, 40.0), min_size=1, max_size=20)
 

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.contact import is_pretrained
-from firstcontact.core import Dataset, Pinch, Serial
-from firstcontact.models import choose_detector, detect_alignment, fit_detector
+from firstcontact.contact.detector_file import is_pretrained
+from firstcontact.core import Dataset, Pinch
+from firstcontact.core.jobs import Serial
+from firstcontact.models.alignment import choose_detector, detect_alignment, fit_detector
 from firstcontact.signal import resample_dataset
 from firstcontact.testing._closings import closings
 

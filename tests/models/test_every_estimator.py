@@ -19,9 +19,8 @@ from firstcontact.models import (
     WindowModel,
     make_estimator,
     training_spec,
-    window_estimators,
 )
-from firstcontact.models._registry import model_kind
+from firstcontact.models.registry import model_kind, window_estimators
 from firstcontact.testing import check_estimator
 from firstcontact.testing._windows import RATE, toy_windows
 

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Serial
-from firstcontact.models import (
-    LabelledWindows,
-    Task,
-    load_model,
-    train_final_model,
-)
+from firstcontact.core import InputError
+from firstcontact.core.jobs import Serial
+from firstcontact.models import LabelledWindows, Task, load_model
+from firstcontact.models.training import train_final_model
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import save_window
 

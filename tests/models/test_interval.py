@@ -14,14 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import InputError
-from firstcontact.models import (
-    Interval,
-    Task,
-    TrainingRecord,
-    load_model,
-    make_estimator,
-)
-from firstcontact.models._interval import (
+from firstcontact.models import Interval, Task, load_model, make_estimator
+from firstcontact.models.card import TrainingRecord
+from firstcontact.models.interval import (
     RANGE_PINCHES,
     conformal_interval,
     held_out_coverage,

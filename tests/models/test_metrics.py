@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.models import (
+from firstcontact.models.scores import (
     CLUSTERS,
     bootstrap_interval,
     classification_scores,

@@ -14,17 +14,9 @@ from numpy.typing import NDArray
 from safetensors.numpy import save
 
 from firstcontact.core import InputError
-from firstcontact.models import (
-    Model,
-    Task,
-    TrainingData,
-    TrainingRecord,
-    WindowCard,
-    WindowModel,
-    WindowPredictor,
-    make_estimator,
-    read_card,
-)
+from firstcontact.models import Model, Task, WindowModel, WindowPredictor, make_estimator
+from firstcontact.models.card import TrainingData, TrainingRecord, WindowCard
+from firstcontact.models.model_file import read_card
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import CARD, WEIGHTS, edit, load_arrays, load_window, replace_arrays, save_window, vouch
 

@@ -10,15 +10,10 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.core import Contact, Dataset, Finger, InputError
-from firstcontact.models import (
-    ESTIMATORS,
-    RIG_ESTIMATOR,
-    NetworkEstimator,
-    Task,
-    make_estimator,
-    window_estimators,
-)
-from firstcontact.models._network_estimator import MOST_OF_LEVEL
+from firstcontact.models import ESTIMATORS, Task, make_estimator
+from firstcontact.models.network_estimator import MOST_OF_LEVEL, NetworkEstimator
+from firstcontact.models.registry import window_estimators
+from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.recording import load_dataset
 from firstcontact.testing._windows import RATE
 from trainings import CONTACT, recordings

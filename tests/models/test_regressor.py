@@ -21,11 +21,9 @@ from sklearn.svm import SVR
 
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
-from firstcontact.models import (
-    Task,
-    find_estimator,
-)
+from firstcontact.models import Task
 from firstcontact.models._regressor import RegressorModel, from_skops, to_skops
+from firstcontact.models.registry import find_estimator
 from firstcontact.recording import load_dataset
 from firstcontact.testing import check_estimator
 from firstcontact.testing._windows import RATE, toy_windows

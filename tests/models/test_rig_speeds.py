@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.chain import HINTS
+from firstcontact.chain.touch import HINTS
 from firstcontact.core import InputError
-from firstcontact.models import InContextModel, Rig, Touches, pretrained
-from firstcontact.models._rig import RigSpeeds
+from firstcontact.models import Rig, Touches
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig import RigSpeeds
 from ringing import ringing
 
 KNOWN, SHORE_A, _ = ringing(60)

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import InputError
-from firstcontact.models import parse_radius, radius_text
-from firstcontact.models._touches import LEAST, MOST
+from firstcontact.models.touches import LEAST, MOST, parse_radius, radius_text
 
 
 @given(st.floats(LEAST, MOST))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from firstcontact.models import Group, Split, by_session, leave_one_out
+from firstcontact.models.splits import Group, Split, by_session, leave_one_out
 
 
 @st.composite

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firstcontact.core import FINGERTIP_RATE
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Touches
 
 

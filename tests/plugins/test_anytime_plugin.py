@@ -10,18 +10,13 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.cli.main import main
-from firstcontact.contact import pretrained_detector
+from firstcontact.contact.detector_file import pretrained_detector
 from firstcontact.core import Block, Dataset, InputError
-from firstcontact.models import (
-    ESTIMATORS,
-    InContextModel,
-    Model,
-    Predictions,
-    RigPredictor,
-    Touches,
-    pretrained,
-)
-from firstcontact.streaming import Pipeline, live_predictor
+from firstcontact.models import ESTIMATORS, Model, Predictions, RigPredictor, Touches
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.streaming import Pipeline
+from firstcontact.streaming.predictors import live_predictor
 from trainings import recordings
 
 pytestmark = pytest.mark.usefixtures("stored_detectors")

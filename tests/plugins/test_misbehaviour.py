@@ -141,7 +141,7 @@ WRONG = (
     "from types import SimpleNamespace\nENTRY = SimpleNamespace(name='bad')\n",
     "class ENTRY:\n    name = 'bad'\n",
     "ENTRY = 5\n",
-    "from firstcontact.grasp._policy import Policy\nclass ENTRY(Policy):\n    name = 'good'\n",
+    "from firstcontact.grasp.policy import Policy\nclass ENTRY(Policy):\n    name = 'good'\n",
 )
 
 
@@ -240,8 +240,8 @@ def test_an_importer_that_fails_is_named(
 
 
 SOURCE = """
-from firstcontact.device._opening import SourceKind
-from firstcontact.device._replay import ReplaySource
+from firstcontact.device.opening import SourceKind
+from firstcontact.device.replay import ReplaySource
 from pathlib import Path
 class Tape(ReplaySource):
     def {method}(self, *arguments):
@@ -268,8 +268,8 @@ def test_a_source_that_fails_is_named(
 HAND = """
 from math import inf
 from pathlib import Path
-from firstcontact.grasp._hand import Begins, Hand, HandLimits
-from firstcontact.grasp._policy import Policy
+from firstcontact.grasp.hand import Begins, Hand, HandLimits
+from firstcontact.grasp.policy import Policy
 class Both:
     name = title = "bad"
 class Diary(Hand):

@@ -35,8 +35,8 @@ from firstcontact.recording import (
     load_dataset,
     write_dataset,
 )
-from firstcontact.recording._dataset import pause_between
-from firstcontact.recording._settings import LAYOUT
+from firstcontact.recording.dataset import pause_between
+from firstcontact.recording.settings import LAYOUT
 
 VIBRATION, FORCE = ChannelKind.VIBRATION, ChannelKind.FORCE
 SAMPLES = 60

@@ -21,7 +21,7 @@ from firstcontact.core import (
     Pinch,
     VibrationSensor,
 )
-from firstcontact.device import ReplaySource
+from firstcontact.device.replay import ReplaySource
 from firstcontact.recording import (
     Header,
     RecordingWriter,

@@ -10,7 +10,7 @@ import pytest
 
 from firstcontact.core import Block, InputError, fingertip_layout
 from firstcontact.recording import Header, Marker, RecordingWriter, read_recording
-from firstcontact.recording._messages import LONGEST_TEXT
+from firstcontact.recording.messages import LONGEST_TEXT
 
 HEADER = Header(fingertip_layout(), "synthetic", session="1", notes="the only ones")
 

@@ -20,7 +20,7 @@ from firstcontact.core import Block, Contact, Finger, InputError, Label, fingert
 from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, read_recording
 from firstcontact.recording._chunk_file import MAGIC, ChunkFile
 from firstcontact.recording._chunks import find_chunks, unpack_chunk
-from firstcontact.recording._messages import block_message
+from firstcontact.recording.messages import block_message
 
 LAYOUT = fingertip_layout()
 HEADER = Header(LAYOUT, "synthetic").to_json()

@@ -23,7 +23,7 @@ from firstcontact.recording import (
     load_dataset,
     read_recording,
 )
-from firstcontact.recording._messages import read_header
+from firstcontact.recording.messages import read_header
 from firstcontact.signal import resample_dataset
 
 RATE, SAMPLES = 5000, 80

@@ -14,8 +14,8 @@ from scipy.io import wavfile
 from firstcontact.cli.main import main
 from firstcontact.core import Finger
 from firstcontact.recording import import_path, load_dataset
-from firstcontact.recording._events import AFTER, BEFORE
 from firstcontact.recording._sound import import_events
+from firstcontact.recording.events import AFTER, BEFORE
 
 RATE = 8000
 SAMPLES = 20_000

@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.recording import find_recordings, import_path, load_dataset
+from firstcontact.recording import import_path, load_dataset
+from firstcontact.recording.dataset import find_recordings
 from firstcontact_lab.study.run import recorded
 
 # Dies when all recordings are written and none has its place yet.
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from firstcontact.recording import _importing as importing
+from firstcontact.recording import importing as importing
 write = importing.write_dataset
 def die(*arguments):
     write(*arguments)

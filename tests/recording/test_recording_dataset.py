@@ -18,7 +18,7 @@ from firstcontact.recording import (
     load_dataset,
     write_dataset,
 )
-from firstcontact.recording._dataset import pause_between
+from firstcontact.recording.dataset import pause_between
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mcap.writer import Writer
 
 from firstcontact.core import Block, InputError, Pinch
-from firstcontact.core import counted as count_text
+from firstcontact.core.text import counted as count_text
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.recording._chunks import MAGIC, find_chunks, unpack_chunk
 from firstcontact.recording._reader import join

@@ -1,8 +1,7 @@
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.recording import read_rows
-from firstcontact.recording._table import read_columns
+from firstcontact.recording.table import read_columns, read_rows
 
 
 def test_blanks_byte_order_marks_and_missing_cells_are_ignored(tmp_path):

@@ -18,13 +18,8 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-from firstcontact.signal import (
-    lookahead,
-    resample,
-    resample_contacts,
-    resample_dataset,
-    restore_contacts,
-)
+from firstcontact.signal import resample, resample_dataset
+from firstcontact.signal.resampling import lookahead, resample_contacts, restore_contacts
 
 
 @pytest.mark.parametrize(("old", "new"), [(16_000.0, 4936.0), (2000.0, 4936.0), (4936.0, 5000.0)])

@@ -31,7 +31,9 @@ from firstcontact.contact import ThresholdDetector
 from firstcontact.core import Calibration, InputError, VibrationCalibration
 from firstcontact.device import Health
 from firstcontact.recording import Recording, read_recording
-from firstcontact.streaming import JsonLinesSink, LiveSession, Pipeline
+from firstcontact.streaming import Pipeline
+from firstcontact.streaming.json_lines import JsonLinesSink
+from firstcontact.streaming.session import LiveSession
 
 #: Between two faults, s: the rate of a source is measured over some seconds.
 PAUSE = 4.0, 8.0

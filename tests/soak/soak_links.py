@@ -24,8 +24,8 @@ from lsl_outlet import MODULUS, ask, start_outlet  # noqa: E402
 from printing_board import PrintingBoard  # noqa: E402
 from scripted_device import ScriptedDevice  # noqa: E402
 
-from firstcontact.device import FrameType, Source, open_source  # noqa: E402
-from firstcontact.device._protocol import decode  # noqa: E402
+from firstcontact.device import Source, open_source  # noqa: E402
+from firstcontact.device.protocol import FrameType, decode  # noqa: E402
 from sound import local_sound, ramp  # noqa: E402
 
 RATE = 4936.0

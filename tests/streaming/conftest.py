@@ -11,24 +11,13 @@ from page_feed import DESCRIPTOR, LANDMARKS, Requests
 
 from firstcontact.contact import Detector, SvmDetector, detect
 from firstcontact.core import Dataset, Label, Pinch
-from firstcontact.models import (
-    InContextModel,
-    Rig,
-    Task,
-    Touches,
-    WindowPredictor,
-    make_estimator,
-    pretrained,
-)
+from firstcontact.models import Rig, Task, Touches, WindowPredictor, make_estimator
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
 from firstcontact.signal import contact_windows
-from firstcontact.streaming import PageSink
-from firstcontact.twin import (
-    BLOCKS,
-    CONDITIONS,
-    draw_pinch,
-    draw_specimen,
-    simulate_pinch,
-)
+from firstcontact.streaming.page.sink import PageSink
+from firstcontact.twin import BLOCKS, CONDITIONS, draw_pinch, simulate_pinch
+from firstcontact.twin.draw import draw_specimen
 from page_browser import browsing
 from stored_fits import stored
 

@@ -9,13 +9,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from firstcontact.core import Block, Contact, Finger, fingertip_layout
-from firstcontact.device import Arrival, Descriptor, DeviceContact, DeviceEstimate, Health
+from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.device.descriptor import DeviceContact, DeviceEstimate
 from firstcontact.recording import Marker
 from firstcontact.streaming import (
-    Ask,
     ClosingStart,
     ContactEvent,
-    Estimate,
     Event,
     HandCheck,
     HandCommand,
@@ -26,6 +25,7 @@ from firstcontact.streaming import (
     PinchDone,
     Update,
 )
+from firstcontact.streaming.events import Ask, Estimate
 from firstcontact.streaming.page._state import State
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "fw 1", "piezo", "linke Händ", "twin")

@@ -15,13 +15,13 @@ from firstcontact.signal import contact_windows
 from firstcontact.streaming import (
     ClosingStart,
     ContactEvent,
-    Estimate,
     Event,
     NoEstimate,
     PinchDone,
     Pipeline,
     Update,
 )
+from firstcontact.streaming.events import Estimate
 
 Facts = tuple[object, ...]
 #: Longest wait for a thread, s: only a failing test ever waits so long.

@@ -11,20 +11,15 @@ from msgspec.structs import replace
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Command, Dataset, fingertip_layout
-from firstcontact.device import TransportDelay
-from firstcontact.grasp import Grip, live_policies, live_policy
+from firstcontact.device.clock import TransportDelay
+from firstcontact.grasp import Grip
 from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.models import WindowPredictor
-from firstcontact.streaming import (
-    ClosingStart,
-    ContactEvent,
-    Estimate,
-    Event,
-    Grasping,
-    PinchDone,
-    Pipeline,
-    WindowLadder,
-)
+from firstcontact.streaming import ClosingStart, ContactEvent, Event, PinchDone, Pipeline
+from firstcontact.streaming.events import Estimate
+from firstcontact.streaming.grasping import Grasping
+from firstcontact.streaming.predictors import WindowLadder
 
 LAYOUT = fingertip_layout()
 FRAME = 5

@@ -13,10 +13,12 @@ from example_events import pinch as pinch_of
 from msgspec.structs import replace as changed
 
 from firstcontact.core import Block, Finger
-from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
-from firstcontact.streaming import Estimate, HandPinch, HandPrediction, PinchDone, TextSink, Update
+from firstcontact.device.descriptor import DeviceContact, DeviceEstimate, DevicePrediction
+from firstcontact.streaming import HandPinch, HandPrediction, PinchDone, Update
 from firstcontact.streaming._hand_predictions import HandPredictions
-from firstcontact.streaming._json_lines import json_line
+from firstcontact.streaming.events import Estimate
+from firstcontact.streaming.json_lines import json_line
+from firstcontact.streaming.text import TextSink
 
 RATE = 4936.0
 DONE = pinch_of(ANSWER)

@@ -11,9 +11,12 @@ from example_events import FIRST_EVENT, SECOND_EVENT, pinch
 
 from firstcontact.contact import SlipDetector
 from firstcontact.core import Block, Command, InputError, fingertip_layout
-from firstcontact.grasp import Begins, Hand, HandLimits, SafeHand, live_policy
-from firstcontact.streaming import Ask, ClosingStart, Event, Grasping, HandCommand
-from firstcontact.streaming._grasping import SILENCE, HandRequests
+from firstcontact.grasp import Hand, HandLimits, SafeHand
+from firstcontact.grasp.hand import Begins
+from firstcontact.grasp.registry import live_policy
+from firstcontact.streaming import ClosingStart, Event, HandCommand
+from firstcontact.streaming.events import Ask
+from firstcontact.streaming.grasping import SILENCE, Grasping, HandRequests
 
 LAYOUT = fingertip_layout()
 #: Stands for a closing that the hand was requested to begin.

@@ -22,17 +22,13 @@ from streams import cut
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Contact, Dataset
-from firstcontact.models import InContextModel, WindowPredictor
-from firstcontact.streaming import (
-    AnytimePredictor,
-    PinchDone,
-    Pipeline,
-    WindowLadder,
-    ledger_lines,
-)
-from firstcontact.streaming._json_lines import json_line
-from firstcontact.streaming._ledger import Ledger
-from firstcontact.streaming._text import pinch_line
+from firstcontact.models import WindowPredictor
+from firstcontact.models.in_context import InContextModel
+from firstcontact.streaming import PinchDone, Pipeline
+from firstcontact.streaming.json_lines import json_line
+from firstcontact.streaming.ledger import Ledger, ledger_lines
+from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
+from firstcontact.streaming.text import pinch_line
 
 RATE = DESCRIPTOR.layout.rate
 seconds = st.floats(0, 0.08)

@@ -12,8 +12,9 @@ from example_events import DESCRIPTOR, ESTIMATE, everything
 from msgspec.structs import replace as changed
 
 from firstcontact.device import Health
-from firstcontact.streaming import JsonLinesSink, Sink, Update
+from firstcontact.streaming import Sink, Update
 from firstcontact.streaming._outputs import Fanout
+from firstcontact.streaming.json_lines import JsonLinesSink
 
 
 def written(*updates: Update) -> list[dict[str, Any]]:

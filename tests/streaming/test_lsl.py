@@ -17,8 +17,9 @@ from example_events import DESCRIPTOR, EVENTS, everything, numbered
 
 from firstcontact.core import VibrationSensor
 from firstcontact.device import Arrival
-from firstcontact.streaming import LslSink, Update
-from firstcontact.streaming._json_lines import FailedLine, json_line, marker_line
+from firstcontact.streaming import Update
+from firstcontact.streaming.json_lines import FailedLine, json_line, marker_line
+from firstcontact.streaming.lsl import LslSink
 
 pytest.importorskip("pylsl")
 

@@ -18,19 +18,12 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-from firstcontact.models import InContextModel, Model, RigPredictor, Touches, WindowPredictor
-from firstcontact.models._rig import RigSpeeds
-from firstcontact.streaming import (
-    AnytimePredictor,
-    ContactEvent,
-    Estimate,
-    Event,
-    NoEstimate,
-    PinchDone,
-    Pipeline,
-    Verdict,
-    live_predictor,
-)
+from firstcontact.models import Model, RigPredictor, Touches, WindowPredictor
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.rig import RigSpeeds
+from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline, Verdict
+from firstcontact.streaming.events import Estimate
+from firstcontact.streaming.predictors import AnytimePredictor, live_predictor
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate

@@ -11,8 +11,10 @@ import pytest
 from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
 
 from firstcontact.device import Health
-from firstcontact.streaming import Ask, ContactWithdrawn, PageSink, Update
+from firstcontact.streaming import ContactWithdrawn, Update
+from firstcontact.streaming.events import Ask
 from firstcontact.streaming.page import _server
+from firstcontact.streaming.page.sink import PageSink
 from page_browser import needs_browser, text, until
 
 pytestmark = needs_browser

@@ -12,9 +12,10 @@ from page_feed import DESCRIPTOR, Requests, view
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from firstcontact.streaming import Ask, PageSink
+from firstcontact.streaming.events import Ask
 from firstcontact.streaming.page import _server
 from firstcontact.streaming.page._server import EACH, HERE
+from firstcontact.streaming.page.sink import PageSink
 from page_browser import PATIENCE
 from processes import until
 

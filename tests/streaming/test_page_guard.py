@@ -10,7 +10,7 @@ import pytest
 from page_feed import DESCRIPTOR, port
 
 from firstcontact.core import InputError
-from firstcontact.streaming import PageSink
+from firstcontact.streaming.page.sink import PageSink
 from page_browser import UPGRADE, ask
 
 TOKEN = "a-token-of-enough-length"

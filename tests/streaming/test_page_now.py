@@ -22,7 +22,8 @@ from msgspec.structs import replace
 from page_feed import Requests
 
 from firstcontact.device import Health
-from firstcontact.streaming import HandPinch, ObjectEstimate, PageSink, Update
+from firstcontact.streaming import HandPinch, ObjectEstimate, Update
+from firstcontact.streaming.page.sink import PageSink
 from page_browser import needs_browser, text, until
 
 #: An estimate each millisecond from 2 to 15, narrower each time; the last but one is final.

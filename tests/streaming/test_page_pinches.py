@@ -5,7 +5,7 @@ from __future__ import annotations
 from page_feed import Feed
 
 from firstcontact.core import Label
-from firstcontact.device._twin_words import lost_text
+from firstcontact.device.twin_words import lost_text
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming import PinchDone
 from firstcontact.streaming.page._state import PinchRows

@@ -17,8 +17,9 @@ from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests, port, view
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection
 
-from firstcontact.device._protocol import MARKER_BYTES
-from firstcontact.streaming import PageSink, Update
+from firstcontact.device.protocol import MARKER_BYTES
+from firstcontact.streaming import Update
+from firstcontact.streaming.page.sink import PageSink
 from page_browser import PATIENCE, UPGRADE
 
 HEAD = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())

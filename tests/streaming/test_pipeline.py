@@ -20,15 +20,9 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.models import WindowPredictor
-from firstcontact.streaming import (
-    ContactEvent,
-    Estimate,
-    Event,
-    NoEstimate,
-    PinchDone,
-    Pipeline,
-    WindowLadder,
-)
+from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline
+from firstcontact.streaming.events import Estimate
+from firstcontact.streaming.predictors import WindowLadder
 
 LAYOUT = fingertip_layout()
 

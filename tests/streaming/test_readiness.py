@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from firstcontact.streaming._session import real_time_process
+from firstcontact.streaming.session import real_time_process
 
 
 def settings_now() -> tuple[float, bool, int, int]:
@@ -54,8 +54,8 @@ SESSION = """
 import sys, time
 import firstcontact as fc
 from firstcontact.grasp import HANDS
-from firstcontact.models import shipped_model
-from firstcontact.streaming import live_session
+from firstcontact.models.model import shipped_model
+from firstcontact.streaming.live_session import live_session
 
 def positions(hand):
     now = time.monotonic()

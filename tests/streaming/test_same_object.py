@@ -8,7 +8,7 @@ from example_events import pinch as pinch_of
 from msgspec.structs import replace
 
 from firstcontact.core import Label
-from firstcontact.models import combine
+from firstcontact.models.predictions import combine
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming import ObjectEstimate, PinchDone
 from firstcontact.streaming._objects import ObjectCombiner

@@ -9,10 +9,11 @@ from example_events import ANSWER, pinch
 
 from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, VibrationSensor
 from firstcontact.device import Arrival, Descriptor, Health
-from firstcontact.streaming import ContactEvent, JsonLinesSink, TextSink, Update, ledger_lines
-from firstcontact.streaming._ledger import Ledger
-from firstcontact.streaming._text import pinch_line
+from firstcontact.streaming import ContactEvent, Update
+from firstcontact.streaming.json_lines import JsonLinesSink
+from firstcontact.streaming.ledger import Ledger, ledger_lines
 from firstcontact.streaming.page._state import State
+from firstcontact.streaming.text import TextSink, pinch_line
 from firstcontact.testing._closings import closing
 
 MICROPHONE = Channel(

@@ -23,18 +23,15 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.device import ReplaySource
-from firstcontact.models import InContextModel, WindowPredictor
+from firstcontact.device.replay import ReplaySource
+from firstcontact.models import WindowPredictor
+from firstcontact.models.in_context import InContextModel
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
-from firstcontact.streaming import (
-    AnytimePredictor,
-    Event,
-    LiveSession,
-    Pipeline,
-    Update,
-    WindowLadder,
-)
-from firstcontact.twin import DeviceFilter, TwinStream
+from firstcontact.streaming import Event, Pipeline, Update
+from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
+from firstcontact.streaming.session import LiveSession
+from firstcontact.twin import TwinStream
+from firstcontact.twin.sensor import DeviceFilter
 
 LAYOUT = fingertip_layout()
 SECONDS = 12
@@ -269,7 +266,7 @@ def test_recordings_that_begin_in_one_second_have_names_of_their_own(
     recorded: Path, detector: Detector, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     noon = datetime(2026, 1, 2, 12)
-    monkeypatch.setattr("firstcontact.streaming._session.datetime", Mock(now=lambda: noon))
+    monkeypatch.setattr("firstcontact.streaming.session.datetime", Mock(now=lambda: noon))
     paths = []
     for _ in range(3):
         with ReplaySource(recorded, float("inf")) as source:

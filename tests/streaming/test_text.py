@@ -11,10 +11,10 @@ from page_feed import Feed
 
 from firstcontact.core import Label
 from firstcontact.device import Health
-from firstcontact.device._twin_words import lost_text, peak_text
+from firstcontact.device.twin_words import lost_text, peak_text
 from firstcontact.recording import Marker, PinchMark
-from firstcontact.streaming import PinchDone, TextSink, Update
-from firstcontact.streaming._text import pinch_line
+from firstcontact.streaming import PinchDone, Update
+from firstcontact.streaming.text import TextSink, pinch_line
 
 
 def test_pinches_losses_and_failures_are_a_line_each() -> None:

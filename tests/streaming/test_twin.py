@@ -9,13 +9,14 @@ from pathlib import Path
 import pytest
 
 import firstcontact as fc
-from firstcontact.core import FINGERTIP_RATE, Command, fingertip_layout
-from firstcontact.device import Arrival, Descriptor, Source, held_object
+from firstcontact.core import Command, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device import Arrival, Descriptor, Source
 from firstcontact.device._twin_source import TwinSource
+from firstcontact.device.twin_words import held_object
 from firstcontact.grasp import Hand, HandError
 from firstcontact.recording import Marker
-from firstcontact.streaming import default_model, twin_model
-from firstcontact.streaming._twin import SHIPPED_HAND, TwinHand
+from firstcontact.streaming.twin import SHIPPED_HAND, TwinHand, default_model, twin_model
 
 #: A source that is silent for so long is dead, s.
 DEAD = 60.0

@@ -13,23 +13,23 @@ from example_events import DESCRIPTOR, FIRST, FIRST_EVENT, SECOND_EVENT
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Contact, Dataset, Finger, Pinch, fingertip_layout
 from firstcontact.device import Arrival
-from firstcontact.grasp import Grip, live_policy
+from firstcontact.grasp import Grip
 from firstcontact.grasp._printing import PrintHand
-from firstcontact.models import InContextModel, WindowPredictor
+from firstcontact.grasp.registry import live_policy
+from firstcontact.models import WindowPredictor
+from firstcontact.models.in_context import InContextModel
 from firstcontact.streaming import (
-    AnytimePredictor,
     ContactEvent,
     ContactWithdrawn,
-    Estimate,
     Event,
-    Grasping,
     PinchDone,
     Pipeline,
     Update,
-    WindowLadder,
 )
-from firstcontact.streaming._predictors import Predictor
+from firstcontact.streaming.events import Estimate
+from firstcontact.streaming.grasping import Grasping
 from firstcontact.streaming.page._state import State
+from firstcontact.streaming.predictors import AnytimePredictor, Predictor, WindowLadder
 
 LAYOUT = fingertip_layout()
 CLICK = 400

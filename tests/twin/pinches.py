@@ -9,28 +9,21 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from firstcontact.core import Command, Label, Pinch
-from firstcontact.twin import (
-    CONDITIONS,
-    Condition,
-    Drive,
-    GraspPlant,
-    PinchDraw,
-    TwinObject,
-    VelostatParameters,
-    contact_stiffness,
-    draw_pinch,
-    draw_specimen,
-    simulate_pinch,
-)
-from firstcontact.twin._mechanics import (
+from firstcontact.twin import CONDITIONS, TwinObject, draw_pinch, simulate_pinch
+from firstcontact.twin.draw import Condition, PinchDraw, draw_specimen
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.mechanics import (
     FINGER_STATES,
     OUTPUTS,
     STATES,
     FingerParameters,
     ObjectParameters,
     Piece,
+    VelostatParameters,
+    contact_stiffness,
     integrate_all,
 )
+from firstcontact.twin.plant import GraspPlant
 
 PAPER_RIG, EVERYDAY = CONDITIONS["paper-rig"], CONDITIONS["everyday"]
 

@@ -13,15 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import (
+from firstcontact.core.layout import (
     ADC_COUNTS,
     ADC_VOLTS,
     FINGERTIP_RATE,
     PIEZO_OFFSET_VOLTS,
     TAXELS,
 )
-from firstcontact.twin import SlipParameters
-from firstcontact.twin._mechanics import (
+from firstcontact.twin.mechanics import (
     DRIVE_SPEED,
     FINGER_STATES,
     INDENTATION,
@@ -31,7 +30,7 @@ from firstcontact.twin._mechanics import (
     Piece,
     VelostatParameters,
 )
-from firstcontact.twin._slip_sound import PLACES
+from firstcontact.twin.slip_sound import PLACES, SlipParameters
 
 #: Distance below which a finger is about to touch, m.
 NEAR = 2e-4

@@ -20,7 +20,8 @@ from firstcontact.core import (
 )
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.signal import ExponentialSmoothing
-from firstcontact.twin import read_noise, simulate
+from firstcontact.twin import simulate
+from firstcontact.twin.noise import read_noise
 
 
 def layout(rate: float = 4936.0, alpha: float = 1.0, unit: str = "V", channels: int = 1) -> Layout:

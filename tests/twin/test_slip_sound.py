@@ -5,19 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.core import FINGERTIP_RATE, Command
-from firstcontact.twin import (
-    BLOCKS,
-    Drive,
-    GraspPlant,
-    Lift,
-    SlipParameters,
-    condition,
-    draw_pinch,
-    draw_specimen,
-)
-from firstcontact.twin._mechanics import FingerParameters
-from firstcontact.twin._slip_sound import SlipSound
+from firstcontact.core import Command
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin import BLOCKS, draw_pinch
+from firstcontact.twin.draw import condition, draw_specimen
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.mechanics import FingerParameters
+from firstcontact.twin.outcome import Lift
+from firstcontact.twin.plant import GraspPlant
+from firstcontact.twin.slip_sound import SlipParameters, SlipSound
 
 FINGERS = (FingerParameters(), FingerParameters())
 MASS, FRICTION, N = 0.3, 0.5, 1000

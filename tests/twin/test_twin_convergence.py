@@ -7,16 +7,11 @@ import pytest
 from numpy.typing import NDArray
 from pinches import EVERYDAY, PAPER_RIG, drawn
 
-from firstcontact.twin import (
-    BLOCKS,
-    BUFFER,
-    EVERYDAY_OBJECTS,
-    INDENTATION,
-    Condition,
-    TwinObject,
-    integrate_pinch,
-)
-from firstcontact.twin._pinch import SUBSTEPS
+from firstcontact.twin import BLOCKS, TwinObject
+from firstcontact.twin.draw import Condition
+from firstcontact.twin.mechanics import BUFFER, INDENTATION
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
+from firstcontact.twin.pinch import SUBSTEPS, integrate_pinch
 
 TENNIS_BALL = EVERYDAY_OBJECTS[4]
 AVOCADO = EVERYDAY_OBJECTS[7]

@@ -6,17 +6,18 @@ from pinches import EVERYDAY, PAPER_RIG, SEED, drawn
 from scipy import stats
 
 from firstcontact.core import InputError
-from firstcontact.twin import (
-    BLOCKS,
-    CONDITIONS,
-    EVERYDAY_OBJECTS,
+from firstcontact.twin import BLOCKS, CONDITIONS
+from firstcontact.twin.draw import (
+    OFFSET_MAX,
+    OFFSET_MEAN,
+    OFFSET_SD,
     Condition,
     condition,
     draw_offset,
     draw_specimen,
     generator,
 )
-from firstcontact.twin._draw import OFFSET_MAX, OFFSET_MEAN, OFFSET_SD
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 
 
 def test_offsets_are_positive_with_the_published_mean_and_spread() -> None:

@@ -10,17 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pinches import EVERYDAY
 
-from firstcontact.core import FINGERTIP_RATE, Command, Label
+from firstcontact.core import Command, Label
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.recording import load_dataset
-from firstcontact.twin import (
-    BLOCKS,
-    Drive,
-    draw_pinch,
-    draw_specimen,
-    simulate,
-    simulate_pinch,
-)
-from firstcontact.twin._drive import DriveReference, Positions
+from firstcontact.twin import BLOCKS, draw_pinch, simulate, simulate_pinch
+from firstcontact.twin.draw import draw_specimen
+from firstcontact.twin.drive import Drive, DriveReference, Positions
 
 SPEEDS = st.floats(-0.25, 0.25)
 

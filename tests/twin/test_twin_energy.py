@@ -7,13 +7,15 @@ import pytest
 from numpy.typing import NDArray
 from pinches import Fingers, integrated, moving
 
-from firstcontact.twin import (
-    BLOCKS,
-    EVERYDAY_OBJECTS,
+from firstcontact.twin import BLOCKS
+from firstcontact.twin.mechanics import (
+    FINGER_STATES,
     INDENTATION,
+    FingerParameters,
+    ObjectParameters,
     contact_stiffness,
 )
-from firstcontact.twin._mechanics import FINGER_STATES, FingerParameters, ObjectParameters
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 
 STEP = 5e-6
 

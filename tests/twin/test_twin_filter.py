@@ -12,15 +12,10 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 from pinches import drawn, simulated
 
-from firstcontact.core import ADC_COUNTS, SUBCOUNTS, TAXELS
-from firstcontact.twin import BLOCKS, DeviceFilter
-from firstcontact.twin._pinch import pinch_scans
-from firstcontact.twin._sensor import (
-    FORCE_READINGS,
-    ROUND,
-    open_reading,
-    smoothed,
-)
+from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS, TAXELS
+from firstcontact.twin import BLOCKS
+from firstcontact.twin.pinch import pinch_scans
+from firstcontact.twin.sensor import FORCE_READINGS, ROUND, DeviceFilter, open_reading, smoothed
 
 TOP = (ADC_COUNTS - 1) * SUBCOUNTS
 

@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.core import InputError, gent_modulus
-from firstcontact.twin import (
-    BLOCKS,
-    BRITTLE,
-    EVERYDAY_OBJECTS,
+from firstcontact.core import InputError
+from firstcontact.core.physics import gent_modulus
+from firstcontact.twin import BLOCKS
+from firstcontact.twin.draw import condition
+from firstcontact.twin.household import (
     HOUSEHOLD,
     HOUSEHOLD_SOURCES,
-    condition,
+    SCATTER,
+    HouseholdObject,
     draw_household_specimen,
     household_named,
 )
-from firstcontact.twin._household import SCATTER, HouseholdObject
+from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS
 
 #: Smallest and largest value of each quantity, in SI units and Shore A. A value outside probably
 #: has another unit.

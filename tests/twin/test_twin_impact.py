@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 from pinches import integrated
 
-from firstcontact.core import contact_modulus, hertz_stiffness
-from firstcontact.twin._mechanics import (
+from firstcontact.core.physics import contact_modulus, hertz_stiffness
+from firstcontact.twin.mechanics import (
     CONTACT_FORCE,
     FINGER_STATES,
     STATES,

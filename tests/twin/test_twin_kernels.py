@@ -14,20 +14,16 @@ from pinches import EVERYDAY, PAPER_RIG, drawn
 
 from compiled_kernels import built_kernels
 from firstcontact.core import Command
-from firstcontact.twin import (
-    BLOCKS,
-    BRITTLE,
-    SlipParameters,
-    VelostatParameters,
-    excerpt,
-)
+from firstcontact.twin import BLOCKS
 from firstcontact.twin import _run as run_module
-from firstcontact.twin._drive import Drive
-from firstcontact.twin._mechanics import FingerParameters, Piece, integrate_all
-from firstcontact.twin._noise import RUBBING
 from firstcontact.twin._run import PinchRun
-from firstcontact.twin._sensor import DeviceFilter
-from firstcontact.twin._slip_sound import PLACES
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.mechanics import FingerParameters, Piece, VelostatParameters, integrate_all
+from firstcontact.twin.noise import RUBBING
+from firstcontact.twin.objects import BRITTLE
+from firstcontact.twin.pinch import excerpt
+from firstcontact.twin.sensor import DeviceFilter
+from firstcontact.twin.slip_sound import PLACES, SlipParameters
 
 Arguments = tuple[Any, ...]
 

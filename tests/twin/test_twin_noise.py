@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from firstcontact.core import kernels
-from firstcontact.twin._noise import (
-    RUBBING,
-    RUBBING_BAND,
-    MotorNoise,
-    phalanx_force,
-    pickup,
-)
+from firstcontact.core.installation import kernels
+from firstcontact.twin.noise import RUBBING, RUBBING_BAND, MotorNoise, phalanx_force, pickup
 
 RATE = 19_744.0
 QUIET = replace(MotorNoise(), rotor=0.0, mesh=0.0, friction=0.0, mains=0.0, click_rate=0.0)

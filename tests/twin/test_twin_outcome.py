@@ -11,10 +11,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pinches import SEED, closed, drawn, plant
 
-from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command, holding_force
-from firstcontact.twin import BLOCKS, BRITTLE, Drive, GraspPlant, Lift, TwinObject, block, generator
-from firstcontact.twin._objects import Fragility
-from firstcontact.twin._outcome import slide, stable_since
+from firstcontact.core import Command
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import GRAVITY, holding_force
+from firstcontact.twin import BLOCKS, TwinObject
+from firstcontact.twin.draw import generator
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.objects import BRITTLE, Fragility, block
+from firstcontact.twin.outcome import Lift, slide, stable_since
+from firstcontact.twin.plant import GraspPlant
 
 _, CRISP, BERRY = BRITTLE
 

@@ -9,30 +9,29 @@ from pathlib import Path
 import pytest
 from pinches import EVERYDAY, PAPER_RIG
 
-from firstcontact.core import _physics as physics
-from firstcontact.twin import (
-    BLOCKS,
-    BRITTLE,
-    EVERYDAY_OBJECTS,
-    OPTIMISTIC,
-    Condition,
-    Drive,
-    SlipParameters,
-    VelostatParameters,
-)
-from firstcontact.twin import _draw as draw
-from firstcontact.twin import _noise as noise
-from firstcontact.twin import _objects as objects
-from firstcontact.twin import _outcome as outcome
-from firstcontact.twin import _pinch as pinch
-from firstcontact.twin import _plant as plant
+from firstcontact.core import physics as physics
+from firstcontact.twin import BLOCKS
 from firstcontact.twin import _run as run
-from firstcontact.twin import _sensor as sensor
 from firstcontact.twin import _simulate as sets
 from firstcontact.twin import _stream as stream
-from firstcontact.twin._draw import Spread
-from firstcontact.twin._mechanics import FingerParameters, ObjectParameters
-from firstcontact.twin._noise import MotorNoise
+from firstcontact.twin import draw as draw
+from firstcontact.twin import noise as noise
+from firstcontact.twin import objects as objects
+from firstcontact.twin import outcome as outcome
+from firstcontact.twin import pinch as pinch
+from firstcontact.twin import plant as plant
+from firstcontact.twin import sensor as sensor
+from firstcontact.twin.draw import Condition, Spread
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.mechanics import (
+    OPTIMISTIC,
+    FingerParameters,
+    ObjectParameters,
+    VelostatParameters,
+)
+from firstcontact.twin.noise import MotorNoise
+from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS
+from firstcontact.twin.slip_sound import SlipParameters
 
 PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"
 NOMINAL: dict[str, dict[str, float]] = {

@@ -10,21 +10,13 @@ import numpy as np
 import pytest
 from pinches import EVERYDAY, PAPER_RIG, drawn, simulated
 
-from firstcontact.core import FINGERTIP_RATE, Label, Pinch, fingertip_layout
-from firstcontact.twin import (
-    BLOCKS,
-    BRITTLE,
-    BUFFER,
-    CONDITIONS,
-    EVERYDAY_OBJECTS,
-    Condition,
-    PinchDraw,
-    PinchJob,
-    excerpt,
-    integrate_pinch,
-    simulate_pinch,
-    simulate_pinches,
-)
+from firstcontact.core import Label, Pinch, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin import BLOCKS, CONDITIONS, simulate_pinch
+from firstcontact.twin.draw import Condition, PinchDraw
+from firstcontact.twin.mechanics import BUFFER
+from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS
+from firstcontact.twin.pinch import PinchJob, excerpt, integrate_pinch, simulate_pinches
 
 LAYOUT = fingertip_layout()
 WINDOW = round(0.015 * LAYOUT.rate)

@@ -10,22 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pinches import COMMANDS, EVERYDAY, PAPER_RIG, closed, drawn, plant, simulated
 
-from firstcontact.core import FINGERTIP_RATE, ChannelKind, Command, fingertip_layout
-from firstcontact.twin import (
-    BLOCKS,
-    BRITTLE,
-    OPTIMISTIC,
-    Condition,
-    Drive,
-    GraspPlant,
-    Lift,
-    TwinObject,
-    block,
-)
-from firstcontact.twin._outcome import LIFT
-from firstcontact.twin._pinch import DURATION
-from firstcontact.twin._plant import WATCHED
+from firstcontact.core import ChannelKind, Command, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin import BLOCKS, TwinObject
 from firstcontact.twin._run import QUICK
+from firstcontact.twin.draw import Condition
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.mechanics import OPTIMISTIC
+from firstcontact.twin.objects import BRITTLE, block
+from firstcontact.twin.outcome import LIFT, Lift
+from firstcontact.twin.pinch import DURATION
+from firstcontact.twin.plant import WATCHED, GraspPlant
 
 LAYOUT = fingertip_layout()
 _, CRISP, BERRY = BRITTLE

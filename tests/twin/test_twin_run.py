@@ -12,21 +12,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pinches import EVERYDAY, PAPER_RIG, drawn
 
-from firstcontact.core import FINGERTIP_RATE, Command, InputError
-from firstcontact.twin import (
-    BLOCKS,
-    EVERYDAY_OBJECTS,
-    INDENTATION,
-    Condition,
-    Drive,
-    PinchDraw,
-    TwinObject,
-    integrate_pinch,
-)
-from firstcontact.twin._mechanics import CONTACT_FORCE, DRIVE_SPEED
-from firstcontact.twin._noise import MotorNoise
-from firstcontact.twin._pinch import BURN_IN, DURATION
+from firstcontact.core import Command, InputError
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin import BLOCKS, TwinObject
 from firstcontact.twin._run import PinchRun
+from firstcontact.twin.draw import Condition, PinchDraw
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.mechanics import CONTACT_FORCE, DRIVE_SPEED, INDENTATION
+from firstcontact.twin.noise import MotorNoise
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
+from firstcontact.twin.pinch import BURN_IN, DURATION, integrate_pinch
 
 ALL = BURN_IN + round(DURATION * FINGERTIP_RATE)
 SILENT = MotorNoise(rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0, mains=0.0)

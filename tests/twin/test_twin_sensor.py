@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, TAXELS
-from firstcontact.twin import VelostatParameters
-from firstcontact.twin._sensor import force_readings, open_reading, piezo_readings
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, TAXELS
+from firstcontact.twin.mechanics import VelostatParameters
+from firstcontact.twin.sensor import force_readings, open_reading, piezo_readings
 
 TOP = ADC_COUNTS - 1
 DT = 1 / FINGERTIP_RATE

@@ -19,8 +19,10 @@ from pinches import simulated as simulated_pinch
 
 from firstcontact.core import InputError, Role
 from firstcontact.recording import load_dataset, read_recording
-from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS, Condition, simulate
+from firstcontact.twin import BLOCKS, simulate
 from firstcontact.twin._simulate import check_set, plan_sessions
+from firstcontact.twin.draw import Condition
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 
 
 def digests(folder: Path) -> dict[str, str]:

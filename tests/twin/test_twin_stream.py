@@ -12,10 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS, FINGERTIP_RATE, TAXELS, Command, InputError
+from firstcontact.core import Command, InputError
+from firstcontact.core.layout import ADC_COUNTS, FINGERTIP_RATE, TAXELS
 from firstcontact.twin import BLOCKS, TwinStream
-from firstcontact.twin._objects import OBJECTS
 from firstcontact.twin._stream import LONG_REST, StreamPinch
+from firstcontact.twin.objects import OBJECTS
 
 CONDITIONS = ("paper-rig", "everyday")
 #: Six standard deviations between two readings of an unloaded sheet, counts.

@@ -15,23 +15,21 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import PURPLE, RbfKernel
+from firstcontact.core.display import PURPLE
+from firstcontact.core.kernel import RbfKernel
 from firstcontact.models import (
-    TARGET,
-    ArrayCheck,
     ArraysModel,
     Estimator,
     Reference,
     Spec,
     Task,
-    Values,
     WindowModel,
     Windows,
-    loudness_level,
-    shape_and_level,
-    target_scale,
     training_spec,
 )
+from firstcontact.models.estimator import target_scale
+from firstcontact.models.svm import loudness_level, shape_and_level
+from firstcontact.models.window_model import TARGET, ArrayCheck, Values
 
 #: Largest number of windows that a model keeps, and that the search for the kernel uses.
 MAX_WINDOWS = 800

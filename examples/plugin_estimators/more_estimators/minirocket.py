@@ -15,21 +15,20 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ORANGE, InputError
+from firstcontact.core import InputError
+from firstcontact.core.display import ORANGE
 from firstcontact.models import (
-    TARGET,
-    ArrayCheck,
     ArraysModel,
     Estimator,
     Spec,
     Task,
-    Values,
     WindowModel,
     Windows,
-    inner_folds,
-    target_scale,
     training_spec,
 )
+from firstcontact.models.estimator import target_scale
+from firstcontact.models.splits import inner_folds
+from firstcontact.models.window_model import TARGET, ArrayCheck, Values
 
 #: Number of taps of a kernel, and weight of its three positive taps. The other six weights are -1.
 TAPS, HIGH = 9, 2.0

@@ -12,15 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.models import (
-    Adapted,
-    InContextModel,
-    NetworkEstimator,
-    Rig,
-    Touches,
-    Values,
-    pretrained,
-)
+from firstcontact.models import Rig, Touches
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.network_estimator import Adapted, NetworkEstimator
+from firstcontact.models.window_model import Values
 
 
 class OneRigModel(InContextModel):

@@ -7,9 +7,12 @@ import sys
 
 from firstcontact.cli.output import reader_gone
 from firstcontact.cli.stopping import Stop
-from firstcontact.collect import Guide, Judged, Screen, is_tapped
+from firstcontact.collect.calibration import is_tapped
+from firstcontact.collect.guide import Guide, Judged
+from firstcontact.collect.session import Screen
 from firstcontact.core import InputError, Label
-from firstcontact.device import LinkNews, Source
+from firstcontact.device import Source
+from firstcontact.device.source import LinkNews
 
 #: Time without a closing after which the terminal prints a reminder, s by the device's clock.
 REMIND = 10.0

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from firstcontact import __version__
-from firstcontact.core import one_line, sanitize, summarize_error
+from firstcontact.core.text import one_line, sanitize, summarize_error
 
 #: Option with a secret value.
 SECRET = "--token"  # noqa: S105  # the option's name, no secret

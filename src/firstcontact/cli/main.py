@@ -13,7 +13,8 @@ from firstcontact import __version__
 from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
 from firstcontact.cli.verbs import configuration, overview
-from firstcontact.core import InputError, one_line, summarize_error
+from firstcontact.core import InputError
+from firstcontact.core.text import one_line, summarize_error
 
 #: Exit codes: success, unusable input, unexpected error. After a signal the code is 128 plus the
 #: signal's number.

@@ -14,7 +14,9 @@ from textwrap import dedent, fill
 from types import NoneType
 from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from firstcontact.core import InputError, Registry, parse_float, parse_int, require_modules
+from firstcontact.core import InputError, Registry
+from firstcontact.core.installation import require_modules
+from firstcontact.core.text import parse_float, parse_int
 
 #: Default group of options.
 GENERAL_GROUP = "options"
@@ -152,7 +154,7 @@ def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
     if cluster is None:
         return nullcontext()
     require_modules("cluster", "distributed")
-    from firstcontact.core import use_cluster
+    from firstcontact.core.cluster import use_cluster
 
     return use_cluster(cluster)
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
-from firstcontact.core import ESCAPE_ERRORS, sanitize
+from firstcontact.core.text import ESCAPE_ERRORS, sanitize
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset

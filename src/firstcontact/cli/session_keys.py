@@ -13,8 +13,10 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from firstcontact.core import InputError, read_record
-from firstcontact.streaming import Ask, LiveSession
+from firstcontact.core import InputError
+from firstcontact.core.records import read_record
+from firstcontact.streaming.events import Ask
+from firstcontact.streaming.session import LiveSession
 
 #: Keys that close the hand. Every other key opens it, so that a hasty key opens.
 CLOSES = b"cC"

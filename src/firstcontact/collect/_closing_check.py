@@ -7,9 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from firstcontact.core import (
-    ADC_COUNTS,
-    ADC_VOLTS,
-    PIEZO_OFFSET_VOLTS,
     Block,
     ChannelKind,
     Contact,
@@ -17,8 +14,9 @@ from firstcontact.core import (
     Layout,
     VibrationSensor,
     finger_name,
-    first_closed_sample,
 )
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS
+from firstcontact.core.pinch import first_closed_sample
 
 #: Length of a pinch after its first contact, s: the longest windows and offsets fit in it.
 AFTER = 0.3

@@ -13,8 +13,10 @@ from typing import IO, Annotated, Literal
 
 from msgspec import Meta
 
-from firstcontact.core import InputError, Name, read_record, read_regular
-from firstcontact.recording import LAST_SAMPLE
+from firstcontact.core import InputError
+from firstcontact.core.files import read_regular
+from firstcontact.core.records import Name, read_record
+from firstcontact.recording.messages import LAST_SAMPLE
 
 #: Largest number of onsets, and of actions, of a labelling.
 MOST = 100_000

@@ -8,22 +8,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from firstcontact.collect._calibrate import rest_request
-from firstcontact.collect._guide import Guide, Item, Judged, read_plan
-from firstcontact.collect._session import Screen, run_session, so_far
-from firstcontact.core import (
-    AnyPath,
-    Calibration,
-    InputError,
-    Progress,
-    Role,
-    check_text,
-    counted,
-    given_calibration,
-    given_path,
-    progress_steps,
-)
-from firstcontact.device import REST, Source, measure_noise, require_source, source_kind
+from firstcontact.collect.calibration import rest_request
+from firstcontact.collect.guide import Guide, Item, Judged, read_plan
+from firstcontact.collect.session import Screen, run_session, so_far
+from firstcontact.core import Calibration, InputError, Role
+from firstcontact.core.calibration import given_calibration
+from firstcontact.core.display import Progress, progress_steps
+from firstcontact.core.files import AnyPath, given_path
+from firstcontact.core.text import check_text, counted
+from firstcontact.device import Source
+from firstcontact.device.noise_floor import REST, measure_noise
+from firstcontact.device.opening import source_kind
+from firstcontact.device.source import require_source
 from firstcontact.recording import Header
 
 

@@ -11,8 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import DetectorConstants, DetectorKind
-from firstcontact.contact._closing_start import cut_closings
+from firstcontact.chain.image import DetectorConstants, DetectorKind
 from firstcontact.contact._logistic_training import (
     EACH,
     FLOOR,
@@ -22,9 +21,11 @@ from firstcontact.contact._logistic_training import (
     fit_line,
     parts,
 )
-from firstcontact.contact._training import session_groups
 from firstcontact.contact._window_detector import TrainedDetector, spread_out, stored_array
-from firstcontact.core import GREEN, Dataset, InputError
+from firstcontact.contact.closing_start import cut_closings
+from firstcontact.contact.training import session_groups
+from firstcontact.core import Dataset, InputError
+from firstcontact.core.display import GREEN
 
 #: Least deviation of a new sample, in sigmas, for which a window is evaluated.
 AWAKE = 3.0

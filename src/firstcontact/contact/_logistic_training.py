@@ -10,9 +10,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.chain import RESETTLED, SETTLED, fit_predictions, look_features
-from firstcontact.contact._training import SteadyState
+from firstcontact.chain.image import RESETTLED, SETTLED
+from firstcontact.chain.touch import fit_predictions, look_features
 from firstcontact.contact._window_detector import WindowSizes
+from firstcontact.contact.training import SteadyState
 from firstcontact.core import Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 

@@ -9,8 +9,9 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact._closing_start import cut_closings
-from firstcontact.contact._training import (
+from firstcontact.contact._window_detector import TrainedDetector, spread_out, stored_array
+from firstcontact.contact.closing_start import cut_closings
+from firstcontact.contact.training import (
     PHASES,
     TrainingWindows,
     feature_count,
@@ -18,8 +19,9 @@ from firstcontact.contact._training import (
     training_windows,
     window_features,
 )
-from firstcontact.contact._window_detector import TrainedDetector, spread_out, stored_array
-from firstcontact.core import BLUE, Dataset, InputError, RbfKernel
+from firstcontact.core import Dataset, InputError
+from firstcontact.core.display import BLUE
+from firstcontact.core.kernel import RbfKernel
 
 #: Gamma times the number of features. It is below the usual 1, so that windows louder than all
 #: training data still lie within the kernel's reach.

@@ -8,9 +8,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import DetectorConstants, DetectorKind
+from firstcontact.chain.image import DetectorConstants, DetectorKind
 from firstcontact.contact._window_detector import WindowDetector
-from firstcontact.core import ORANGE, InputError, Layout
+from firstcontact.core import InputError, Layout
+from firstcontact.core.display import ORANGE
 
 #: Threshold in sigmas for contacts from rest. Without a motor's noise, the sigma is small.
 ABOVE_REST = 10.0

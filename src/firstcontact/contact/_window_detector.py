@@ -10,10 +10,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import DetectorConstants, DetectorKind
-from firstcontact.contact._finder import LEAST_LOUD
-from firstcontact.contact._registry import untrained_name
-from firstcontact.core import SKY, Dataset, InputError, Layout, Pinch
+from firstcontact.chain.image import DetectorConstants, DetectorKind
+from firstcontact.contact.finder import LEAST_LOUD
+from firstcontact.contact.registry import untrained_name
+from firstcontact.core import Dataset, InputError, Layout, Pinch
+from firstcontact.core.display import SKY
 from firstcontact.signal import samples_in
 
 
@@ -35,7 +36,7 @@ class WindowDetector:
 
     The steady state is measured in the first 40 ms of a stream, and again in the first 40 ms after
     each gap. Decisions begin after the steady state. So a stream must start where a closing does:
-    the gate ensures this live, and :func:`firstcontact.contact._closing_start.cut_closings` for
+    the gate ensures this live, and :func:`firstcontact.contact.closing_start.cut_closings` for
     pinches. A contact during the steady state makes its sigma large, so later contacts may be
     missed. A channel that is constant during the steady state never fires.
     """

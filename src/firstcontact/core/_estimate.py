@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from firstcontact.core._pinch import Contact
+from firstcontact.core.pinch import Contact
 
 
 class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):

@@ -16,11 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, InputError, VibrationSensor, require_modules
-from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._opening import SourceOptions
-from firstcontact.device._threaded import ThreadedSource
-from firstcontact.recording import FileSettings, make_layout
+from firstcontact.core import InputError, VibrationSensor
+from firstcontact.core.installation import require_modules
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device.descriptor import Descriptor
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.threaded import ThreadedSource
+from firstcontact.recording.settings import FileSettings, make_layout
 
 #: Length of the system's buffer of four blocks, s; samples that wait longer are lost.
 LATENCY = 0.016

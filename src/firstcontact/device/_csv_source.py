@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firstcontact.core import FINGERTIP_RATE, InputError, Layout, parse_float
+from firstcontact.core import InputError, Layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.text import parse_float
 from firstcontact.device._columns import LEAP, Columns, identify_columns, vibration_channels
-from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._opening import SourceOptions
-from firstcontact.device._ports import LinkError, SerialTransport
-from firstcontact.device._threaded import LONGEST_LOOK, ThreadedSource
+from firstcontact.device.descriptor import Descriptor
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.ports import LinkError, SerialTransport
+from firstcontact.device.threaded import LONGEST_LOOK, ThreadedSource
 
 _log = logging.getLogger("firstcontact.device")
 

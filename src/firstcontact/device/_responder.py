@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.device import _protocol as protocol
-from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._ports import PseudoTerminal
-from firstcontact.device._protocol import FRAME_SAMPLES, FrameError, FrameType
+from firstcontact.device import protocol
+from firstcontact.device.descriptor import Descriptor
+from firstcontact.device.ports import PseudoTerminal
+from firstcontact.device.protocol import FRAME_SAMPLES, FrameError, FrameType
 
 #: Longest stuffed frame of a host, bytes. Longer ones are ignored.
 LONGEST_HEARD = 256

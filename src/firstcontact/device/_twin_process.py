@@ -2,7 +2,7 @@
 
 :class:`firstcontact.device._twin_source.TwinDevice` starts it and sends it one command per line on
 standard input. Closing that input ends the process. The process is killed together with its parent
-(:mod:`firstcontact.core._children`).
+(:mod:`firstcontact.core.children`).
 """
 
 from __future__ import annotations
@@ -15,17 +15,13 @@ import time
 from collections.abc import Sequence
 
 from firstcontact import __version__
-from firstcontact.core import (
-    FINGERTIP_RATE,
-    Command,
-    InputError,
-    fingertip_layout,
-)
-from firstcontact.device._descriptor import Descriptor
-from firstcontact.device._ports import PseudoTerminal, port_folder
-from firstcontact.device._protocol import FRAME_SAMPLES
+from firstcontact.core import Command, InputError, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device._responder import RING, TerminalDevice
-from firstcontact.device._twin_words import (
+from firstcontact.device.descriptor import Descriptor
+from firstcontact.device.ports import PseudoTerminal, port_folder
+from firstcontact.device.protocol import FRAME_SAMPLES
+from firstcontact.device.twin_words import (
     ACCEPTED,
     CLOSE_ORDER,
     HAND,
@@ -53,7 +49,8 @@ class TwinProcess(TerminalDevice):
         latency: float,
     ) -> None:
         # Late, because its import takes a while.
-        from firstcontact.twin import DeviceFilter, TwinStream
+        from firstcontact.twin import TwinStream
+        from firstcontact.twin.sensor import DeviceFilter
 
         super().__init__(terminal)
         self._rate = FINGERTIP_RATE * speed

@@ -2,7 +2,7 @@
 
 The twin runs in its own process, so that it does not slow down its host. At each motor start the
 device sends the marker "twin: <object>" at that sample. The order "object: block 29" makes the hand
-pick up only that object from the next closing on (names as in :mod:`firstcontact.twin._objects`).
+pick up only that object from the next closing on (names as in :mod:`firstcontact.twin.objects`).
 After "object: any" it picks up the planned objects again.
 
 A marker answers each order. Markers that the host sends are never orders.
@@ -24,10 +24,13 @@ from functools import partial
 from pathlib import Path
 from typing import Self
 
-from firstcontact.core import FINGERTIP_RATE, Child, ClosingSpeed, InputError, kernels
-from firstcontact.device._opening import SourceOptions
-from firstcontact.device._serial_source import SerialSource
-from firstcontact.twin import LATENCY
+from firstcontact.core import ClosingSpeed, InputError
+from firstcontact.core.children import Child
+from firstcontact.core.installation import kernels
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.serial_source import SerialSource
+from firstcontact.twin.drive import LATENCY
 
 #: Largest speed, as a multiple of real time. No host reaches it.
 FASTEST = 1e6

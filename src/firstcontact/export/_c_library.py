@@ -7,8 +7,8 @@ from pathlib import Path
 
 from firstcontact import __version__
 from firstcontact.core import InputError
-from firstcontact.export._c_code import write_chain, write_model
-from firstcontact.export._parts import ModelExporter, Trained
+from firstcontact.export.c_code import write_chain, write_model
+from firstcontact.export.parts import ModelExporter, Trained
 
 _PROPERTIES = """\
 name=FirstContactModel

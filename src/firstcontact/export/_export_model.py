@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from firstcontact.core import (
-    AnyPath,
-    Dataset,
-    InputError,
-    given_path,
-    replacing_folder,
-    require_extra,
-)
-from firstcontact.export._budget import small_enough
-from firstcontact.export._parts import MODEL_EXPORTERS, exported_parts
-from firstcontact.models import Model, load_model, training_pinches
+from firstcontact.core import Dataset, InputError
+from firstcontact.core.files import AnyPath, given_path, replacing_folder
+from firstcontact.core.installation import require_extra
+from firstcontact.export.budget import small_enough
+from firstcontact.export.parts import MODEL_EXPORTERS, exported_parts
+from firstcontact.models import Model, load_model
+from firstcontact.models.training_runs import training_pinches
 from firstcontact.signal import resample_dataset
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.core import InputError, import_onnxruntime
-from firstcontact.export._parts import ModelExporter, NamedModel, Trained
+from firstcontact.core import InputError
+from firstcontact.core.installation import import_onnxruntime
+from firstcontact.export.parts import ModelExporter, NamedModel, Trained
 from firstcontact.models import WindowModel
 
 #: Largest accepted difference from Python's outputs, relative to the largest output.

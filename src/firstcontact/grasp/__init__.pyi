@@ -1,29 +1,11 @@
 """Grasp modulation: policies and the hands that they command."""
 
 from ._grip import Grip as Grip
-from ._hand import Begins as Begins
-from ._hand import Hand as Hand
-from ._hand import HandError as HandError
-from ._hand import HandLimits as HandLimits
-from ._household_policies import APPROACH as APPROACH
-from ._household_policies import BOOST as BOOST
-from ._household_policies import ByStiffness as ByStiffness
-from ._household_policies import FinalForce as FinalForce
-from ._loop import GraspLoop as GraspLoop
-from ._loop import LoopCounts as LoopCounts
-from ._loop import Taxels as Taxels
-from ._policy import ForceArray as ForceArray
-from ._policy import Policy as Policy
-from ._policy import PolicyRole as PolicyRole
-from ._policy import SensorVariant as SensorVariant
-from ._policy import Task as Task
-from ._policy import Truth as Truth
-from ._registry import HANDS as HANDS
-from ._registry import POLICIES as POLICIES
-from ._registry import find_hand as find_hand
-from ._registry import live_policies as live_policies
-from ._registry import live_policy as live_policy
-from ._registry import make_hand as make_hand
-from ._registry import make_policy as make_policy
-from ._registry import open_hand as open_hand
 from ._safe import SafeHand as SafeHand
+from .hand import Hand as Hand
+from .hand import HandError as HandError
+from .hand import HandLimits as HandLimits
+from .policy import Policy as Policy
+from .registry import HANDS as HANDS
+from .registry import POLICIES as POLICIES
+from .registry import open_hand as open_hand

@@ -17,7 +17,7 @@ from typing import Any, Self
 
 from firstcontact.core import Command
 from firstcontact.grasp._ability_package import SIMULATED, check, claimed, open_client
-from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
+from firstcontact.grasp.hand import Begins, Hand, HandError, HandLimits
 
 INDEX, MIDDLE, RING, PINKY, THUMB, ROTATOR = range(6)
 #: Travel of the pad per radian of the finger's joint, m. URDF: index 0.105 (open) to 0.073

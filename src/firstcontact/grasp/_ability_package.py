@@ -22,7 +22,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from firstcontact.core import InputError, require_modules
+from firstcontact.core import InputError
+from firstcontact.core.installation import require_modules
 
 #: Port that stands for the package's own simulated hand.
 SIMULATED = "simulated"

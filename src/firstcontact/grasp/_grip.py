@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite, sqrt
 
-from firstcontact.core import Command, contact_modulus, gent_modulus, hertz_stiffness, holding_force
+from firstcontact.core import Command
+from firstcontact.core.physics import contact_modulus, gent_modulus, hertz_stiffness, holding_force
 
 #: Poisson's ratio of an incompressible material. The rule assumes it for every object.
 INCOMPRESSIBLE = 0.5

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
-from firstcontact.core import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, Command
+from firstcontact.core import Command
+from firstcontact.core.display import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from firstcontact.grasp._grip import Grip
-from firstcontact.grasp._policy import ForceArray, Policy, PolicyRole, SensorVariant, Tunable
+from firstcontact.grasp.policy import ForceArray, Policy, PolicyRole, SensorVariant, Tunable
 
 if TYPE_CHECKING:
     from firstcontact.core import Contact, Estimate

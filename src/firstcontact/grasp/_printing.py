@@ -9,7 +9,7 @@ from math import inf
 from typing import Self, TextIO
 
 from firstcontact.core import Command
-from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
+from firstcontact.grasp.hand import Begins, Hand, HandError, HandLimits
 
 
 class PrintHand(Hand):

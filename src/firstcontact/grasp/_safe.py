@@ -12,9 +12,10 @@ from functools import partial
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Self
 
-from firstcontact.core import Command, InputError, summarize_error
-from firstcontact.grasp._hand import Hand, HandError, HandLimits
+from firstcontact.core import Command, InputError
+from firstcontact.core.text import summarize_error
 from firstcontact.grasp._leaving import Leaving
+from firstcontact.grasp.hand import Hand, HandError, HandLimits
 
 if TYPE_CHECKING:
     from firstcontact.core import ClosingSpeed

@@ -18,8 +18,10 @@ from dataclasses import replace
 from importlib import import_module
 from typing import Any, Self
 
-from firstcontact.core import Child, Command, InputError, summarize_error
-from firstcontact.grasp._hand import Hand, HandError
+from firstcontact.core import Command, InputError
+from firstcontact.core.children import Child
+from firstcontact.core.text import summarize_error
+from firstcontact.grasp.hand import Hand, HandError
 
 #: Longest wait for the hand to open, s.
 START = 30.0

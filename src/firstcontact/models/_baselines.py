@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import GREEN, GREY, InputError
-from firstcontact.models._estimator import Estimator, training_spec
-from firstcontact.models._window_model import (
+from firstcontact.core import InputError
+from firstcontact.core.display import GREEN, GREY
+from firstcontact.models.estimator import Estimator, training_spec
+from firstcontact.models.window_model import (
     ArrayCheck,
     ArraysModel,
     Spec,

@@ -13,15 +13,18 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import RED, InputError, import_onnxruntime, summarize_error
-from firstcontact.models._estimator import (
+from firstcontact.core import InputError
+from firstcontact.core.display import RED
+from firstcontact.core.installation import import_onnxruntime
+from firstcontact.core.text import summarize_error
+from firstcontact.models.estimator import (
     Estimator,
     Reference,
     TrainingSet,
     target_scale,
     training_spec,
 )
-from firstcontact.models._window_model import (
+from firstcontact.models.window_model import (
     TARGET,
     ArrayCheck,
     ArraysModel,

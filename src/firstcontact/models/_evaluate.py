@@ -10,27 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
-from firstcontact.core import (
-    LONGEST_NAME,
-    AnyPath,
-    Dataset,
-    InputError,
-    Progress,
-    counted,
-    progress_steps,
-)
-from firstcontact.models._alignment import (
+from firstcontact.core import Dataset, InputError
+from firstcontact.core.display import Progress, progress_steps
+from firstcontact.core.files import AnyPath
+from firstcontact.core.records import LONGEST_NAME
+from firstcontact.core.text import counted
+from firstcontact.models._predictors import Predictor, RigPredictor
+from firstcontact.models.alignment import (
     Alignment,
     Contacts,
     at_known_contacts,
     detect_alignment,
     label_alignment,
 )
-from firstcontact.models._card import Digests, TrainingData, pinch_digests
-from firstcontact.models._model import Model, load_model, require_dataset
-from firstcontact.models._predictions import Predictions
-from firstcontact.models._predictors import Predictor, RigPredictor
-from firstcontact.models._scores import (
+from firstcontact.models.card import Digests, TrainingData, pinch_digests
+from firstcontact.models.model import Model, load_model, require_dataset
+from firstcontact.models.predictions import Predictions
+from firstcontact.models.scores import (
     RegressionScores,
     SpecimenErrors,
     TaskScores,
@@ -38,14 +34,14 @@ from firstcontact.models._scores import (
     per_object,
     regression_scores,
 )
-from firstcontact.models._touches import Touches
-from firstcontact.models._training import (
+from firstcontact.models.touches import Touches
+from firstcontact.models.training import (
     Target,
     distinct_specimens,
     full_specimen,
     resampling_clusters,
 )
-from firstcontact.models._window_model import Values
+from firstcontact.models.window_model import Values
 from firstcontact.signal import resample_dataset
 
 

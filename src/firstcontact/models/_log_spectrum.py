@@ -16,10 +16,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import SKY, InputError
-from firstcontact.models._estimator import Estimator, library_targets, target_scale, training_spec
-from firstcontact.models._splits import inner_folds
-from firstcontact.models._window_model import (
+from firstcontact.core import InputError
+from firstcontact.core.display import SKY
+from firstcontact.models.estimator import Estimator, library_targets, target_scale, training_spec
+from firstcontact.models.splits import inner_folds
+from firstcontact.models.window_model import (
     TARGET,
     ArrayCheck,
     ArraysModel,

@@ -10,13 +10,13 @@ from typing import ClassVar, Self
 import numpy as np
 
 from firstcontact.core import Contact, Dataset, InputError
-from firstcontact.models._card import NetworkCard, TrainingRecord, WindowCard
-from firstcontact.models._in_context import InContextModel
-from firstcontact.models._interval import Interval
-from firstcontact.models._predictions import Predictions
-from firstcontact.models._registry import anytime_kind, model_kind
-from firstcontact.models._touches import Touches, valid_samples
-from firstcontact.models._window_model import Arrays, Spec, Task, WindowModel
+from firstcontact.models.card import NetworkCard, TrainingRecord, WindowCard
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.interval import Interval
+from firstcontact.models.predictions import Predictions
+from firstcontact.models.registry import anytime_kind, model_kind
+from firstcontact.models.touches import Touches, valid_samples
+from firstcontact.models.window_model import Arrays, Spec, Task, WindowModel
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 
 #: Longest window that a model may require, s.

@@ -20,9 +20,11 @@ from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, foreign_errors, summarize_error
-from firstcontact.models._estimator import Estimator, training_spec
-from firstcontact.models._window_model import Arrays, Spec, Task, Values, WindowModel, Windows
+from firstcontact.core import InputError
+from firstcontact.core.registry import foreign_errors
+from firstcontact.core.text import summarize_error
+from firstcontact.models.estimator import Estimator, training_spec
+from firstcontact.models.window_model import Arrays, Spec, Task, Values, WindowModel, Windows
 
 #: Types of scikit-learn that hold numbers only and are trusted in addition to those of skops: trees
 #: of forests and boosting, and kernels of Gaussian processes.

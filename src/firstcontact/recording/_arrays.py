@@ -13,12 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor, counted, open_regular
+from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core.files import open_regular
+from firstcontact.core.layout import TAXELS
+from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._hdf5 import read_hdf5
 from firstcontact.recording._labels import PINCH_COLUMNS, make_dataset, note_unknown
-from firstcontact.recording._messages import SOURCES
-from firstcontact.recording._settings import (
+from firstcontact.recording.messages import SOURCES
+from firstcontact.recording.settings import (
     LAYOUT,
     SETTINGS,
     check_force,
@@ -31,8 +34,8 @@ from firstcontact.recording._settings import (
     read_layout,
     read_settings,
 )
-from firstcontact.recording._table import Table
-from firstcontact.recording._untrusted import check_unpacked, library_errors, one_of
+from firstcontact.recording.table import Table
+from firstcontact.recording.untrusted import check_unpacked, library_errors, one_of
 
 Arrays = Mapping[str, NDArray[Any]]
 

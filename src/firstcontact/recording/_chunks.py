@@ -22,8 +22,9 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk, McapRecord, Statistics
 from mcap.stream_reader import breakup_chunk
 
-from firstcontact.core import InputError, open_regular
-from firstcontact.recording._untrusted import most_unpacked
+from firstcontact.core import InputError
+from firstcontact.core.files import open_regular
+from firstcontact.recording.untrusted import most_unpacked
 
 MAGIC = b"\x89MCAP0\r\n"
 # Record: opcode, length; chunk: start and end time, size, CRC, compression.

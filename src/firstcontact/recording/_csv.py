@@ -16,11 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor, parse_float, parse_int
+from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core.layout import TAXELS
+from firstcontact.core.text import parse_float, parse_int
 from firstcontact.recording._arrays import from_signals
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import PINCH_COLUMNS, note_unknown
-from firstcontact.recording._settings import (
+from firstcontact.recording.settings import (
     LAYOUT,
     SETTINGS,
     check_rate,
@@ -30,8 +32,8 @@ from firstcontact.recording._settings import (
     joined,
     read_layout,
 )
-from firstcontact.recording._table import Table, read_columns
-from firstcontact.recording._untrusted import quote
+from firstcontact.recording.table import Table, read_columns
+from firstcontact.recording.untrusted import quote
 
 Bounds = Sequence[tuple[int, int]]
 

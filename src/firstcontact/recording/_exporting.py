@@ -19,20 +19,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import (
-    TAXELS,
-    AnyPath,
-    Channel,
-    ChannelKind,
-    Dataset,
-    InputError,
-    Layout,
-    Pinch,
-    creating,
-)
+from firstcontact.core import Channel, ChannelKind, Dataset, InputError, Layout, Pinch
+from firstcontact.core.files import AnyPath, creating
+from firstcontact.core.layout import TAXELS
 from firstcontact.recording._formats import EXPORTERS, Exporter
 from firstcontact.recording._labels import ASSUMED_SESSION, PINCH_COLUMNS
-from firstcontact.recording._settings import LAYOUT, SETTINGS, is_rounded_away
+from firstcontact.recording.settings import LAYOUT, SETTINGS, is_rounded_away
 
 #: Names of columns that are no signals.
 _NAMES = {"pinch", "time_s", *SETTINGS, LAYOUT, *PINCH_COLUMNS}

@@ -10,14 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import (
-    LONGEST_NAME,
-    InputError,
-    VibrationSensor,
-    open_regular,
-    require_modules,
-)
-from firstcontact.recording._untrusted import as_text, check_unpacked, library_errors
+from firstcontact.core import InputError, VibrationSensor
+from firstcontact.core.files import open_regular
+from firstcontact.core.installation import require_modules
+from firstcontact.core.records import LONGEST_NAME
+from firstcontact.recording.untrusted import as_text, check_unpacked, library_errors
 
 #: Largest number of texts read together, and largest size of them, bytes.
 _TEXTS = 4096

@@ -12,10 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
-    FASTEST,
-    HIGHEST_RANK,
-    LONGEST_NAME,
-    SLOWEST,
     Block,
     ChannelKind,
     ClosingSpeed,
@@ -27,12 +23,14 @@ from firstcontact.core import (
     Layout,
     Pinch,
     Role,
-    parse_float,
 )
-from firstcontact.recording._dataset import pause_between, shifted
-from firstcontact.recording._messages import SOURCES
-from firstcontact.recording._table import Table
-from firstcontact.recording._untrusted import as_text, listed, one_of, quote
+from firstcontact.core.pinch import FASTEST, HIGHEST_RANK, SLOWEST
+from firstcontact.core.records import LONGEST_NAME
+from firstcontact.core.text import parse_float
+from firstcontact.recording.dataset import pause_between, shifted
+from firstcontact.recording.messages import SOURCES
+from firstcontact.recording.table import Table
+from firstcontact.recording.untrusted import as_text, listed, one_of, quote
 
 #: Names of hardness classes, from soft to hard.
 CLASSES = ("soft", "medium", "hard")

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, VibrationSensor, files_below, open_regular
+from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core.files import files_below, open_regular
 from firstcontact.recording._arrays import NAMES, SHAPES, from_arrays
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._hdf5 import read_hdf5
@@ -28,8 +29,8 @@ from firstcontact.recording._signals import (
     select_samples,
 )
 from firstcontact.recording._sound import LABELS
-from firstcontact.recording._table import Table, match_each_file, read_columns
-from firstcontact.recording._untrusted import check_unpacked, library_errors, listed
+from firstcontact.recording.table import Table, match_each_file, read_columns
+from firstcontact.recording.untrusted import check_unpacked, library_errors, listed
 
 #: Smallest character code that is no character.
 _SURROGATES = 0xD800

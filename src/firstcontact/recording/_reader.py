@@ -13,9 +13,11 @@ from typing import TypeVar
 import numpy as np
 from mcap.records import Channel, McapRecord, Message
 
-from firstcontact.core import AnyPath, Block, InputError, counted, merge_blocks
+from firstcontact.core import Block, InputError, merge_blocks
+from firstcontact.core.files import AnyPath
+from firstcontact.core.text import counted
 from firstcontact.recording._chunks import read_chunks
-from firstcontact.recording._messages import (
+from firstcontact.recording.messages import (
     LARGEST,
     LAST_SAMPLE,
     Header,

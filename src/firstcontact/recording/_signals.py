@@ -16,8 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
-    MOST_CHANNELS,
-    SCALES,
     Block,
     Channel,
     ChannelKind,
@@ -28,6 +26,7 @@ from firstcontact.core import (
     Layout,
     VibrationSensor,
 )
+from firstcontact.core.layout import MOST_CHANNELS, SCALES
 from firstcontact.recording._labels import (
     make_dataset,
     parse_finger,
@@ -36,7 +35,7 @@ from firstcontact.recording._labels import (
     parse_text,
     parse_whole,
 )
-from firstcontact.recording._settings import (
+from firstcontact.recording.settings import (
     HIGHEST_RATE,
     LOWEST_RATE,
     check_samples,
@@ -44,7 +43,7 @@ from firstcontact.recording._settings import (
     common_type,
     joined,
 )
-from firstcontact.recording._table import Table, read_rows
+from firstcontact.recording.table import Table, read_rows
 
 #: Lowest rate of a signal without a sensor, Hz.
 LOWEST_SIGNAL = 1.0

@@ -12,17 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import (
-    Dataset,
-    InputError,
-    Layout,
-    VibrationSensor,
-    counted,
-    open_regular,
-    read_regular,
-    require_modules,
-)
-from firstcontact.recording._events import (
+from firstcontact.core import Dataset, InputError, Layout, VibrationSensor
+from firstcontact.core.files import open_regular, read_regular
+from firstcontact.core.installation import require_modules
+from firstcontact.core.text import counted
+from firstcontact.recording._formats import Importer
+from firstcontact.recording._labels import make_dataset, note_unknown
+from firstcontact.recording.events import (
     CHANNEL,
     NO_CONTACTS,
     event_labels,
@@ -30,11 +26,9 @@ from firstcontact.recording._events import (
     read_events,
     spans,
 )
-from firstcontact.recording._formats import Importer
-from firstcontact.recording._labels import make_dataset, note_unknown
-from firstcontact.recording._settings import FileSettings, check_rate, check_vibration, make_layout
-from firstcontact.recording._table import Table, match_each_file, match_files, read_columns
-from firstcontact.recording._untrusted import check_unpacked, library_errors
+from firstcontact.recording.settings import FileSettings, check_rate, check_vibration, make_layout
+from firstcontact.recording.table import Table, match_each_file, match_files, read_columns
+from firstcontact.recording.untrusted import check_unpacked, library_errors
 
 LABELS = "labels.csv"
 SUFFIXES = (".wav", ".flac")

@@ -11,9 +11,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from firstcontact.core import AnyPath, Block, InputError, Pinch
+from firstcontact.core import Block, InputError, Pinch
+from firstcontact.core.files import AnyPath
 from firstcontact.recording._chunk_file import ChunkFile
-from firstcontact.recording._messages import (
+from firstcontact.recording.messages import (
     LAST_SAMPLE,
     LONGEST_TEXT,
     Header,

@@ -18,21 +18,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, VibrationSensor, counted, open_regular
-from firstcontact.recording._events import (
-    NO_CONTACTS,
-    SECONDS,
-    add_labels,
-    event_labels,
-    find_events,
-    onset_column,
-    read_events,
-    spans,
-)
+from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core.files import open_regular
+from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import parse_number
 from firstcontact.recording._runs import Nearest, Run, even_runs, overlaps
-from firstcontact.recording._settings import HIGHEST_RATE, LOWEST_RATE, check_rate
 from firstcontact.recording._signals import (
     LOWEST_SIGNAL,
     Signal,
@@ -42,8 +33,19 @@ from firstcontact.recording._signals import (
     read_signals,
     select_samples,
 )
-from firstcontact.recording._table import Table
-from firstcontact.recording._untrusted import library_errors, listed, quote
+from firstcontact.recording.events import (
+    NO_CONTACTS,
+    SECONDS,
+    add_labels,
+    event_labels,
+    find_events,
+    onset_column,
+    read_events,
+    spans,
+)
+from firstcontact.recording.settings import HIGHEST_RATE, LOWEST_RATE, check_rate
+from firstcontact.recording.table import Table
+from firstcontact.recording.untrusted import library_errors, listed, quote
 
 #: Latest time, s: 300 years, at which a stamp still resolves microseconds.
 LATEST = 1e10

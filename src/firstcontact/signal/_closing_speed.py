@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firstcontact.core import FASTEST, SLOWEST, ClosingSpeed, InputError
+from firstcontact.core import ClosingSpeed, InputError
+from firstcontact.core.pinch import FASTEST, SLOWEST
 
 #: Positions are used from WINDOW to GUARD before the contact, s. The last positions are left out,
 #: because a contact may be detected late and slows the finger down.

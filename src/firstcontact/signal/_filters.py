@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_SMOOTHING, ChannelKind, Layout
+from firstcontact.core import ChannelKind, Layout
+from firstcontact.core.layout import FINGERTIP_SMOOTHING
 
 #: Length and order of the Savitzky–Golay filter. Five points look ahead only two samples (0.4 ms at
 #: 4936 Hz) and remove half of the white noise power. Their -3 dB point is near 1.2 kHz, above the

@@ -7,16 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from msgspec.structs import replace
 
-from firstcontact.core import (
-    Block,
-    ChannelKind,
-    ClosingSpeed,
-    Contact,
-    Finger,
-    Layout,
-    first_closed_sample,
-)
-from firstcontact.streaming._events import Estimate, judged
+from firstcontact.core import Block, ChannelKind, ClosingSpeed, Contact, Finger, Layout
+from firstcontact.core.pinch import first_closed_sample
+from firstcontact.streaming.events import Estimate, judged
 
 
 @dataclass(slots=True)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from firstcontact.chain import Reason
 from firstcontact.core import Block, Contact, Estimate
-from firstcontact.device import DeviceContact, DevicePrediction
-from firstcontact.streaming._events import (
+from firstcontact.device.descriptor import DeviceContact, DevicePrediction
+from firstcontact.streaming.events import (
     ContactEvent,
     ContactWithdrawn,
     Event,

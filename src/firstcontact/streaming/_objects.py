@@ -6,10 +6,10 @@ from collections import deque
 from collections.abc import Iterable, Sequence
 
 from firstcontact.core import Estimate, Label
-from firstcontact.device import concerns_hand
-from firstcontact.models import combine
+from firstcontact.device.twin_words import concerns_hand
+from firstcontact.models.predictions import combine
 from firstcontact.recording import Marker, PinchMark
-from firstcontact.streaming._events import ObjectEstimate, PinchDone
+from firstcontact.streaming.events import ObjectEstimate, PinchDone
 
 #: Largest number of stored markers, labels and pinches, and of combined pinches of one object.
 WAITING, PINCHES = 16, 100

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol, TextIO
 
-from firstcontact.device import Arrival, Descriptor, Health, RecorderStatus
-from firstcontact.streaming._events import Ask, Event
+from firstcontact.device import Arrival, Descriptor, Health
+from firstcontact.device.recorder import RecorderStatus
+from firstcontact.streaming.events import Ask, Event
 
 #: Largest number of updates that wait for a sink: 4 s at 50 updates per second.
 WAITING = 200

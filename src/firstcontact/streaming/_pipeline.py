@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.chain import Chain, ChainEvent, DetectorKind, EventKind, Flag, Reason, build_image
+from firstcontact.chain import Chain, ChainEvent, EventKind, Flag, Reason, build_image
+from firstcontact.chain.image import DetectorKind
 from firstcontact.contact import Detector
 from firstcontact.core import (
     Block,
@@ -22,11 +23,11 @@ from firstcontact.core import (
     Layout,
     merge_blocks,
 )
-from firstcontact.device import TransportDelay
-from firstcontact.models import radius_text
+from firstcontact.device.clock import TransportDelay
+from firstcontact.models.touches import radius_text
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
-from firstcontact.streaming._events import (
+from firstcontact.streaming.events import (
     ClosingStart,
     ContactEvent,
     ContactWithdrawn,
@@ -34,8 +35,8 @@ from firstcontact.streaming._events import (
     NoEstimate,
     PinchDone,
 )
-from firstcontact.streaming._ledger import Ledger
-from firstcontact.streaming._predictors import NOT_FINITE, Predictor, WindowPredictions
+from firstcontact.streaming.ledger import Ledger
+from firstcontact.streaming.predictors import NOT_FINITE, Predictor, WindowPredictions
 
 #: Time after the first contact at which a pinch is over, s, or 1.5 times the last moment of the
 #: model if that is longer: all offsets between the contacts are shorter.

@@ -12,15 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.chain import EventKind
-from firstcontact.contact import (
-    DETECTORS,
-    Detector,
-    contact_chain,
-    judge_windows,
-    load_detector,
-    save_detector,
-)
+from firstcontact.contact import DETECTORS, Detector, load_detector, save_detector
 from firstcontact.contact import detect as detect_and_confirm
+from firstcontact.contact.contacts import contact_chain, judge_windows
 from firstcontact.core import Block, Contact, Finger, Layout, Pinch
 from firstcontact.signal import samples_in
 from firstcontact.testing._checks import refused

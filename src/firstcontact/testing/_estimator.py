@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import missing_modules
+from firstcontact.core.installation import missing_modules
 from firstcontact.models import (
     ESTIMATORS,
     Estimator,

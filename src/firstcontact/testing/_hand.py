@@ -8,7 +8,8 @@ from math import isfinite
 
 from firstcontact.core import Command
 from firstcontact.device import Source
-from firstcontact.grasp import Hand, HandError, SafeHand, make_hand
+from firstcontact.grasp import Hand, HandError, SafeHand
+from firstcontact.grasp.registry import make_hand
 
 _STILL = Command(0.0, 1.0)
 

@@ -8,7 +8,9 @@ from math import isfinite
 from random import Random
 
 from firstcontact.core import Command, Contact, Estimate, Finger
-from firstcontact.grasp import Grip, Policy, Truth, make_policy
+from firstcontact.grasp import Grip, Policy
+from firstcontact.grasp.policy import Truth
+from firstcontact.grasp.registry import make_policy
 
 #: Number of closings for each check.
 CLOSINGS = 300

@@ -9,7 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from firstcontact.core import InputError
-from firstcontact.device import Arrival, Source, SourceKind, SourceOptions
+from firstcontact.device import Arrival, Source, SourceKind
+from firstcontact.device.opening import SourceOptions
 
 _OPTIONS = SourceOptions()
 _WORD = "a marker of check_source"

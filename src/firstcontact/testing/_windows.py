@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE
+from firstcontact.core.layout import FINGERTIP_RATE
 
 RATE = FINGERTIP_RATE
 LEVELS = (10.0, 29.0, 60.0)

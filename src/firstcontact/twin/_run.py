@@ -11,10 +11,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, Command
-from firstcontact.twin._draw import PinchDraw
-from firstcontact.twin._drive import Drive, DriveReference
-from firstcontact.twin._mechanics import (
+from firstcontact.core import Command
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin.draw import PinchDraw
+from firstcontact.twin.drive import Drive, DriveReference
+from firstcontact.twin.mechanics import (
     CONTACT_FORCE,
     FINGER_STATES,
     OUTPUTS,
@@ -25,8 +26,8 @@ from firstcontact.twin._mechanics import (
     contact_stiffness,
     integrate_all,
 )
-from firstcontact.twin._noise import PhalanxNoise
-from firstcontact.twin._objects import CRUSHED
+from firstcontact.twin.noise import PhalanxNoise
+from firstcontact.twin.objects import CRUSHED
 
 #: Steps per sampling interval after the first contact, half as many before. A step is 20 us;
 #: halving it moves the piezo's waveform by less than 0.1 %.

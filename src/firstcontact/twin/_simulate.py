@@ -9,28 +9,17 @@ from itertools import chain, islice
 from operator import index
 from pathlib import Path
 
-from firstcontact.core import (
-    FINGERTIP_RATE,
-    MOST_WORKERS,
-    InputError,
-    Label,
-    Pinch,
-    Progress,
-    Role,
-    Runner,
-    cores,
-    fingertip_layout,
-    parallel,
-    progress_steps,
-    resolved,
-    temporary_path,
-)
+from firstcontact.core import InputError, Label, Pinch, Role, fingertip_layout
+from firstcontact.core.display import Progress, progress_steps
+from firstcontact.core.files import resolved, temporary_path
+from firstcontact.core.jobs import MOST_WORKERS, Runner, cores, parallel
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.recording import Header, RecordingWriter
-from firstcontact.twin._draw import Condition, condition, draw_pinch, draw_specimen, generator
-from firstcontact.twin._drive import Positions
-from firstcontact.twin._noise import RecordedNoise
-from firstcontact.twin._objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
-from firstcontact.twin._pinch import DURATION, PinchJob, simulate_pinches
+from firstcontact.twin.draw import Condition, condition, draw_pinch, draw_specimen, generator
+from firstcontact.twin.drive import Positions
+from firstcontact.twin.noise import RecordedNoise
+from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
+from firstcontact.twin.pinch import DURATION, PinchJob, simulate_pinches
 
 #: Number of sessions of the blocks, and of the unseen objects.
 BLOCK_SESSIONS = 10

@@ -10,21 +10,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, Command, Contact, InputError, Label
-from firstcontact.twin._draw import condition, draw_pinch, generator
-from firstcontact.twin._drive import LATENCY, Drive, Positions
-from firstcontact.twin._household import (
+from firstcontact.core import Command, Contact, InputError, Label
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.twin._run import PinchRun
+from firstcontact.twin._simulate import PlannedPinch, planned_pinch
+from firstcontact.twin.draw import condition, draw_pinch, generator
+from firstcontact.twin.drive import LATENCY, Drive, Positions
+from firstcontact.twin.household import (
     OBJECT_SETS,
     HouseholdObject,
     draw_household_specimen,
     find_object,
 )
-from firstcontact.twin._mechanics import CONTACT_FORCE, INDENTATION, OUTPUTS, FingerParameters
-from firstcontact.twin._objects import TwinObject
-from firstcontact.twin._outcome import DROPPED, Lift, slide
-from firstcontact.twin._run import PinchRun
-from firstcontact.twin._sensor import SCAN, StreamFingertips, strip_contacts
-from firstcontact.twin._simulate import PlannedPinch, planned_pinch
+from firstcontact.twin.mechanics import CONTACT_FORCE, INDENTATION, OUTPUTS, FingerParameters
+from firstcontact.twin.objects import TwinObject
+from firstcontact.twin.outcome import DROPPED, Lift, slide
+from firstcontact.twin.sensor import SCAN, StreamFingertips, strip_contacts
 
 #: Time for a change of the motor's speed, s.
 RAMP = 0.06
@@ -149,7 +150,7 @@ class TwinStream:
         "paper-rig" or "everyday".
     objects
         Objects to pick up, or their names, or names of the sets in
-        :data:`firstcontact.twin._household.OBJECT_SETS`. By default all objects of the paper. In a
+        :data:`firstcontact.twin.household.OBJECT_SETS`. By default all objects of the paper. In a
         round the hand picks up each object once, in random order.
     seed
         Random seed.
@@ -275,7 +276,7 @@ class TwinStream:
         Returns
         -------
         ndarray
-            Shape (samples, 6), in the order of :data:`firstcontact.twin._sensor.SCAN`.
+            Shape (samples, 6), in the order of :data:`firstcontact.twin.sensor.SCAN`.
         """
         parts = [self._left]
         count = len(self._left)

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, GREY, INK, RED, holding_force
+from firstcontact.core.display import GREY, INK, RED
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import holding_force
 from firstcontact.grasp import POLICIES
-from firstcontact.twin import Lift
+from firstcontact.twin.outcome import Lift
 from firstcontact_lab.grasping._hands import OwnHands
 from firstcontact_lab.grasping._judgement import SettingsOf
 from firstcontact_lab.grasping._picks import FullJob, Pick, pick_specimen, play

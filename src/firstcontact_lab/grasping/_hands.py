@@ -10,10 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
-from firstcontact.core import Command, Dataset, Label, Pinch, Serial, fingertip_layout
+from firstcontact.core import Command, Dataset, Label, Pinch, fingertip_layout
+from firstcontact.core.jobs import Serial
 from firstcontact.grasp import Grip, Hand, HandLimits
-from firstcontact.models import InContextModel, Touches, adapt_combined, choose_detector, pretrained
-from firstcontact.twin import BLOCKS, Drive, GraspPlant, condition, draw_pinch, draw_specimen
+from firstcontact.models import Touches
+from firstcontact.models.alignment import choose_detector
+from firstcontact.models.combined import adapt_combined
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.twin import BLOCKS, draw_pinch
+from firstcontact.twin.draw import condition, draw_specimen
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.plant import GraspPlant
 
 LAYOUT = fingertip_layout()
 #: Number of samples of a block, as the device sends them.

@@ -8,9 +8,9 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from firstcontact.core import Runner
+from firstcontact.core.jobs import Runner
 from firstcontact.grasp import POLICIES
-from firstcontact.twin import household_named
+from firstcontact.twin.household import household_named
 from firstcontact_lab.grasping._hands import OwnHands, own_hand
 from firstcontact_lab.grasping._judgement import (
     FULL,

@@ -13,9 +13,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.grasp import POLICIES, Policy, PolicyRole, Task
+from firstcontact.grasp import POLICIES, Policy
+from firstcontact.grasp.policy import PolicyRole, Task
 from firstcontact.testing import make_estimate
-from firstcontact.twin import Quantity, household_named
+from firstcontact.twin.household import Quantity, household_named
 from firstcontact_lab.grasping._picks import LIFTS
 from firstcontact_lab.grasping._table import DETECTION, ClosingTable, Outcomes, Reflexed, Values
 from firstcontact_lab.grasping._tuning import (

@@ -16,41 +16,30 @@ from pathlib import Path
 import numpy as np
 
 import firstcontact as fc
-from firstcontact.chain import CONFIRMED
-from firstcontact.core import Block, Estimate, InputError, Runner, Serial
-from firstcontact.grasp import (
-    POLICIES,
-    ForceArray,
-    Grip,
-    LoopCounts,
-    Policy,
-    PolicyRole,
-    SensorVariant,
-    Task,
-    Truth,
-    make_policy,
-)
-from firstcontact.models import Values, cluster_intervals
+from firstcontact.chain.image import CONFIRMED
+from firstcontact.core import Block, Estimate, InputError
+from firstcontact.core.jobs import Runner, Serial
+from firstcontact.grasp import POLICIES, Grip, Policy
+from firstcontact.grasp.loop import LoopCounts
+from firstcontact.grasp.policy import ForceArray, PolicyRole, SensorVariant, Task, Truth
+from firstcontact.grasp.registry import make_policy
+from firstcontact.models.scores import cluster_intervals
+from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 from firstcontact.streaming import (
     ClosingStart,
     ContactEvent,
     ContactWithdrawn,
-    Grasping,
     NoEstimate,
     Pipeline,
-    WindowLadder,
 )
-from firstcontact.twin import (
-    OPTIMISTIC,
-    Drive,
-    GraspPlant,
-    VelostatParameters,
-    condition,
-    draw_pinch,
-    draw_specimen,
-    simulate,
-)
+from firstcontact.streaming.grasping import Grasping
+from firstcontact.streaming.predictors import WindowLadder
+from firstcontact.twin import draw_pinch, simulate
+from firstcontact.twin.draw import condition, draw_specimen
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.mechanics import OPTIMISTIC, VelostatParameters
+from firstcontact.twin.plant import GraspPlant
 from firstcontact_lab.grasping._hands import BLOCK, CONDITION, LAYOUT, Order, PlantHand
 from firstcontact_lab.grasping.results import (
     GraspData,

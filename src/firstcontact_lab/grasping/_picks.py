@@ -9,24 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, Command, Estimate
-from firstcontact.grasp import POLICIES, ByStiffness, FinalForce, Grip, Policy, Truth, make_policy
-from firstcontact.streaming import (
-    AnytimePredictor,
-    ContactEvent,
-    ContactWithdrawn,
-    Grasping,
-    Pipeline,
-)
-from firstcontact.twin import (
-    Drive,
-    GraspPlant,
-    Lift,
-    TwinObject,
-    condition,
-    draw_household_specimen,
-    draw_pinch,
-    household_named,
-)
+from firstcontact.grasp import POLICIES, Grip, Policy
+from firstcontact.grasp.household_policies import ByStiffness, FinalForce
+from firstcontact.grasp.policy import Truth
+from firstcontact.grasp.registry import make_policy
+from firstcontact.streaming import ContactEvent, ContactWithdrawn, Pipeline
+from firstcontact.streaming.grasping import Grasping
+from firstcontact.streaming.predictors import AnytimePredictor
+from firstcontact.twin import TwinObject, draw_pinch
+from firstcontact.twin.draw import condition
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.household import draw_household_specimen, household_named
+from firstcontact.twin.outcome import Lift
+from firstcontact.twin.plant import GraspPlant
 from firstcontact_lab.grasping._hands import (
     BLOCK,
     CONDITION,

@@ -9,9 +9,13 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command, Estimate, holding_force
+from firstcontact.core import Command, Estimate
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import GRAVITY, holding_force
 from firstcontact.grasp import Grip
-from firstcontact.twin import GraspPlant, Lift, household_named
+from firstcontact.twin.household import household_named
+from firstcontact.twin.outcome import Lift
+from firstcontact.twin.plant import GraspPlant
 from firstcontact_lab.grasping._hands import OwnHands, SlipWatch
 from firstcontact_lab.grasping._picks import LIFTS, LOOK, Pick, approached, pick_specimen
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from firstcontact.core import GREY, INK
-from firstcontact.grasp import POLICIES, PolicyRole, Task
+from firstcontact.core.display import GREY, INK
+from firstcontact.grasp import POLICIES
+from firstcontact.grasp.policy import PolicyRole, Task
 from firstcontact_lab.grasping._judgement import baseline, candidate
 from firstcontact_lab.grasping._payload import variants
 from firstcontact_lab.grasping.results import (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firstcontact.core import Record
-from firstcontact.models import Ends
+from firstcontact.models.scores import Ends
 from firstcontact_lab.report.tables import Bounded
 
 #: Name of the ceiling: the best choice for each specimen, which no policy can reach.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
-from firstcontact.core import Runner
+from firstcontact.core.jobs import Runner
 from firstcontact.models import Model
 from firstcontact_lab.grasping._film import KINDS, PICTURES, film
 from firstcontact_lab.grasping._household import HouseholdStudy

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from firstcontact.grasp import APPROACH, BOOST
+from firstcontact.grasp.household_policies import APPROACH, BOOST
 from firstcontact.models import ESTIMATORS
-from firstcontact.twin import BRITTLE, EVERYDAY_OBJECTS, HOUSEHOLD, TwinObject, block
+from firstcontact.twin import TwinObject
+from firstcontact.twin.household import HOUSEHOLD
+from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS, block
 
 #: Largest Shore A of the objects that the payload task counts as soft.
 SOFT = 20.0

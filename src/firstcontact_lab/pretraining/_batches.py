@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import touch_inputs
-from firstcontact.core import FINGERTIP_RATE
+from firstcontact.chain.touch import touch_inputs
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Rig, Touches
-from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
+from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, facts, placing, volts
 from firstcontact_lab.rigs import Rng
 

@@ -9,17 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import HINTS, predict_inputs, touch_inputs
-from firstcontact.core import FINGERTIP_RATE
-from firstcontact.models import (
-    ContextNetwork,
-    Familiar,
-    InContextModel,
-    Rig,
-    Touches,
-    Values,
-    combine,
-)
+from firstcontact.chain.touch import HINTS, predict_inputs, touch_inputs
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.models import Rig, Touches
+from firstcontact.models.context_network import ContextNetwork, Familiar
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.predictions import combine
+from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._batches import cut, draw_batch
 from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, volts

@@ -10,11 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 from safetensors.numpy import load_file, save
 
-from firstcontact.chain import HINTS
-from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, Runner, replacing
-from firstcontact.models import Rig, Touches, Values, spectra
+from firstcontact.chain.touch import HINTS
+from firstcontact.core.files import replacing
+from firstcontact.core.jobs import Runner
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.models import Rig, Touches
+from firstcontact.models.rig import spectra
+from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
-from firstcontact.twin import BLOCKS, draw_offset
+from firstcontact.twin import BLOCKS
+from firstcontact.twin.draw import draw_offset
 from firstcontact_lab.rigs import (
     FAMILIES,
     HARDEST,

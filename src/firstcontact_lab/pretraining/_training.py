@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from safetensors.torch import load_file, save
 from torch import nn
 
-from firstcontact.chain import INPUTS
-from firstcontact.core import replacing
-from firstcontact.models import ContextNetwork, Rig
+from firstcontact.chain.touch import INPUTS
+from firstcontact.core.files import replacing
+from firstcontact.models import Rig
+from firstcontact.models.context_network import ContextNetwork
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
 

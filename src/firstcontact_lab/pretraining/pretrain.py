@@ -10,8 +10,11 @@ from typing import Any
 import numpy as np
 import torch
 
-from firstcontact.core import FINGERTIP_RATE, Runner
-from firstcontact.models import InContextModel, Model, RigPredictor, Touches, TrainingRecord
+from firstcontact.core.jobs import Runner
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.models import Model, RigPredictor, Touches
+from firstcontact.models.card import TrainingRecord
+from firstcontact.models.in_context import InContextModel
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._calibration import LEVEL, PINCHES, answers, finished, same_object
 from firstcontact_lab.pretraining._compact_training import STEPS, compacted

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from firstcontact.core import ByName, Record, installed_versions
+from firstcontact.core import Record
+from firstcontact.core.installation import installed_versions
+from firstcontact.core.records import ByName
 from firstcontact_lab.report.results import NOTHING, Entry, Field, SubjectResults
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from firstcontact.contact import DETECTORS
-from firstcontact.core import GREEN, SKY, Registry
+from firstcontact.core import Registry
+from firstcontact.core.display import GREEN, SKY
 from firstcontact.models import ESTIMATORS
 
 #: Keys in results, with the titles of the splits.

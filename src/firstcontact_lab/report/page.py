@@ -8,7 +8,8 @@ from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from firstcontact.core import installed_versions, sanitize
+from firstcontact.core.installation import installed_versions
+from firstcontact.core.text import sanitize
 from firstcontact_lab.report.findings import Figure, Findings, State
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.report.tables import Table, beside

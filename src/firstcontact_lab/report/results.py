@@ -8,7 +8,9 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from firstcontact.core import ByName, Record, read_record, read_regular, to_tree, write_json
+from firstcontact.core import Record
+from firstcontact.core.files import read_regular, write_json
+from firstcontact.core.records import ByName, read_record, to_tree
 
 T = TypeVar("T")
 K = TypeVar("K", covariant=True)

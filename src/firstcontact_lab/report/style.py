@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INK, Layout
-from firstcontact.models import Ends
-from firstcontact.recording import PLAIN, figure_label
+from firstcontact.core import Layout
+from firstcontact.core.display import INK
+from firstcontact.models.scores import Ends
+from firstcontact.recording.plot import PLAIN, figure_label
 from firstcontact_lab.report.findings import Figure
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from firstcontact.core import percent
-from firstcontact.models import Ends
+from firstcontact.core.text import percent
+from firstcontact.models.scores import Ends
 
 R = TypeVar("R")
 S = TypeVar("S")

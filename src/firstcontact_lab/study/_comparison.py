@@ -9,19 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Record, Runner, gent_shore_a
-from firstcontact.models import (
-    ESTIMATORS,
-    RIG_ESTIMATOR,
-    SHORE_A,
-    ContactPredictor,
-    Fit,
-    Task,
-    Touches,
-    fit_model,
-    rig_estimators,
-)
-from firstcontact.twin import Condition
+from firstcontact.core import Record
+from firstcontact.core.jobs import Runner
+from firstcontact.core.physics import gent_shore_a
+from firstcontact.models import ESTIMATORS, Task, Touches
+from firstcontact.models.interval import SHORE_A
+from firstcontact.models.network_estimator import rig_estimators
+from firstcontact.models.predictions import ContactPredictor
+from firstcontact.models.training import Fit, fit_model
+from firstcontact.models.training_runs import RIG_ESTIMATOR
+from firstcontact.twin.draw import Condition
 from firstcontact_lab.study._off_blocks import Answered, OffBlocks, off_blocks
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
 from firstcontact_lab.study.window_ladder import fit_window_ladder

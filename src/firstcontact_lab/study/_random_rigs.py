@@ -9,10 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, Record
-from firstcontact.models import Ends, Touches, bootstrap_interval, resampled_sums
+from firstcontact.core import Record
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.models import Touches
+from firstcontact.models.scores import Ends, bootstrap_interval, resampled_sums
 from firstcontact.signal import samples_in
-from firstcontact.twin import BLOCKS, CONDITIONS, EVERYDAY_OBJECTS, draw_offset, draw_specimen
+from firstcontact.twin import BLOCKS, CONDITIONS
+from firstcontact.twin.draw import draw_offset, draw_specimen
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact_lab.report.tables import Bounded, Cell, format_cell
 from firstcontact_lab.rigs import (
     FAMILIES,

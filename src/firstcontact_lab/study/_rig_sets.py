@@ -13,20 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, Label, Pinch
-from firstcontact.models import DURATION, LabelledWindows, Touches, labelled_windows
-from firstcontact.twin import (
-    BLOCKS,
-    EVERYDAY_OBJECTS,
-    Condition,
-    PinchDraw,
-    PinchJob,
-    contact_stiffness,
-    draw_pinch,
-    draw_specimen,
-    excerpt,
-    generator,
-    simulate_pinches,
-)
+from firstcontact.models import LabelledWindows, Touches
+from firstcontact.models.training import DURATION, labelled_windows
+from firstcontact.twin import BLOCKS, draw_pinch
+from firstcontact.twin.draw import Condition, PinchDraw, draw_specimen, generator
+from firstcontact.twin.mechanics import contact_stiffness
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
+from firstcontact.twin.pinch import PinchJob, excerpt, simulate_pinches
 
 Values = NDArray[np.float64]
 #: Simulated time of a pinch, s: before its first contact, and in total.

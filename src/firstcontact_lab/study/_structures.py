@@ -15,8 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
-    FINGERTIP_RATE,
-    PIEZO_OFFSET_VOLTS,
     Calibration,
     Contact,
     Dataset,
@@ -27,15 +25,11 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.twin import (
-    BLOCKS,
-    BUFFER,
-    CONDITIONS,
-    draw_pinch,
-    excerpt,
-    generator,
-    integrate_pinch,
-)
+from firstcontact.core.layout import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
+from firstcontact.twin import BLOCKS, CONDITIONS, draw_pinch
+from firstcontact.twin.draw import generator
+from firstcontact.twin.mechanics import BUFFER
+from firstcontact.twin.pinch import excerpt, integrate_pinch
 from firstcontact_lab.rigs import RandomObject, RandomRig, Rng, draw_block, draw_object, draw_rig
 
 Values = NDArray[np.float64]

@@ -13,21 +13,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Dataset, InputError, Record, Runner, counted, percent
-from firstcontact.models import (
-    CLUSTERS,
-    ESTIMATORS,
-    LabelledTouches,
-    Predictions,
-    Split,
-    by_session,
-    choose_detector,
-    detect_alignment,
-    pretrained,
-)
-from firstcontact.recording import check_rate, load_dataset
+from firstcontact.core import Contact, Dataset, InputError, Record
+from firstcontact.core.jobs import Runner
+from firstcontact.core.text import counted, percent
+from firstcontact.models import ESTIMATORS, LabelledTouches, Predictions
+from firstcontact.models.alignment import choose_detector, detect_alignment
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.scores import CLUSTERS
+from firstcontact.models.splits import Split, by_session
+from firstcontact.recording import load_dataset
+from firstcontact.recording.settings import check_rate
 from firstcontact.signal import resample_dataset
-from firstcontact.twin import condition
+from firstcontact.twin.draw import condition
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.names import competitor_title
 from firstcontact_lab.report.page import Page

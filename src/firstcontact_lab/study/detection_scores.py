@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import (
-    Detector,
-    PinchDecisions,
-    WindowDecisions,
-    cut_closings,
-    judge_pinch,
-)
+from firstcontact.contact import Detector
+from firstcontact.contact.closing_start import cut_closings
+from firstcontact.contact.contacts import PinchDecisions, judge_pinch
+from firstcontact.contact.detector import WindowDecisions
 from firstcontact.core import Contact, Dataset, InputError, Record
-from firstcontact.signal import lookahead, samples_in
+from firstcontact.signal import samples_in
+from firstcontact.signal.resampling import lookahead
 
 #: Age up to which a contact need not show in a window, s.
 GUARD = 0.001

@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import ByName, InputError, percent
-from firstcontact.models import ESTIMATORS, window_estimators
+from firstcontact.core import InputError
+from firstcontact.core.records import ByName
+from firstcontact.core.text import percent
+from firstcontact.models import ESTIMATORS
+from firstcontact.models.registry import window_estimators
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import STUDY, Findings, State, StudyResults
 from firstcontact_lab.report.page import Page

@@ -10,15 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS
-from firstcontact.core import Contact, Dataset, Runner
-from firstcontact.models import (
-    ESTIMATORS,
-    Adapted,
-    LabelledWindows,
-    Windows,
-    distinct_specimens,
-    label_windows,
-)
+from firstcontact.core import Contact, Dataset
+from firstcontact.core.jobs import Runner
+from firstcontact.models import ESTIMATORS, LabelledWindows, Windows
+from firstcontact.models.network_estimator import Adapted
+from firstcontact.models.training import distinct_specimens, label_windows
 from firstcontact.signal import contact_windows
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

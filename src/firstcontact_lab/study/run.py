@@ -9,8 +9,12 @@ from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 
-from firstcontact.core import FINGERTIP_RATE, Dataset, InputError, Runner, files_below
-from firstcontact.recording import find_importer, import_path, load_dataset
+from firstcontact.core import Dataset, InputError
+from firstcontact.core.files import files_below
+from firstcontact.core.jobs import Runner
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.recording import import_path, load_dataset
+from firstcontact.recording.importing import find_importer
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import simulate
 from firstcontact_lab.report.findings import PartResult, State

@@ -10,18 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
-from firstcontact.models import (
-    ContactPredictor,
-    Ends,
-    Group,
-    Predictions,
-    SpecimenErrors,
-    Split,
-    Touches,
-    Values,
-    cluster_intervals,
-    share_interval,
-)
+from firstcontact.models import Predictions, Touches
+from firstcontact.models.predictions import ContactPredictor
+from firstcontact.models.scores import Ends, SpecimenErrors, cluster_intervals, share_interval
+from firstcontact.models.splits import Group, Split
+from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 
 #: Largest number of random folds.

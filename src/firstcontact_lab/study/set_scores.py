@@ -10,16 +10,14 @@ import numpy as np
 from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
-from firstcontact.contact import (
-    DETECTORS,
-    Detector,
-    cut_closings,
-    find_onsets,
-    judge_windows,
-    make_detector,
-)
+from firstcontact.contact import DETECTORS, Detector, make_detector
+from firstcontact.contact.closing_start import cut_closings
+from firstcontact.contact.contacts import judge_windows
+from firstcontact.contact.finder import find_onsets
 from firstcontact.core import Block, Contact, Dataset, InputError, Layout, Record
-from firstcontact.recording import find_recordings, load_dataset, read_recording, read_rows
+from firstcontact.recording import load_dataset, read_recording
+from firstcontact.recording.dataset import find_recordings
+from firstcontact.recording.table import read_rows
 from firstcontact.signal import resample_dataset
 from firstcontact_lab.report.results import SubjectResults
 from firstcontact_lab.report.run import RESULTS

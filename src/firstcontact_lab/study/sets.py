@@ -11,17 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS, make_detector
-from firstcontact.core import Dataset, Record, Serial, percent
-from firstcontact.models import (
-    DURATION,
-    ESTIMATORS,
-    Fit,
-    Task,
-    detect_alignment,
-    fit_model,
-    found_as_live,
-    labelled_windows,
-)
+from firstcontact.core import Dataset, Record
+from firstcontact.core.jobs import Serial
+from firstcontact.core.text import percent
+from firstcontact.models import ESTIMATORS, Task
+from firstcontact.models.alignment import detect_alignment, found_as_live
+from firstcontact.models.training import DURATION, Fit, fit_model, labelled_windows
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.page import Page, Section
 from firstcontact_lab.report.results import Field, SubjectResults

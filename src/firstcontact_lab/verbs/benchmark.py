@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from firstcontact.cli import Option
-from firstcontact.core import InputError, require_modules
+from firstcontact.core import InputError
+from firstcontact.core.installation import require_modules
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class Benchmark:
 
     def run(self) -> None:
         """Run the benchmark with its progress on stderr, write the report and print the tables."""
-        from firstcontact.core import worker_count
-        from firstcontact.models import check_seed
+        from firstcontact.core.jobs import worker_count
+        from firstcontact.models.training_runs import check_seed
         from firstcontact.twin import CONDITIONS
 
         require_modules("study", "matplotlib", "jinja2")

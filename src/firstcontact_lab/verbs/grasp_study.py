@@ -8,7 +8,7 @@ from typing import Annotated
 
 from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
-from firstcontact.core import require_modules
+from firstcontact.core.installation import require_modules
 from firstcontact.models import ESTIMATORS
 
 
@@ -33,8 +33,8 @@ class GraspStudy:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.core import worker_count
-        from firstcontact.models import check_seed
+        from firstcontact.core.jobs import worker_count
+        from firstcontact.models.training_runs import check_seed
 
         require_modules("study", "matplotlib", "jinja2")
         check_seed(self.seed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstcontact.core import require_modules
+from firstcontact.core.installation import require_modules
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,9 @@ class Pretrain:
 
     def run(self) -> None:
         """Simulate rigs, train the network, calibrate its intervals, and score it."""
-        from firstcontact.core import InputError, parallel, worker_count
-        from firstcontact.models import check_seed
+        from firstcontact.core import InputError
+        from firstcontact.core.jobs import parallel, worker_count
+        from firstcontact.models.training_runs import check_seed
 
         if self.rigs < 10 or self.epochs < 1:
             raise InputError("--rigs must be 10 or more, and --epochs 1 or more")

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli import Option
-from firstcontact.core import InputError, require_modules
+from firstcontact.core import InputError
+from firstcontact.core.installation import require_modules
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset

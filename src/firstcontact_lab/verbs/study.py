@@ -8,7 +8,8 @@ from typing import Annotated
 
 from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
-from firstcontact.core import InputError, require_modules
+from firstcontact.core import InputError
+from firstcontact.core.installation import require_modules
 from firstcontact_lab.study.parts import PARTS
 
 
@@ -43,8 +44,9 @@ class Study:
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
-        from firstcontact.core import worker_count
-        from firstcontact.models import ESTIMATORS, check_seed
+        from firstcontact.core.jobs import worker_count
+        from firstcontact.models import ESTIMATORS
+        from firstcontact.models.training_runs import check_seed
         from firstcontact_lab.study.part import StudySettings
         from firstcontact_lab.study.parts.in_force import read_delays
         from firstcontact_lab.study.parts.inference import read_board

@@ -11,7 +11,9 @@ import pytest
 from toys import OBJECTS, PEAKS, SESSIONS, row
 from toys import rows as toy_rows
 
-from firstcontact.core import FINGERTIP_RATE, Block, Contact, Estimate, Finger, Serial, parallel
+from firstcontact.core import Block, Contact, Estimate, Finger
+from firstcontact.core.jobs import Serial, parallel
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.grasp import Grip
 from firstcontact.models import Model
 from firstcontact.streaming import ClosingStart, ContactEvent, ContactWithdrawn, Event, NoEstimate

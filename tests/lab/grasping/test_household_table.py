@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from toys import HOW, THINGS, branch, table
 
 from firstcontact.grasp import POLICIES
-from firstcontact.twin import HOUSEHOLD
+from firstcontact.twin.household import HOUSEHOLD
 from firstcontact_lab.grasping._judgement import (
     Tables,
     baseline,

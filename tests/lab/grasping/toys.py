@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstcontact.core import GRAVITY
+from firstcontact.core.physics import GRAVITY
 from firstcontact.testing import make_estimate
 from firstcontact_lab.grasping._judgement import conditions, household_policies
 from firstcontact_lab.grasping._payload import TrialRow, by_policy, variants

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from firstcontact.chain import INPUTS, predict_inputs
-from firstcontact.core import Serial, parallel
-from firstcontact.models import ContextNetwork, Rig, pretrained_folder, read_card
-from firstcontact.models._predictions import SHARED
+from firstcontact.chain.touch import INPUTS, predict_inputs
+from firstcontact.core.jobs import Serial, parallel
+from firstcontact.models import Rig
+from firstcontact.models.context_network import ContextNetwork
+from firstcontact.models.model_file import pretrained_folder, read_card
+from firstcontact.models.predictions import SHARED
 from firstcontact_lab.pretraining import _examples
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._calibration import (

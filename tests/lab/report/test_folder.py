@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError, write_json
+from firstcontact.core import InputError
+from firstcontact.core.files import write_json
 from firstcontact_lab.grasping._payload import learn
 from firstcontact_lab.grasping.settings import GraspStudySettings
 from firstcontact_lab.report.run import MARK, fresh, sole_use

@@ -10,8 +10,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from firstcontact.core import to_tree
-from firstcontact.core._records import decode_by_name
+from firstcontact.core.records import decode_by_name, to_tree
 from firstcontact_lab.report.results import SubjectResults
 from firstcontact_lab.report.tables import ABSENT
 from firstcontact_lab.study.page import claims, read_study, rows

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from firstcontact.core import Contact, Dataset, Label, Pinch
-from firstcontact.twin import CONDITIONS, draw_pinch, excerpt, simulate_pinch
+from firstcontact.twin import CONDITIONS, draw_pinch, simulate_pinch
+from firstcontact.twin.pinch import excerpt
 from firstcontact_lab.study.part import Subject
 
 

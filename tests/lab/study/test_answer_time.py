@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Contact, Dataset, Finger, Pinch, fingertip_layout
-from firstcontact.signal import lookahead
+from firstcontact.signal.resampling import lookahead
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.answer_time import ANSWER, answer_time

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from excerpts import subject, twin_pinches
 
-from firstcontact.core import Pinch, Serial
+from firstcontact.core import Pinch
+from firstcontact.core.jobs import Serial
 from firstcontact.models import Touches
-from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
+from firstcontact.twin import BLOCKS
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.study.part import StudySettings
 from firstcontact_lab.study.parts.anytime import ANYTIME, AnytimeResults, _before_second, anytime

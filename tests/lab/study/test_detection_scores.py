@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.contact import PinchDecisions, WindowDecisions
+from firstcontact.contact.contacts import PinchDecisions
+from firstcontact.contact.detector import WindowDecisions
 from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout
-from firstcontact.signal import lookahead
+from firstcontact.signal.resampling import lookahead
 from firstcontact_lab.study.detection_scores import score_decisions
 
 LAYOUT = fingertip_layout()

@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role, Serial, to_tree
-from firstcontact.models import DURATION
-from firstcontact.signal import Conditioner, samples_in
+from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role
+from firstcontact.core.jobs import Serial
+from firstcontact.core.records import to_tree
+from firstcontact.models.training import DURATION
+from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import Conditioner
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.report.run import run_jobs

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Contact, Dataset, Serial
+from firstcontact.core import Contact, Dataset
+from firstcontact.core.jobs import Serial
 from firstcontact.models import ESTIMATORS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import NOTHING

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from excerpts import subject, twin_pinches
 
-from firstcontact.core import Dataset, InputError, Role, Serial
+from firstcontact.core import Dataset, InputError, Role
+from firstcontact.core.jobs import Serial
 from firstcontact.models import Touches
-from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
+from firstcontact.twin import BLOCKS
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.anytime import anytime
 from firstcontact_lab.study.parts.in_force import (

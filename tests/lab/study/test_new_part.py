@@ -16,7 +16,8 @@ from pathlib import Path
 import pytest
 import write_tables
 
-from firstcontact.core import Dataset, Serial
+from firstcontact.core import Dataset
+from firstcontact.core.jobs import Serial
 from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.page import sections
 from firstcontact_lab.report.results import FIELDS

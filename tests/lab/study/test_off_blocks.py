@@ -7,8 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.core import Dataset, Serial, gent_modulus
-from firstcontact.models import LabelledWindows, window_estimators
+from firstcontact.core import Dataset
+from firstcontact.core.jobs import Serial
+from firstcontact.core.physics import gent_modulus
+from firstcontact.models import LabelledWindows
+from firstcontact.models.registry import window_estimators
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study._comparison import MASKED, NETWORK, Competitor, Query, answer
 from firstcontact_lab.study._off_blocks import Answered, off_blocks

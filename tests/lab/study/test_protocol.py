@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.core import Dataset, Serial
+from firstcontact.core import Dataset
+from firstcontact.core.jobs import Serial
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.run import Job, run_jobs
 from firstcontact_lab.study.detection import detection_splits

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.models import Group, per_object
+from firstcontact.models.scores import per_object
+from firstcontact.models.splits import Group
 from firstcontact_lab.study.scores import (
     RankCorrelation,
     over_objects,

@@ -10,7 +10,7 @@ import pytest
 from excerpts import twin_pinches
 
 from firstcontact.core import ChannelKind, Contact, Dataset, Pinch
-from firstcontact.twin import EVERYDAY_OBJECTS
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.data import EARLY_FORCE, describe, early_force
 from firstcontact_lab.study.parts.objects import UNSEEN

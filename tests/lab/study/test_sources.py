@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.core import FINGERTIP_RATE, InputError, Serial
+from firstcontact.core import InputError
+from firstcontact.core.jobs import Serial
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact_lab.study.part import StudySettings
 from firstcontact_lab.study.run import recorded, simulated
 

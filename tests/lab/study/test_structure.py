@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from firstcontact.contact import ThresholdDetector
-from firstcontact.core import FINGERTIP_RATE, Label
+from firstcontact.core import Label
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._structures import (
     FREE,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.models import read_card
+from firstcontact.models.model_file import read_card
 from firstcontact_lab.rigs import FAMILIES
 from ringing import ringing
 from saved import load_network

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import WindowDetector
 from firstcontact.core import Command, Contact, Dataset
-from firstcontact.device import ReplaySource, SourceKind
+from firstcontact.device import SourceKind
+from firstcontact.device.replay import ReplaySource
 from firstcontact.grasp import Hand, HandError, HandLimits, Policy
 from firstcontact.models import Estimator, Spec, Task, WindowModel, training_spec
 from firstcontact.recording import Exporter, Importer, from_arrays

@@ -14,7 +14,8 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-from firstcontact.core import InputError, summarize_error
+from firstcontact.core import InputError
+from firstcontact.core.text import summarize_error
 
 #: Group of the entry points by which other packages register verbs.
 GROUP = "firstcontact.verbs"

@@ -34,8 +34,9 @@ class Adapt:
 
     def run(self) -> None:
         """Make the model of the rig, save it, and print its held-out scores."""
-        from firstcontact.core import replacing_folder
-        from firstcontact.models import adapt, check_replaceable
+        from firstcontact.core.files import replacing_folder
+        from firstcontact.models import adapt
+        from firstcontact.models.model_file import check_replaceable
         from firstcontact.recording import load_dataset
 
         former = check_replaceable(self.out, (), network=True)

@@ -34,7 +34,7 @@ class Calibrate:
         from firstcontact import calibrate
         from firstcontact.cli.guided import entered
         from firstcontact.cli.stopping import stopping
-        from firstcontact.core import check_writable, write_calibration
+        from firstcontact.core.calibration import check_writable, write_calibration
         from firstcontact.device import open_source
 
         check_writable(self.out)  # before a person taps and weighs for nothing

@@ -22,7 +22,7 @@ class Camera:
 
     def run(self) -> None:
         """Print agreement, offset and drift of the two clocks, and the contacts that disagree."""
-        from firstcontact.collect import compare, in_words, read_contacts
+        from firstcontact.collect.camera import compare, in_words, read_contacts
         from firstcontact.recording import read_recording
 
         contacts = read_contacts(self.times)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from firstcontact.cli.options import Option
-from firstcontact.core import counted, percent
+from firstcontact.core.text import counted, percent
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
@@ -90,7 +90,7 @@ def _network_lines(group: GroupScores) -> Iterator[str]:
 
 
 def _window_lines(group: GroupScores, evaluation: Evaluation) -> Iterator[str]:
-    from firstcontact.models import UNITS, scores_in_words
+    from firstcontact.models.training import UNITS, scores_in_words
 
     unit = UNITS[evaluation.target]
     (scores,) = group.scores.values()

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from firstcontact.cli.options import Option, choice
-from firstcontact.core import counted
+from firstcontact.core.text import counted
 from firstcontact.recording import EXPORTERS
 
 
@@ -24,7 +24,7 @@ class Export:
 
     def run(self) -> None:
         """Export the recordings. Print notes, for example on data that the format cannot hold."""
-        from firstcontact.core import require_extra
+        from firstcontact.core.installation import require_extra
         from firstcontact.recording import export, load_dataset
 
         exporter = EXPORTERS.find(self.to)

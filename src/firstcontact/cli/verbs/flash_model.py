@@ -26,8 +26,8 @@ class FlashModel:
 
     def run(self) -> None:
         """Send the model. The device uses its old model until it has checked the new one."""
-        from firstcontact.device import check_model_fits, flash_model
-        from firstcontact.export import hand_image
+        from firstcontact.device.flashing import check_model_fits, flash_model
+        from firstcontact.export.hand_image import hand_image
 
         # Refuse a model before anything changes on the device, and before the user has to wait.
         image = hand_image(self.model)
@@ -42,8 +42,9 @@ class FlashModel:
         print(f"{self.device} confirms the model {digest}: {len(image.data)} bytes")
 
     def _floors(self) -> Calibration:
-        from firstcontact.core import read_calibration
-        from firstcontact.device import REST, SerialSource, measure_noise
+        from firstcontact.core.calibration import read_calibration
+        from firstcontact.device.noise_floor import REST, measure_noise
+        from firstcontact.device.serial_source import SerialSource
 
         if self.calibration is not None:
             return read_calibration(self.calibration)

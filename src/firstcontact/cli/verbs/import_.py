@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from firstcontact.cli.options import Option
-from firstcontact.core import counted
+from firstcontact.core.text import counted
 from firstcontact.recording import IMPORTERS
 
 #: Option group for facts that files may lack.

@@ -59,7 +59,8 @@ def _libraries() -> list[str]:
 
 
 def _ports() -> Iterator[str]:
-    from firstcontact.device import access, groups, list_devices, ports
+    from firstcontact.device.opening import list_devices
+    from firstcontact.device.ports import access, groups, ports
 
     serial_ports = ports()
     for port in serial_ports:
@@ -75,8 +76,11 @@ def _ports() -> Iterator[str]:
 
 
 def _device(name: str, condition: str) -> Iterator[str]:
-    from firstcontact.collect import is_tapped
-    from firstcontact.device import access, clock_line, open_source, source_kind
+    from firstcontact.collect.calibration import is_tapped
+    from firstcontact.device import open_source
+    from firstcontact.device.opening import source_kind
+    from firstcontact.device.ports import access
+    from firstcontact.device.source import clock_line
 
     source = open_source(name, condition=condition)
     if source_kind(name).is_port:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.options import Option
-from firstcontact.core import counted
+from firstcontact.core.text import counted
 
 if TYPE_CHECKING:
     from firstcontact.core import Calibration, Label, Layout
@@ -37,11 +37,12 @@ class Inspect:
             self._plot(recording, self.plot)
 
     def _plot(self, recording: Recording, path: Path) -> None:
-        from firstcontact.core import InputError, require_modules
-        from firstcontact.recording import cut
+        from firstcontact.core import InputError
+        from firstcontact.core.installation import require_modules
+        from firstcontact.recording.dataset import cut
 
         require_modules("plot", "matplotlib")
-        from firstcontact.recording import plot_pinch
+        from firstcontact.recording.plot import plot_pinch
 
         if path.suffix.lower() not in (".png", ".svg", ".pdf"):
             raise InputError(f"--plot {path} must end in .png, .svg or .pdf")
@@ -94,7 +95,7 @@ def _lines(recording: Recording) -> Iterator[str]:
 
 
 def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[str]:
-    from firstcontact.collect import measured_channel, rest_words, tap_words
+    from firstcontact.collect.calibration import measured_channel, rest_words, tap_words
     from firstcontact.core import finger_name
 
     if calibration is None:

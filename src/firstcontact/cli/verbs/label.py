@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated
 
 from firstcontact.cli.options import Option
-from firstcontact.core import require_modules
+from firstcontact.core.installation import require_modules
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,11 @@ class Label:
     def run(self) -> None:
         """Find onsets, serve the page until labelling is finished, and write the new recordings."""
         from firstcontact.cli.stopping import stopping
-        from firstcontact.collect import Labeller, Session, open_recordings
-        from firstcontact.core import InputError, installed_versions
+        from firstcontact.collect.label_result import Labeller
+        from firstcontact.collect.label_session import Session
+        from firstcontact.collect.label_signals import open_recordings
+        from firstcontact.core import InputError
+        from firstcontact.core.installation import installed_versions
 
         if not self.paths:
             raise InputError("nothing to label: give recordings, or folders of them")
@@ -50,7 +53,7 @@ class Label:
                     print(line)
                 return
             require_modules("live", "websockets")
-            from firstcontact.collect import LabelServer
+            from firstcontact.collect.label_session import LabelServer
 
             server = LabelServer(session, self.port)
             print(f"label on {server.url} (Ctrl-C ends; the labels are kept)", flush=True)

@@ -13,15 +13,19 @@ from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.options import Condition, Option, choice, devices
 from firstcontact.contact import SLIP_DETECTORS
-from firstcontact.core import InputError, kernels, require_modules
-from firstcontact.device import SOURCES, open_source, source_kind
-from firstcontact.grasp import HANDS, POLICIES, live_policies
+from firstcontact.core import InputError
+from firstcontact.core.installation import kernels, require_modules
+from firstcontact.device import SOURCES, open_source
+from firstcontact.device.opening import source_kind
+from firstcontact.grasp import HANDS, POLICIES
+from firstcontact.grasp.registry import live_policies
 
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
     from firstcontact.device import Source
     from firstcontact.models import Model
-    from firstcontact.streaming import LiveSession, Sink
+    from firstcontact.streaming import Sink
+    from firstcontact.streaming.session import LiveSession
 
 
 @dataclass(frozen=True)
@@ -93,7 +97,7 @@ class Live:
         from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import load_detector
-        from firstcontact.streaming import live_session
+        from firstcontact.streaming.live_session import live_session
 
         source = open_source(
             self.device,
@@ -148,7 +152,7 @@ class Live:
             raise InputError(f"these outputs failed: {', '.join(failed)}")
 
     def _check(self) -> None:
-        from firstcontact.models import parse_radius
+        from firstcontact.models.touches import parse_radius
 
         for name, value in (("seconds", self.seconds), ("speed", self.speed)):
             if value is not None and not value > 0:
@@ -158,16 +162,17 @@ class Live:
         parse_radius(self.shape)
 
     def _sinks(self, session: LiveSession) -> list[Sink]:
-        from firstcontact.streaming import JsonLinesSink, TextSink
+        from firstcontact.streaming.json_lines import JsonLinesSink
+        from firstcontact.streaming.text import TextSink
 
         text = TextSink(sys.stdout, _shore_a(session.source, self.device))
         sinks: list[Sink] = [JsonLinesSink(sys.stdout) if self.json else text]
         if self.lsl:
-            from firstcontact.streaming import LslSink
+            from firstcontact.streaming.lsl import LslSink
 
             sinks.append(LslSink())
         if self.page:
-            from firstcontact.streaming import PageSink
+            from firstcontact.streaming.page.sink import PageSink
 
             landmarks = {} if session.model is None else _landmarks(session.model)
             page = PageSink(self.address, self.port, self.token, session, landmarks)
@@ -179,8 +184,8 @@ class Live:
 
     def _report(self, session: LiveSession, began: int, cpu: float) -> None:
         """Print the statistics of the times, the link and the outputs."""
-        from firstcontact.device import clock_line
-        from firstcontact.streaming import ledger_lines
+        from firstcontact.device.source import clock_line
+        from firstcontact.streaming.ledger import ledger_lines
 
         health, layout = session.source.health, session.source.descriptor.layout
         seconds = (health.samples - began) / layout.rate
@@ -212,8 +217,8 @@ class Live:
 
 def _measure(source: Source) -> Calibration:
     """Measure the noise floors, and ask the user to keep the hand still meanwhile."""
-    from firstcontact.collect import rest_request
-    from firstcontact.device import REST, measure_noise
+    from firstcontact.collect.calibration import rest_request
+    from firstcontact.device.noise_floor import REST, measure_noise
 
     _say(f"measuring the noise floor, {REST:g} s: {rest_request(source.descriptor.layout)}")
     return measure_noise(source)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from firstcontact.core import InputError, counted
+from firstcontact.core import InputError
+from firstcontact.core.text import counted
 
 #: Longest wait for an answer, s.
 PATIENCE = 1.5
@@ -20,7 +21,8 @@ class Ports:
 
     def run(self) -> None:
         """Print one line per port."""
-        from firstcontact.device import list_devices, ports
+        from firstcontact.device.opening import list_devices
+        from firstcontact.device.ports import ports
 
         serial_ports = ports()
         for port in serial_ports:
@@ -45,7 +47,8 @@ class Ports:
 
 def answer(port: str) -> Iterator[str]:
     """Yield lines that describe the device on a port, or give the reason why it cannot be read."""
-    from firstcontact.device import SerialSource, skipped_model
+    from firstcontact.device.descriptor import skipped_model
+    from firstcontact.device.serial_source import SerialSource
 
     try:
         with SerialSource(port, PATIENCE) as source:

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 
 from firstcontact.cli.options import Condition, Option, devices
 from firstcontact.core import InputError
-from firstcontact.device import source_kind
+from firstcontact.device.opening import source_kind
 
 #: Most sessions of one command.
 MOST_SESSIONS = 1000
@@ -100,7 +100,7 @@ class Record:
 
     def _sessions(self) -> list[str]:
         """Return the names of the sessions."""
-        from firstcontact.core import check_text
+        from firstcontact.core.text import check_text
 
         check_text(self.session)
         if self.sessions == 1 and self.session:

@@ -31,7 +31,8 @@ class Replay:
         """Print the port's name. Serve until Ctrl-C or, if ``once``, until the recording ends."""
         from firstcontact.cli.stopping import stopping
         from firstcontact.core import InputError
-        from firstcontact.device import PseudoTerminal, ReplayDevice, port_folder
+        from firstcontact.device.ports import PseudoTerminal, port_folder
+        from firstcontact.device.replay import ReplayDevice
 
         with port_folder() as folder, stopping() as stop:
             port = self.link or folder / "port"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from firstcontact.cli.options import Condition, Option, on_cluster
-from firstcontact.core import counted
+from firstcontact.core.text import counted
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class Simulate:
     def run(self) -> None:
         """Simulate with a progress bar."""
         # fc.simulate also loads what it wrote, which may be larger than the memory.
-        from firstcontact.twin import read_noise, simulate
+        from firstcontact.twin import simulate
+        from firstcontact.twin.noise import read_noise
 
         noise = None if self.noise is None else read_noise(self.noise)
         sizes = self.pinches_per_block, self.pinches_per_object

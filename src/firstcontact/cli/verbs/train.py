@@ -57,9 +57,11 @@ class Train:
     def run(self) -> None:
         """Train, save, and print the scores on held-out sessions."""
         from firstcontact.cli.output import print_losses
-        from firstcontact.core import replacing_folder
-        from firstcontact.models import check_replaceable, check_windows
-        from firstcontact.recording import check_rate, load_dataset
+        from firstcontact.core.files import replacing_folder
+        from firstcontact.models.model_file import check_replaceable
+        from firstcontact.models.training_runs import check_windows
+        from firstcontact.recording import load_dataset
+        from firstcontact.recording.settings import check_rate
 
         windows = [1e-3 * ms for ms in self.window_ms]
         check_windows(windows)
@@ -83,7 +85,8 @@ class Train:
             print(f"replaced the former model in {self.out}")
 
     def _train(self, dataset: Dataset) -> Model:
-        from firstcontact.models import train, train_detector
+        from firstcontact.models import train
+        from firstcontact.models.training_runs import train_detector
 
         if self.detector_only:
             return train_detector(dataset, self.detector_type, rate=self.rate)

@@ -21,7 +21,7 @@ enum {
     PLACES = 64       /* drawn friction values of a patch */
 };
 
-/* Piece of a pinch to integrate, with the arrays of firstcontact.twin._mechanics.Piece. */
+/* Piece of a pinch to integrate, with the arrays of firstcontact.twin.mechanics.Piece. */
 typedef struct {
     double finger[2][FINGER], object[OBJECT];
     const double *stiffness, *touch, *times, *noise, *speeds;

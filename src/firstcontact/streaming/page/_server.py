@@ -18,10 +18,11 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from firstcontact.core import InputError, read_record
-from firstcontact.device import marker_text
-from firstcontact.streaming._events import Ask
+from firstcontact.core import InputError
+from firstcontact.core.records import read_record
+from firstcontact.device.protocol import marker_text
 from firstcontact.streaming._outputs import Controls
+from firstcontact.streaming.events import Ask
 from firstcontact.streaming.page._state import State
 from firstcontact.streaming.page.serving import Guard, answer, plain, serve_page
 

@@ -14,9 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Estimate, Finger, merge_blocks
-from firstcontact.device import Arrival, Descriptor, RecorderStatus, lost_object
+from firstcontact.device import Arrival, Descriptor
+from firstcontact.device.recorder import RecorderStatus
+from firstcontact.device.twin_words import lost_object
 from firstcontact.recording import Marker, PinchMark
-from firstcontact.streaming._events import (
+from firstcontact.streaming._objects import ObjectNames
+from firstcontact.streaming._outputs import Controls, Update
+from firstcontact.streaming.events import (
     ContactEvent,
     ContactWithdrawn,
     Event,
@@ -26,10 +30,8 @@ from firstcontact.streaming._events import (
     ObjectEstimate,
     PinchDone,
 )
-from firstcontact.streaming._objects import ObjectNames
-from firstcontact.streaming._outputs import Controls, Update
-from firstcontact.streaming._text import hand_line
 from firstcontact.streaming.page._traces import SECONDS, Closeup, Columns, finger_place
+from firstcontact.streaming.text import hand_line
 
 #: Mean time from the first to the second contact, as published, ms.
 BUDGET_MS = 16.65

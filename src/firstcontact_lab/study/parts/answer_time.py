@@ -8,8 +8,9 @@ import numpy as np
 from msgspec.structs import asdict
 
 from firstcontact.core import Contact, Dataset, Pinch, Record
-from firstcontact.models import DURATION
-from firstcontact.signal import Conditioner, samples_in
+from firstcontact.models.training import DURATION
+from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import Conditioner
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional

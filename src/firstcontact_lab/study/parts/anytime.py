@@ -9,23 +9,16 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import asdict
 
-from firstcontact.core import Record, Runner, counted, is_same_rate, percent
-from firstcontact.models import (
-    ESTIMATORS,
-    RIG_ESTIMATOR,
-    Adapted,
-    Ends,
-    LabelledTouches,
-    NetworkEstimator,
-    Predictions,
-    Split,
-    Task,
-    Touches,
-    by_session,
-    pretrained,
-    regression_scores,
-    rig_estimators,
-)
+from firstcontact.core import Record
+from firstcontact.core.jobs import Runner
+from firstcontact.core.physics import is_same_rate
+from firstcontact.core.text import counted, percent
+from firstcontact.models import ESTIMATORS, LabelledTouches, Predictions, Task, Touches
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.network_estimator import Adapted, NetworkEstimator, rig_estimators
+from firstcontact.models.scores import Ends, regression_scores
+from firstcontact.models.splits import Split, by_session
+from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

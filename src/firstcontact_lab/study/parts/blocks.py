@@ -8,25 +8,24 @@ from typing import Any
 import numpy as np
 from msgspec.structs import asdict, replace
 
-from firstcontact.core import INK, ByName, Record, Runner, missing_modules, percent
-from firstcontact.models import (
-    DURATION,
-    ESTIMATORS,
+from firstcontact.core import Record
+from firstcontact.core.display import INK
+from firstcontact.core.installation import missing_modules
+from firstcontact.core.jobs import Runner
+from firstcontact.core.records import ByName
+from firstcontact.core.text import percent
+from firstcontact.models import ESTIMATORS, LabelledWindows, Task
+from firstcontact.models.registry import window_estimators
+from firstcontact.models.scores import (
     Ends,
-    LabelledWindows,
-    Question,
     RegressionScores,
-    Split,
-    Task,
     TaskScores,
-    Values,
-    by_session,
     classification_scores,
-    held_out,
-    leave_one_out,
     regression_scores,
-    window_estimators,
 )
+from firstcontact.models.splits import Split, by_session, leave_one_out
+from firstcontact.models.training import DURATION, Question, held_out
+from firstcontact.models.window_model import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Record, Runner
-from firstcontact.models import CombinedModel, adapt_combined, pretrained
+from firstcontact.core import Record
+from firstcontact.core.jobs import Runner
+from firstcontact.models.combined import CombinedModel, adapt_combined
+from firstcontact.models.model_file import pretrained
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

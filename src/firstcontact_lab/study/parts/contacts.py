@@ -8,16 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import (
-    DETECTORS,
+from firstcontact.contact import DETECTORS
+from firstcontact.contact.closing_start import (
     closing_starts,
     count_starts,
     cut_closings,
     describe_starts,
-    untrained_name,
 )
-from firstcontact.core import INK, ByName, Dataset, Record, Runner, percent
-from firstcontact.models import Group, Split
+from firstcontact.contact.registry import untrained_name
+from firstcontact.core import Dataset, Record
+from firstcontact.core.display import INK
+from firstcontact.core.jobs import Runner
+from firstcontact.core.records import ByName
+from firstcontact.core.text import percent
+from firstcontact.models.splits import Group, Split
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from firstcontact.core import INK, Runner, missing_modules
-from firstcontact.models import ESTIMATORS, Task, window_estimators
+from firstcontact.core.display import INK
+from firstcontact.core.installation import missing_modules
+from firstcontact.core.jobs import Runner
+from firstcontact.models import ESTIMATORS, Task
+from firstcontact.models.registry import window_estimators
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult

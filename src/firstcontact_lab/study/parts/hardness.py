@@ -8,23 +8,21 @@ from typing import Any
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import INK, Record, Runner
-from firstcontact.models import (
-    DURATION,
-    ESTIMATORS,
+from firstcontact.core import Record
+from firstcontact.core.display import INK
+from firstcontact.core.jobs import Runner
+from firstcontact.models import ESTIMATORS, LabelledWindows, Task
+from firstcontact.models.registry import window_estimators
+from firstcontact.models.scores import (
     ClassificationScores,
-    LabelledWindows,
-    Question,
     RegressionScores,
-    Task,
-    Values,
     classification_scores,
-    held_out,
-    leave_one_out,
     regression_scores,
-    window_estimators,
 )
-from firstcontact.recording import figure_label
+from firstcontact.models.splits import leave_one_out
+from firstcontact.models.training import DURATION, Question, held_out
+from firstcontact.models.window_model import Values
+from firstcontact.recording.plot import figure_label
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -9,15 +9,13 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import LONGEST, InputError, Name, Record, read_record, read_regular
-from firstcontact.models import (
-    RIG_ESTIMATOR,
-    Ends,
-    LabelledTouches,
-    Touches,
-    Values,
-    regression_scores,
-)
+from firstcontact.core import InputError, Record
+from firstcontact.core.files import read_regular
+from firstcontact.core.records import LONGEST, Name, read_record
+from firstcontact.models import LabelledTouches, Touches
+from firstcontact.models.scores import Ends, regression_scores
+from firstcontact.models.training_runs import RIG_ESTIMATOR
+from firstcontact.models.window_model import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

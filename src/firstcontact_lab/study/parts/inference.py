@@ -10,34 +10,26 @@ import msgspec
 import numpy as np
 from msgspec.structs import asdict, astuple
 
-from firstcontact.core import (
-    LONGEST,
-    InputError,
-    Name,
-    Record,
-    Runner,
-    is_same_rate,
-    missing_modules,
-    one_thread,
-    read_record,
-    read_regular,
-)
-from firstcontact.export import microseconds
+from firstcontact.core import InputError, Record
+from firstcontact.core.files import read_regular
+from firstcontact.core.installation import missing_modules
+from firstcontact.core.jobs import Runner, one_thread
+from firstcontact.core.physics import is_same_rate
+from firstcontact.core.records import LONGEST, Name, read_record
+from firstcontact.export.budget import microseconds
 from firstcontact.models import (
-    DURATION,
     ESTIMATORS,
-    RIG_ESTIMATOR,
-    Fit,
     LabelledTouches,
     LabelledWindows,
     Task,
     Touches,
     WindowModel,
-    fit_model,
     make_estimator,
-    pretrained,
-    window_estimators,
 )
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.registry import window_estimators
+from firstcontact.models.training import DURATION, Fit, fit_model
+from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.names import NETWORK_TITLES

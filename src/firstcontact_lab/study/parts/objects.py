@@ -8,23 +8,20 @@ import numpy as np
 from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
-from firstcontact.core import ByName, Dataset, Record, Runner
-from firstcontact.models import (
-    DURATION,
-    ESTIMATORS,
-    Group,
-    LabelledWindows,
-    Question,
+from firstcontact.core import Dataset, Record
+from firstcontact.core.jobs import Runner
+from firstcontact.core.records import ByName
+from firstcontact.models import ESTIMATORS, LabelledWindows, Task
+from firstcontact.models.scores import (
     RegressionScores,
     SpecimenErrors,
-    Split,
-    Task,
-    Values,
-    held_out,
     per_object,
     regression_scores,
 )
-from firstcontact.recording import figure_label
+from firstcontact.models.splits import Group, Split
+from firstcontact.models.training import DURATION, Question, held_out
+from firstcontact.models.window_model import Values
+from firstcontact.recording.plot import figure_label
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

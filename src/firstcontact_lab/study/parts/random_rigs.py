@@ -11,16 +11,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Record, Runner
-from firstcontact.models import (
-    CombinedModel,
-    InContextModel,
-    Touches,
-    adapt_combined,
-    adapt_network,
-    combine,
-    pretrained,
-)
+from firstcontact.core import Record
+from firstcontact.core.jobs import Runner
+from firstcontact.models import Touches
+from firstcontact.models.combined import CombinedModel, adapt_combined
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.network_estimator import adapt_network
+from firstcontact.models.predictions import combine
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.findings import PartResult

@@ -8,8 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
-from firstcontact.models import DURATION, RegressionScores, Values, regression_scores
-from firstcontact.signal import Conditioner, samples_in
+from firstcontact.models.scores import RegressionScores, regression_scores
+from firstcontact.models.training import DURATION
+from firstcontact.models.window_model import Values
+from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import Conditioner
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -6,19 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firstcontact.core import BLUE, GREY, ORANGE, RED, Record, Runner, counted, percent
-from firstcontact.models import (
-    DURATION,
-    ESTIMATORS,
-    LabelledWindows,
-    Question,
-    Task,
-    Touches,
-    Values,
-    held_out,
-    leave_one_out,
-    window_estimators,
-)
+from firstcontact.core import Record
+from firstcontact.core.display import BLUE, GREY, ORANGE, RED
+from firstcontact.core.jobs import Runner
+from firstcontact.core.text import counted, percent
+from firstcontact.models import ESTIMATORS, LabelledWindows, Task, Touches
+from firstcontact.models.registry import window_estimators
+from firstcontact.models.splits import leave_one_out
+from firstcontact.models.training import DURATION, Question, held_out
+from firstcontact.models.window_model import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

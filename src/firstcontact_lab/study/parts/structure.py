@@ -9,24 +9,18 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import (
-    Detector,
-    cut_closings,
-    detect,
-    first_contact,
-    is_pretrained,
-    pretrained_detector,
-)
-from firstcontact.core import FINGERTIP_RATE, Contact, Dataset, Record, Runner
-from firstcontact.models import (
-    CombinedModel,
-    Ends,
-    InContextModel,
-    adapt,
-    cluster_intervals,
-    fit_detector,
-    train,
-)
+from firstcontact.contact import Detector, detect
+from firstcontact.contact.closing_start import cut_closings
+from firstcontact.contact.contacts import first_contact
+from firstcontact.contact.detector_file import is_pretrained, pretrained_detector
+from firstcontact.core import Contact, Dataset, Record
+from firstcontact.core.jobs import Runner
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.models import adapt, train
+from firstcontact.models.alignment import fit_detector
+from firstcontact.models.combined import CombinedModel
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.scores import Ends, cluster_intervals
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, bounded, matrix

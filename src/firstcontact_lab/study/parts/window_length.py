@@ -7,16 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from firstcontact.core import Record, Runner
-from firstcontact.models import (
-    ESTIMATORS,
-    Question,
-    RegressionScores,
-    Task,
-    by_session,
-    held_out,
-    regression_scores,
-)
+from firstcontact.core import Record
+from firstcontact.core.jobs import Runner
+from firstcontact.models import ESTIMATORS, Task
+from firstcontact.models.scores import RegressionScores, regression_scores
+from firstcontact.models.splits import by_session
+from firstcontact.models.training import Question, held_out
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -1,0 +1,408 @@
+"""Image of a model: all constants of the chain as one block of bytes, little-endian.
+
+``fc_image.c`` reads and checks it, on the computer and on the hand.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from functools import cached_property
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.installation import kernels
+from firstcontact.signal import samples_in
+from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
+
+Array = NDArray[Any]
+#: Version of the format. It increases when older programs cannot read new images.
+VERSION = 3
+#: Longest description of a model, bytes.
+TEXT_MOST = 300
+#: Vibration channels of a chain.
+CHANNELS_MOST = 6
+#: Times in s; see ``fc_timing`` in C. A contact is withdrawn after CONFIRMED if its signal is no
+#: push. The steady state is measured again every RESETTLED, in samples that are SETTLED old.
+GATE_STEP, REARM = 0.003, 0.3
+RESETTLED, SETTLED = 0.01, 0.008
+CONFIRMED, LASTING, LAG = 0.003, 0.002, 0.0002
+BEFORE_PUSH, GUARD = 0.017, 0.001
+#: Shortest time for which samples stay in memory, s.
+REMEMBERED = 0.1
+#: Samples of the Fourier transform, and points of the spectrum.
+TURN, LINES = 512, 400
+
+
+class DetectorKind(IntEnum):
+    """Kind of a detector, as in ``fc_detector.h``."""
+
+    NONE = 0
+    LOGISTIC = 1
+    THRESHOLD = 2
+    #: Python judges the windows.
+    PROGRAM = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DetectorConstants:
+    """Constants of a detector at one rate. Lengths are in samples.
+
+    Parameters
+    ----------
+    kind
+        Kind of the detector.
+    window, step, steady, search
+        Lengths of a window, of the distance between two windows, of the steady state, and of the
+        newest part of a window that can hold an onset.
+    looks
+        Number of consecutive looks of a window that must agree.
+    lengths
+        Lengths of the spans at the end of a look, ascending.
+    threshold
+        Deviation of a sample in sigmas: a logistic detector judges from there on, a threshold
+        detector fires.
+    floor
+        Added to levels before their logarithm, in sigmas.
+    line
+        Weights of the features, and the intercept.
+    """
+
+    kind: DetectorKind
+    window: int
+    step: int
+    steady: int
+    search: int
+    looks: int = 1
+    lengths: Sequence[int] = (0,) * 6
+    threshold: float = 0.0
+    floor: float = 1.0
+    line: Array = field(default_factory=lambda: np.zeros(17))
+
+
+#: Detector of a chain that only finds closings.
+NO_DETECTOR = DetectorConstants(DetectorKind.NONE, 6, 1, 6, 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Matrix:
+    """Matrix of integers (int16, shape (rows, columns)) with a scale for each row."""
+
+    weight: Array
+    scale: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layer:
+    """Thin layer of the network: ``out(into(x) + rig term) + bias``."""
+
+    into: Matrix
+    out: Matrix
+    bias: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProcessConstants:
+    """Gaussian process on the pinches of a rig, for each stage.
+
+    Parameters
+    ----------
+    centre, unit
+        Mean and scale of the Shore A of the pinches.
+    mean, sd
+        Of the inputs, shape (stages, 15).
+    known
+        Standardised inputs of the pinches, shape (stages, 15, n).
+    weights
+        Shape (stages, n).
+    factor
+        Inverse of the Cholesky factor of the covariance, lower triangular, shape (stages, n, n).
+    scale
+        Factor on the spread, shape (stages,).
+    """
+
+    centre: float
+    unit: float
+    mean: Array
+    sd: Array
+    known: Array
+    weights: Array
+    factor: Array
+    scale: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RigConstants:
+    """Rig that a model is conditioned on.
+
+    Parameters
+    ----------
+    finger
+        Number of its finger, -1 for all fingers without a rig of their own.
+    has_level
+        True if the rig has pinches of known Shore A.
+    level, sign
+        Typical peak of a contact, V, and sign of its largest swing.
+    terms
+        What the rig adds in the network, shape (stages, rank).
+    reference, usual_pitch
+        Spectrum of the motor, shape (LINES,), and median shift of the rig's contacts; None and 0
+        without a pitch.
+    usual_speed, speed_spread, heard_error
+        Closing speeds: median, m/s, spread of ln(speed), and error of a speed from the pitch. The
+        usual speed is 0 if it is unknown, the error if the pitch is useless.
+    process
+        Regression on the rig's own pinches; None without one.
+    """
+
+    finger: int
+    has_level: bool
+    level: float
+    sign: float
+    terms: Array
+    reference: Array | None = None
+    usual_pitch: float = 0.0
+    usual_speed: float = 0.0
+    speed_spread: float = 0.0
+    heard_error: float = 0.0
+    process: ProcessConstants | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelConstants:
+    """Model that predicts at any time after a contact.
+
+    Parameters
+    ----------
+    before
+        Samples of the signal before a contact.
+    moments, stages
+        Samples after the contact at which the model predicts, and at which rigs are described.
+    factors, limit
+        Half width of an interval in spreads, and largest familiar distance, shape (stages,).
+    familiar, whitening
+        Centre and lower triangular whitening matrix of familiar traits, shape (stages, 16) and
+        (stages, 16, 16).
+    mean, sd
+        Of the network's inputs.
+    layers
+        Thin layers of the network.
+    answer, answer_bias
+        Last layer of the network.
+    pitch_step
+        Distance of two points of the spectrum in ln(frequency).
+    sine, fade, part, cell
+        Constants of the spectrum; see ``fc_pitch`` in C.
+    rigs
+        Rigs. One of them must be for all fingers.
+    """
+
+    before: int
+    moments: Sequence[int]
+    stages: Sequence[int]
+    factors: Array
+    limit: Array
+    familiar: Array
+    whitening: Array
+    mean: Array
+    sd: Array
+    layers: Sequence[Layer]
+    answer: Array
+    answer_bias: Array
+    pitch_step: float
+    sine: Array
+    fade: Array
+    part: Array
+    cell: Array
+    rigs: Sequence[RigConstants]
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """Image of a model, checked when it is first used.
+
+    Parameters
+    ----------
+    data
+        All bytes.
+    """
+
+    data: bytes
+
+    @cached_property
+    def handle(self) -> Any:
+        """Image in the memory of the compiled chain.
+
+        Raises
+        ------
+        InputError
+            The image is damaged, or of another version.
+        """
+        try:
+            return chain_extension().image(self.data)
+        except ValueError as error:
+            raise InputError(f"{error}: make the model again") from None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"data": self.data}
+
+
+def build_image(
+    rate: float,
+    detector: DetectorConstants = NO_DETECTOR,
+    model: ModelConstants | None = None,
+    *,
+    after: float = 0.2,
+    floors: Sequence[float] = (),
+    text: str = "",
+) -> Image:
+    """Return the image of a detector and a model.
+
+    Parameters
+    ----------
+    rate
+        Sampling rate, Hz.
+    detector
+        Constants of the detector. By default the chain only finds closings.
+    model
+        Constants of the model; None without estimates.
+    after
+        Time from the first contact to the end of a pinch, s.
+    floors
+        Noise of each channel at rest, V, for the firmware. Empty if unknown.
+    text
+        Description for the firmware, JSON in ASCII.
+    """
+    w = _Writer()
+    w.put([rate], "f8")
+    w.put(_timing(rate, after, detector), "i4")
+    d = detector
+    numbers = [d.kind, d.window, d.step, d.steady, d.search, d.looks, *d.lengths, 0, 0]
+    w.put(numbers, "i4")
+    w.put([d.threshold, d.floor, *d.line], "f8")
+    w.put([*floors, *[0.0] * (CHANNELS_MOST - len(floors))], "f8")
+    raw = text.encode("ascii")
+    w.put([len(raw), model is not None], "i4")
+    w.put(np.frombuffer(raw, np.uint8), "u1")
+    if model is not None:
+        _put_model(w, model, rate)
+    body = w.data
+    head = struct.pack("<4sIII", b"FCCH", VERSION, len(body) + 16, zlib.crc32(body))
+    return Image(head + body)
+
+
+def work_memory(image: Image, channels: int) -> int:
+    """Return the bytes of work memory that a chain of so many vibration channels needs."""
+    capacity = struct.unpack_from("<i", image.data, 16 + 8 + 4 * 10)[0]
+    _, window, _, steady = struct.unpack_from("<4i", image.data, 16 + 8 + 4 * 12)
+    return 8 * int(capacity * channels + max(window, steady) * (channels + 1))
+
+
+class _Writer:
+    """Writer of arrays, each padded to 8 bytes."""
+
+    def __init__(self) -> None:
+        self._parts: list[bytes] = []
+
+    def put(self, values: Any, kind: str) -> None:
+        raw = np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()
+        self._parts.append(raw + bytes(-len(raw) % 8))
+
+    @property
+    def data(self) -> bytes:
+        return b"".join(self._parts)
+
+
+def _timing(rate: float, after: float, detector: DetectorConstants) -> list[int]:
+    def samples(duration: float) -> int:
+        return max(1, samples_in(duration, rate))
+
+    age = samples_in(SETTLED, rate)
+    longest = max(samples_in(REMEMBERED, rate), detector.steady + age, detector.window) + 1
+    return [
+        samples(GATE_STEP),
+        samples_in(REARM, rate),
+        samples(RESETTLED),
+        age,
+        max(2, samples_in(CONFIRMED, rate)),
+        samples(LASTING),
+        samples(LAG),
+        samples_in(BEFORE_PUSH, rate) + 1 if rate < 2 / BEFORE_PUSH else samples(BEFORE_PUSH),
+        samples_in(GUARD, rate),
+        samples(after),
+        1 << longest.bit_length(),
+        0,
+    ]
+
+
+def _put_model(w: _Writer, m: ModelConstants, rate: float) -> None:
+    baseline, guard = samples_in(BASELINE, rate), samples_in(BASELINE_GUARD, rate)
+    sizes = [m.before, guard, baseline, len(m.moments), len(m.stages), len(m.rigs), len(m.fade), 0]
+    w.put(sizes, "i4")
+    w.put(m.moments, "i4")
+    w.put(m.stages, "i4")
+    w.put(m.factors, "f8")
+    w.put(m.familiar, "f4")
+    rows, columns = np.tril_indices(m.whitening.shape[1])
+    w.put(m.whitening[:, rows, columns], "f4")
+    w.put(m.limit, "f8")
+    w.put([m.pitch_step], "f8")
+    w.put(m.mean, "f4")
+    w.put(m.sd, "f4")
+    for layer in m.layers:
+        _put_matrix(w, layer.into)
+        _put_matrix(w, layer.out)
+        w.put(layer.bias, "f4")
+    w.put(m.answer, "f4")
+    w.put(m.answer_bias, "f4")
+    for values, kind in ((m.sine, "f4"), (m.fade, "f4"), (m.part, "f4"), (m.cell, "i4")):
+        w.put(values, kind)
+    for rig in m.rigs:
+        _put_rig(w, rig)
+
+
+def _put_matrix(w: _Writer, matrix: Matrix) -> None:
+    rows, columns = matrix.weight.shape
+    w.put([rows, columns], "i4")
+    w.put(np.pad(matrix.weight, ((0, 0), (0, -columns % 4))), "i2")
+    w.put(matrix.scale, "f4")
+
+
+def _put_rig(w: _Writer, r: RigConstants) -> None:
+    process = r.process
+    pinches = 0 if process is None else process.known.shape[2]
+    w.put(
+        [r.finger, r.has_level, r.reference is not None, r.usual_speed > 0, pinches, 0],
+        "i4",
+    )
+    target = (0.0, 1.0) if process is None else (process.centre, process.unit)
+    speeds = r.usual_speed, r.speed_spread, r.heard_error
+    w.put([r.level, r.sign, r.usual_pitch, *speeds, *target], "f8")
+    w.put(r.terms, "f4")
+    if r.reference is not None:
+        w.put(r.reference, "f4")
+    if process is not None:
+        rows, columns = np.tril_indices(pinches)
+        stages = len(process.mean)
+        parts = [
+            process.mean,
+            1.0 / process.sd,
+            process.known.reshape(stages, -1),
+            process.weights,
+            process.factor[:, rows, columns],
+            process.scale[:, None],
+        ]
+        w.put(np.concatenate(parts, axis=1), "f4")
+
+
+def chain_extension() -> Any:
+    """Return the compiled module of the chain. InputError says what to install if it is missing."""
+    kernels()  # one build makes both modules, and this one has the message
+    return import_module("firstcontact.chain._compiled")

@@ -1,0 +1,182 @@
+"""Stream of samples through the chain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.chain._events import ChainEvent
+from firstcontact.chain.image import Image, chain_extension
+from firstcontact.core import Block, Calibration, ChannelKind, Finger, InputError, Layout
+from firstcontact.core.layout import FINGERTIP_SMOOTHING
+
+#: Speed (m/s; 0 if unknown), its relative error, and the object's radius (m; NaN if unknown).
+Hints = tuple[float, float, float]
+#: Function of a signal, the samples after the contact, the number of the finger, and the hints. It
+#: returns value, low, high, half width, spread, and True if the contact is out of range.
+Predict = Callable[
+    [memoryview, int, int, float, float, float],
+    tuple[float, float, float, float, float, bool],
+]
+
+
+class ProgramDetector(Protocol):
+    """Detector in Python: the chain calls it for each window."""
+
+    def settled(self, quiet: NDArray[np.float64]) -> None:
+        """Learn from a new steady state, in its sigmas, shape (samples, fingers)."""
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return a mask (windows, fingers) for windows of shape (windows, fingers, samples)."""
+
+
+class Chain:
+    """The chain over one stream.
+
+    Events do not depend on the sizes of blocks.
+
+    Parameters
+    ----------
+    image
+        Image of detector and model. Its rate must be that of the layout.
+    layout
+        Columns of the blocks.
+    calibration
+        Noise floors of the fingers. Without them, each epoch is one closing.
+    detector
+        Detector in Python, for an image of the kind PROGRAM.
+    predict
+        Function that predicts in place of the image's model.
+    contact
+        Function that is called with the sample of each first contact, before its estimates. It
+        returns the :data:`Hints`.
+    keeps_first_state
+        True to judge by the first steady state only, without withdrawals.
+    is_traced
+        True to judge all windows, and to store the decisions in :attr:`windows`.
+
+    Attributes
+    ----------
+    windows
+        Decisions of the last call: the last sample of each window, and the onset in each channel,
+        -1 without a contact. Empty without a trace.
+
+    Raises
+    ------
+    InputError
+        The layout has no vibration channel, or more than six.
+    """
+
+    def __init__(
+        self,
+        image: Image,
+        layout: Layout,
+        calibration: Calibration | None = None,
+        *,
+        detector: ProgramDetector | None = None,
+        predict: Predict | None = None,
+        contact: Callable[[int], Hints] | None = None,
+        keeps_first_state: bool = False,
+        is_traced: bool = False,
+    ) -> None:
+        self._module = chain_extension()
+        fingers = layout.vibration_fingers
+        if not fingers:
+            raise InputError(
+                "the recording or device has no vibration channel, so contacts cannot be "
+                "detected: use one with a vibration sensor"
+            )
+        vibration = layout.columns(ChannelKind.VIBRATION)
+        channels = layout.column_channels
+        # The threshold of a load is in volts. In another unit it would hide every motor start.
+        force = [i for i in layout.columns(ChannelKind.FORCE) if channels[i].unit == "V"]
+        columns = [*vibration, *force]
+        numbers = list(Finger)
+        floors = [calibration.noise(f) if calibration else None for f in fingers]
+        known_floors = [noise for noise in floors if noise is not None]
+        has_floors = len(known_floors) == len(fingers)
+        raw = [channels[i].smoothing_alpha == 1.0 for i in vibration]
+        self.windows: list[tuple[int, ...]] = []
+        self.has_floors = has_floors
+        self._is_traced = is_traced
+        self._handle = self._module.chain(
+            image.handle,
+            np.array([-1 if f is None else numbers.index(f) for f in fingers], np.int32),
+            np.where(raw, FINGERTIP_SMOOTHING, 1.0),
+            np.array(known_floors if has_floors else [], np.float64),
+            np.array(columns, np.int32),
+            np.array([channels[i].offset for i in columns], np.float64),
+            np.array([channels[i].scale for i in columns], np.float64),
+            layout.width,
+            None in fingers,
+            keeps_first_state,
+            is_traced,
+            None if detector is None else _settled(detector, len(fingers)),
+            None if detector is None else _judge(detector, len(fingers)),
+            predict,
+            contact,
+        )
+
+    def take(self, block: Block) -> list[ChainEvent]:
+        """Process the next block. Return its events in order."""
+        data = np.ascontiguousarray(block.data)
+        if data.dtype.char not in "hHidf":
+            data = data.astype(np.float64)
+        return self._events(self._module.take(self._handle, data, block.first_sample, block.epoch))
+
+    def finish(self) -> list[ChainEvent]:
+        """End the closing in progress, because the stream has ended. Return the events."""
+        return self._events(self._module.finish(self._handle))
+
+    def hint(self, speed: float, error: float, radius: float) -> None:
+        """Set the :data:`Hints` of this closing, or of the next one."""
+        self._module.hint(self._handle, speed, error, radius)
+
+    def due(self, most: int) -> int:
+        """Return the number of samples until the next event is possible, at most ``most``."""
+        return int(self._module.state(self._handle, most)[0])
+
+    @property
+    def is_open(self) -> bool:
+        """True during a closing."""
+        return bool(self._module.state(self._handle, 1)[1])
+
+    @property
+    def runs(self) -> bool:
+        """True from the start of a closing until its motor rests, also when its pinch is over."""
+        return bool(self._module.state(self._handle, 1)[6])
+
+    @property
+    def refused(self) -> int:
+        """Number of motor starts under load since the gate last opened."""
+        return int(self._module.state(self._handle, 1)[2])
+
+    @property
+    def is_resting(self) -> bool:
+        """True if the hand was at rest in the last step of the gate."""
+        return bool(self._module.state(self._handle, 1)[3])
+
+    @property
+    def is_confirmed(self) -> bool:
+        """True if no contact of this closing can be withdrawn any more."""
+        return bool(self._module.state(self._handle, 1)[4])
+
+    def _events(self, result: Any) -> list[ChainEvent]:
+        if self._is_traced:
+            result, self.windows = result
+        return [ChainEvent(*event) for event in result]
+
+
+def _settled(detector: ProgramDetector, fingers: int) -> Callable[[memoryview], None]:
+    return lambda quiet: detector.settled(np.frombuffer(quiet).reshape(-1, fingers).copy())
+
+
+def _judge(detector: ProgramDetector, fingers: int) -> Callable[[memoryview], int]:
+    def judge(windows: memoryview) -> int:
+        fired = detector.fires(np.frombuffer(windows).reshape(1, fingers, -1).copy())[0]
+        return sum(1 << k for k, has_contact in enumerate(fired) if has_contact)
+
+    return judge

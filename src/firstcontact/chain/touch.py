@@ -1,0 +1,246 @@
+"""The chain's arithmetic for cut-out contacts, and for looks in a detector's training."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.chain.image import LINES, Image, chain_extension
+
+Array = NDArray[Any]
+#: Number of the network's inputs, of a contact's traits, and of the hints among the inputs.
+INPUTS, TRAITS, HINTS = 241, 16, 5
+
+
+def predict_touches(
+    image: Image,
+    signals: Array,
+    valid: Array,
+    fingers: Array,
+    speeds: Array,
+    errors: Array,
+    radii: Array,
+    *,
+    is_regression: bool = False,
+) -> NDArray[np.float64]:
+    """Predict from contacts.
+
+    Parameters
+    ----------
+    image
+        Image with a model.
+    signals
+        Signals before and after the contacts, V, shape (n, before + 74).
+    valid
+        Number of samples after each contact that may be used, shape (n,).
+    fingers
+        Number of each contact's finger, shape (n,).
+    speeds, errors
+        Measured closing speed, m/s, and its relative error; NaN where unknown, shape (n,).
+    radii
+        Radius of the object, m; infinite for a flat one, NaN if unknown, shape (n,).
+    is_regression
+        True to predict with the regression on the rig's own pinches alone. Only value and spread
+        are then valid.
+
+    Returns
+    -------
+    ndarray
+        Value, low, high, half width, spread, and 1 if out of range, shape (n, 6). NaN if a
+        prediction is not finite.
+    """
+    out = np.full((len(signals), 6), np.nan)
+    chain_extension().predict(
+        image.handle,
+        *_contacts(signals, valid, fingers, speeds, errors, radii),
+        is_regression,
+        out,
+    )
+    return out
+
+
+def rig_inputs(
+    image: Image,
+    signals: Array,
+    valid: Array,
+    fingers: Array,
+    speeds: Array,
+    errors: Array,
+    radii: Array,
+) -> NDArray[np.float32]:
+    """Return the network's inputs for contacts of the image's rigs, shape (n, INPUTS).
+
+    The parameters are those of :func:`predict_touches`.
+    """
+    out = np.empty((len(signals), INPUTS), np.float32)
+    chain_extension().rig_inputs(
+        image.handle, *_contacts(signals, valid, fingers, speeds, errors, radii), out
+    )
+    return out
+
+
+def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.float64]:
+    """Return mean and spread that the network of an image predicts from inputs, shape (n, 2).
+
+    Parameters
+    ----------
+    image
+        Image with a model. Its rigs are ignored.
+    inputs
+        Inputs of the network, shape (n, INPUTS).
+    terms
+        What the rig of each contact adds in the network, shape (n, rank).
+    """
+    out = np.empty((len(inputs), 2))
+    chain_extension().network(
+        image.handle,
+        np.ascontiguousarray(inputs, np.float32),
+        np.ascontiguousarray(terms, np.float32),
+        out,
+    )
+    return out
+
+
+def _contacts(
+    signals: Array, valid: Array, fingers: Array, speeds: Array, errors: Array, radii: Array
+) -> tuple[Array, ...]:
+    return (
+        np.ascontiguousarray(signals, np.float32),
+        np.ascontiguousarray(valid, np.int32),
+        np.ascontiguousarray(fingers, np.int32),
+        np.nan_to_num(np.ascontiguousarray(speeds, np.float64)),
+        np.nan_to_num(np.ascontiguousarray(errors, np.float64), posinf=1e9),
+        np.ascontiguousarray(radii, np.float64),
+    )
+
+
+def touch_inputs(
+    signals: Array, valid: Array, before: int, level: Array, sign: Array, hints: Array
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Return the network's inputs and the traits of contacts.
+
+    Parameters
+    ----------
+    signals, valid
+        As in :func:`predict_touches`.
+    before
+        Samples before each contact.
+    level, sign
+        Level (V) and sign of each contact's rig, shape (n,).
+    hints
+        Inputs for closing speed and radius, shape (n, 5).
+
+    Returns
+    -------
+    inputs, traits : ndarray
+        Shape (n, 241) and (n, 16).
+    """
+    n = len(signals)
+    inputs, traits = np.empty((n, INPUTS), np.float32), np.empty((n, TRAITS))
+    chain_extension().inputs(
+        np.ascontiguousarray(signals, np.float32),
+        np.ascontiguousarray(valid, np.int32),
+        before,
+        np.ascontiguousarray(level, np.float64),
+        np.ascontiguousarray(sign, np.float64),
+        np.ascontiguousarray(hints, np.float64),
+        inputs,
+        traits,
+    )
+    return inputs, traits
+
+
+def spectra(
+    signals: Array, sine: Array, fade: Array, part: Array, cell: Array
+) -> NDArray[np.float32]:
+    """Return the spectra of signals before contacts, shape (n, 400).
+
+    ``signals`` has one column per value of ``fade``. For the constants see ``fc_pitch`` in C.
+    """
+    out = np.empty((len(signals), LINES), np.float32)
+    chain_extension().spectra(
+        np.ascontiguousarray(signals, np.float32), len(fade), sine, fade, part, cell, out
+    )
+    return out
+
+
+def shifts(
+    heard: NDArray[np.float32], reference: NDArray[np.float32]
+) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    """Return the shift of each spectrum against a reference, in points, and the correlation."""
+    n = len(heard)
+    shift, correlation = np.empty(n, np.int32), np.empty(n, np.float32)
+    chain_extension().shifts(
+        np.ascontiguousarray(heard, np.float32),
+        np.ascontiguousarray(reference, np.float32),
+        shift,
+        correlation,
+    )
+    return shift, correlation
+
+
+#: Order of the linear prediction of a motor's noise, and number of features of a look.
+ORDER, FEATURES = 12, 16
+
+
+def fit_predictions(quiet: Array) -> NDArray[np.float64]:
+    """Return filters that remove the predictable part of a motor's noise.
+
+    A filter is a linear prediction (Yule-Walker) from the steady state. Motor spectra and ringing
+    sensors differ between rigs, but the prediction error is white on all of them.
+
+    Parameters
+    ----------
+    quiet
+        Steady states in their sigmas, shape (n, samples), with 25 samples or more.
+
+    Returns
+    -------
+    ndarray
+        Weights of the newest sample and of the 12 samples before it, shape (n, 13). With them, the
+        prediction error of each row of ``quiet`` has a sigma of 1. All are 0 for a constant row.
+    """
+    rows = np.ascontiguousarray(quiet, np.float64)
+    out = np.empty((len(rows), ORDER + 1))
+    chain_extension().fit_predictions(rows, rows.shape[1], out)
+    return out
+
+
+def look_features(
+    looks: Array, weights: Array, lengths: Sequence[int], floor: float
+) -> NDArray[np.float64]:
+    """Return the loudness features of looks: of the signal, then of its prediction error.
+
+    Each of the two has the same 8 features, all logarithms. The first is the level of the quiet
+    part. The next are the levels of five spans at the end of the look, relative to the quiet part.
+    Then comes the level between the longest of them and the quiet part, relative to the quiet
+    part. The last is the peak in the longest span, relative to the peak in the quiet part.
+
+    Parameters
+    ----------
+    looks
+        Signals in sigmas of the steady state, shape (n, samples).
+    weights
+        Weights of :func:`fit_predictions` for each look, shape (n, 13).
+    lengths, floor
+        See :class:`DetectorConstants`.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, 16).
+    """
+    rows = np.ascontiguousarray(looks, np.float64)
+    out = np.empty((len(rows), FEATURES))
+    chain_extension().look_features(
+        rows,
+        rows.shape[1],
+        np.ascontiguousarray(weights, np.float64),
+        np.array(lengths, np.int32),
+        floor,
+        out,
+    )
+    return out

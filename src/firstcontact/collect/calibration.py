@@ -1,0 +1,286 @@
+"""Calibration of fingertips: noise floors, taps, and force curves."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from firstcontact.collect.force_fit import Weighing, fit_force, read_weights
+from firstcontact.core import (
+    Calibration,
+    Channel,
+    ChannelKind,
+    Finger,
+    ForceCurve,
+    InputError,
+    Layout,
+    VibrationCalibration,
+    finger_name,
+)
+from firstcontact.core.files import AnyPath
+from firstcontact.device import Source
+from firstcontact.device.noise_floor import measure_noise, wait_for_arrivals
+from firstcontact.device.source import LinkNews, require_source
+
+Say = Callable[[str], object]
+
+#: Shortest and longest rest that is measured, s.
+SECONDS = (0.1, 3600.0)
+#: Least peak of a tap, as a multiple of the noise floor, and in V. Both are required.
+FACTOR = 10.0
+LEAST = 0.02
+#: Duration over which the peak is searched, s.
+LASTS = 0.1
+#: Weakest tap with a finger or a pencil on a working buffer, V.
+WEAK = 0.1
+#: Largest ratio between the taps of two fingertips that are built alike.
+ALIKE = 3.0
+
+
+def calibrate(
+    source: Source,
+    *,
+    seconds: float = 2.0,
+    patience: float = 10.0,
+    tap: bool = False,
+    weights: AnyPath | Sequence[Weighing] | None = None,
+    weigh: Sequence[float] = (),
+    say: Say = lambda line: None,
+    confirmed: Callable[[], bool] | None = None,
+) -> Calibration:
+    """Measure the noise floors of an open source and, on request, taps and force curves.
+
+    Keep the hand open and still during the measurement. If the hand closes repeatedly, the noise is
+    measured between its closings.
+
+    Parameters
+    ----------
+    source
+        An open source.
+    seconds, patience
+        Duration of the measurement at rest, and longest additional time to wait for rest, s.
+    tap
+        True to measure a tap on each fingertip.
+    weights
+        Measurements with known weights, to which force curves are fitted: a CSV file with the
+        columns finger, newtons and volts, or the rows of such a file.
+    weigh
+        Known weights, N. A person puts each weight on a taxel of each finger, one after the other.
+        Cannot be combined with ``weights``.
+    say
+        Function, such as ``print``, that is called with each line for the person at the device.
+    confirmed
+        Function that is called repeatedly while a person puts a weight of ``weigh`` in place. Once
+        it returns True, the weight is measured.
+
+    Returns
+    -------
+    Calibration
+        Noise floors, and the taps and force curves that were measured.
+
+    Raises
+    ------
+    InputError
+        A parameter cannot be used, the hand does not rest, a sensor is dead, or a tap is missing.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> with fc.open("twin", speed=8.0) as source:
+    ...     calibration = fc.calibrate(source, seconds=0.5)
+    >>> [sensor.finger.name for sensor in calibration.piezo]
+    ['INDEX', 'THUMB']
+    """
+    require_source(source)
+    shortest, longest = SECONDS
+    if not shortest <= seconds <= longest:
+        raise InputError(
+            f"the time at rest must lie between {shortest:g} and {longest:g} s",
+            parameter="seconds",
+        )
+    if not 0 <= patience <= longest:
+        raise InputError(
+            f"the additional wait must lie between 0 and {longest:g} s", parameter="patience"
+        )
+    if weigh and weights is not None:
+        raise InputError(
+            "voltages of known weights are given (`weights`), and others would be measured: leave "
+            "one of them out",
+            parameter="weigh",
+        )
+    if weigh and confirmed is None:
+        raise InputError(
+            "weighing needs a person: also pass `confirmed`, a function that returns True once "
+            "the weight is on the taxel",
+            parameter="weigh",
+        )
+    if isinstance(weights, str | os.PathLike):
+        weights = read_weights(Path(weights))
+    curves = () if weights is None else _curves(weights)
+    layout = source.descriptor.layout
+    say(f"measuring {seconds:g} s of rest: {rest_request(layout)}")
+    calibration = measure_noise(source, seconds, patience)
+    for sensor in calibration.piezo:
+        words = rest_words(sensor, measured_channel(layout, sensor))
+        say(f"{finger_name(sensor.finger):6} {words}")
+    if tap:
+        calibration = _with_taps(source, calibration, say)
+    if weigh and confirmed is not None:
+        curves = _curves(_weighings(source, weigh, say, confirmed))
+    calibration = replace(calibration, force=curves)
+    for sentence in tap_warnings(calibration):
+        say(f"warning: {sentence}")
+    for curve in curves:
+        say(
+            f"{curve.finger.name.lower():6} force curve: leak {curve.leak:.3g} S, gain "
+            f"{curve.gain:.3g} S, exponent {curve.exponent:.2f}, error {curve.rms:.2f} N RMS"
+        )
+    return calibration
+
+
+def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibration:
+    """Ask for a tap on each fingertip. Return the calibration with these taps."""
+    layout = source.descriptor.layout
+    for finger in layout.vibration_fingers:
+        place = "sensor" if finger is None else f"{finger_name(finger)}'s fingertip"
+        say(f"tap the {place}")
+        calibration = wait_for_tap(source, calibration, finger)
+        sensor = next(p for p in calibration.piezo if p.finger is finger)
+        words = tap_words(sensor.tap or 0.0, measured_channel(layout, sensor))
+        say(f"{finger_name(finger):6} {words}")
+    return calibration
+
+
+def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
+    """Return a force curve for each finger, fitted to its weighings."""
+    fingers = sorted({w.finger for w in weighings})
+    if not fingers:
+        raise InputError("no weights are given: add a line for each weight", parameter="weights")
+    return tuple(fit_force([w for w in weighings if w.finger is f]) for f in fingers)
+
+
+def _weighings(
+    source: Source, weigh: Sequence[float], say: Say, confirmed: Callable[[], bool]
+) -> list[Weighing]:
+    """Ask for each weight on each finger. Return the measured voltages."""
+    weighings = []
+    link = LinkNews(source.health)
+    fingers = source.descriptor.layout.vibration_fingers
+    for finger in (f for f in fingers if f is not None):
+        name = finger_name(finger)
+        for force in weigh:
+            say(f"put {force:g} N on one taxel of the {name} and press Enter")
+            while not confirmed():
+                source.read(0.1)
+                for line in link.lines(source.health):
+                    say(line)
+            volts = loaded_volts(source, finger)
+            say(f"{name:6} {force:g} N: {volts:.3f} V")
+            weighings.append(Weighing(finger, force, volts))
+    return weighings
+
+
+def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
+    """Return the mean voltage of a finger's most loaded taxel over ``seconds`` of samples, V."""
+    layout = source.descriptor.layout
+    columns = layout.columns(ChannelKind.FORCE, finger)
+    if not columns:
+        raise InputError(
+            f"the {finger.name.lower()} has no force channel, so its weights cannot be used: "
+            "leave them out"
+        )
+    volts: list[np.ndarray] = []
+    source.read(0)  # drop the samples from before the weight lay there
+    while sum(map(len, volts)) < seconds * layout.rate:
+        volts += [layout.physical(a.block.data, columns) for a in wait_for_arrivals(source)]
+    return float(np.concatenate(volts).mean(axis=0).max())
+
+
+def wait_for_tap(
+    source: Source, calibration: Calibration, finger: Finger | None, patience: float = 20.0
+) -> Calibration:
+    """Wait for a tap on a fingertip and put its peak into the calibration.
+
+    A ``finger`` of None means a sensor that belongs to no finger. The longest wait, ``patience``,
+    is in s by the device's clock.
+    """
+    layout = source.descriptor.layout
+    columns = layout.columns(ChannelKind.VIBRATION, finger)
+    offset = next((p.offset for p in calibration.piezo if p.finger is finger), 0.0)
+    limit = max(LEAST, FACTOR * (calibration.noise(finger) or 0.0))
+    tap = np.zeros(0)  # from the first sample above the limit on, V
+    left = patience * layout.rate
+    source.read(0)  # drop the samples from before the request
+    while left > 0:
+        for arrival in wait_for_arrivals(source):
+            volts = np.abs(layout.physical(arrival.block.data, columns)[:, 0] - offset)
+            left -= len(volts)
+            above = np.flatnonzero(volts > limit)
+            begin = 0 if len(tap) else above[0] if len(above) else len(volts)
+            tap = np.append(tap, volts[begin:])
+            if len(tap) >= LASTS * layout.rate:
+                peak = float(tap[: round(LASTS * layout.rate)].max())
+                piezo = (
+                    replace(p, tap=peak) if p.finger is finger else p for p in calibration.piezo
+                )
+                return replace(calibration, piezo=tuple(piezo))
+    raise InputError(
+        f"no tap was measured at the {finger_name(finger)} within {patience:g} s: tap harder, "
+        "check the sensor's plug, or leave the tap test out",
+        parameter="tap",
+    )
+
+
+def tap_warnings(calibration: Calibration) -> Sequence[str]:
+    """Return sentences about taps that are too weak or too different."""
+    taps = {p.finger: p.tap for p in calibration.piezo if p.tap is not None}
+    warnings = [
+        f"the {finger_name(f)}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"
+        for f, tap in taps.items()
+        # ``WEAK`` holds for a fingertip's pad and buffer, which a sensor of no finger lacks.
+        if f is not None and tap < WEAK
+    ]
+    if len(taps) == 2 and max(taps.values()) > ALIKE * min(taps.values()):
+        loud = max(taps, key=lambda f: taps[f])
+        warnings.append(
+            f"the {finger_name(loud)}'s tap was {taps[loud] / min(taps.values()):.1f} times as "
+            "loud as the other: tap both alike, or check the pads"
+        )
+    return warnings
+
+
+def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel | None:
+    """Return the channel that was measured; None if the layout has no channel of that finger."""
+    return next((c for c in layout.vibration if c.finger is measured.finger), None)
+
+
+def is_tapped(layout: Layout) -> bool:
+    """Return True if no sensor belongs to a finger: a person taps a disc, and no motor closes."""
+    return all(finger is None for finger in layout.vibration_fingers)
+
+
+def rest_request(layout: Layout) -> str:
+    """Return the request to keep the hand still while the noise floor is measured."""
+    return "touch nothing" if is_tapped(layout) else "keep the hand open and still, motor off"
+
+
+def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
+    """Return a sentence with the noise and the mean (offset) of a sensor at rest."""
+    if channel is None or channel.unit == "V":
+        noise, offset = 1e3 * measured.noise, 1e3 * measured.offset
+        return f"noise {noise:.2f} mV RMS, offset {offset:+.2f} mV"
+    unit = _unit(channel)
+    return f"noise {measured.noise:.3g} {unit} RMS, offset {measured.offset:+.3g} {unit}"
+
+
+def tap_words(tap: float, channel: Channel | None) -> str:
+    """Return a sentence with the peak of a tap."""
+    return f"tap {tap:.3f} {'V' if channel is None else _unit(channel)}"
+
+
+def _unit(channel: Channel) -> str:
+    return "of full scale" if channel.unit == "full scale" else channel.unit

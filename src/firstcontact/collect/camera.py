@@ -1,0 +1,169 @@
+"""Comparison of contact times between a high-speed camera and the strips."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from firstcontact.core import Finger, InputError
+from firstcontact.core.text import parse_float, parse_int, percent
+from firstcontact.recording import Recording
+from firstcontact.recording.table import read_rows
+
+COLUMNS = ("pinch", "finger", "time_s")
+#: Fewest pinches to which offset and drift of the clocks are fitted.
+LEAST = 3
+#: Longest film, s, and highest frame rate, Hz.
+LONGEST, FASTEST = 1e7, 1e7
+
+#: Pinch and finger.
+Key = tuple[int, Finger]
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """Agreement of contact times on two clocks, after their offset and drift were removed."""
+
+    residuals: Mapping[Key, float]
+    fps: float
+    offset: float
+    drift: float
+    drift_error: float
+    left_out: tuple[Key, ...]
+
+    @property
+    def within(self) -> float:
+        """Share of contacts whose two times differ by at most one frame."""
+        return float(np.mean(self._sizes <= 1.0 / self.fps))
+
+    @property
+    def median(self) -> float:
+        """Median absolute difference between the two times of a contact, s."""
+        return float(np.median(self._sizes))
+
+    @property
+    def largest(self) -> float:
+        """Largest absolute difference between the two times of a contact, s."""
+        return float(self._sizes.max())
+
+    @property
+    def disagreeing(self) -> tuple[Key, ...]:
+        """Contacts whose two times differ by more than one frame."""
+        return tuple(k for k, r in self.residuals.items() if abs(r) > 1.0 / self.fps)
+
+    @property
+    def _sizes(self) -> NDArray[np.float64]:
+        return np.asarray(np.abs(np.array(list(self.residuals.values()))), dtype=np.float64)
+
+
+def read_contacts(path: Path) -> dict[Key, float]:
+    """Read the camera's times, s, from a CSV with the columns pinch, finger and time_s."""
+    contacts: dict[Key, float] = {}
+    for line, row in read_rows(path, COLUMNS):
+        try:
+            key = parse_int(row["pinch"]), Finger[row["finger"].upper()]
+            time = parse_float(row["time_s"])
+            if not abs(time) <= LONGEST:
+                raise ValueError
+        except (KeyError, ValueError) as error:
+            raise InputError(
+                f"{path}, line {line}: give a pinch's number, the finger (index or thumb), and a "
+                "time in s"
+            ) from error
+        if key in contacts:
+            raise InputError(f"{path}, line {line}: this contact is listed twice: keep one")
+        contacts[key] = time
+    return contacts
+
+
+def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 960.0) -> Agreement:
+    """Fit the camera's clock to the device's clock, and return how well the contacts agree.
+
+    Each epoch has its own offset, because the device counts from 0 again. All epochs share one
+    drift. The fit is robust to a few wrong labels.
+
+    Parameters
+    ----------
+    recording
+        Recording whose pinches hold the strips' contacts.
+    contacts, fps
+        Camera time of each contact, s, and the camera's frames per second.
+    """
+    if not 1.0 <= fps <= FASTEST:
+        raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")
+    rate = recording.header.layout.rate
+    device: dict[Key, tuple[int, float]] = {
+        (mark.number, c.finger): (mark.epoch, c.sample / rate)
+        for mark in recording.pinches
+        for c in mark.truth
+        if c.finger is not None
+    }
+    both = [key for key in contacts if key in device]
+    if (count := len({number for number, _ in both})) < LEAST:
+        raise InputError(
+            f"{recording.path}: only {count} pinches have contacts both from "
+            f"the strips and from the camera, but {LEAST} are needed: check the pinch numbers"
+        )
+    epochs = sorted({device[key][0] for key in both})
+    epoch = np.array([epochs.index(device[key][0]) for key in both])
+    time = np.array([device[key][1] for key in both])
+    seen = np.array([contacts[key] for key in both])
+    centre = np.array([time[epoch == k].mean() for k in range(len(epochs))])
+    design = np.column_stack([epoch[:, None] == np.arange(len(epochs)), time - centre[epoch]])
+    difference = seen - time
+    start = [*(float(np.median(difference[epoch == k])) for k in range(len(epochs))), 0.0]
+    robust = least_squares(
+        lambda p: (design @ p - difference) * fps, start, loss="soft_l1", x_scale="jac"
+    ).x
+    # The robust fit is close to a median. The camera's times are spread evenly over a frame, so the
+    # mean is wanted: fit least squares to the contacts near the robust line.
+    near = np.abs(design @ robust - difference) <= 2.0 / fps
+    fitted, error = _least_squares(design, difference, near, robust)
+    residuals = difference - design @ fitted
+    return Agreement(
+        dict(zip(both, residuals.tolist(), strict=True)),
+        fps,
+        float(fitted[0] - fitted[-1] * centre[0]),
+        float(fitted[-1]),
+        error,
+        tuple(key for key in contacts if key not in device),
+    )
+
+
+def _least_squares(
+    design: NDArray[np.float64],
+    difference: NDArray[np.float64],
+    near: NDArray[np.bool_],
+    otherwise: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], float]:
+    """Fit the clocks by least squares to the contacts that the mask ``near`` selects."""
+    a, b = design[near], difference[near]
+    if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:
+        return otherwise, math.nan
+    fitted = np.asarray(np.linalg.lstsq(a, b, rcond=None)[0], dtype=np.float64)
+    variance = float(np.sum((b - a @ fitted) ** 2)) / (len(a) - a.shape[1])
+    return fitted, math.sqrt(variance * float(np.linalg.inv(a.T @ a)[-1, -1]))
+
+
+def in_words(agreement: Agreement) -> Sequence[str]:
+    """Return the comparison as sentences, one per line."""
+    frame = 1e3 / agreement.fps
+    lines = [
+        f"contacts    {len(agreement.residuals)} in both lists",
+        f"agreement   {percent(agreement.within)} within one frame of {frame:.2f} ms; median "
+        f"{1e3 * agreement.median:.2f} ms, largest {1e3 * agreement.largest:.2f} ms",
+        f"clocks      camera - device {agreement.offset:+.4f} s at sample 0, drift "
+        f"{1e6 * agreement.drift:+.1f} ppm (standard error {1e6 * agreement.drift_error:.1f} ppm)",
+    ]
+    for number, finger in agreement.disagreeing:
+        off = 1e3 * agreement.residuals[number, finger]
+        lines.append(f"disagrees   pinch {number}, {finger.name.lower()}: camera {off:+.2f} ms")
+    for number, finger in agreement.left_out:
+        lines.append(f"left out    pinch {number}, {finger.name.lower()}: no strip closed there")
+    return lines

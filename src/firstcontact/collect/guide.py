@@ -1,0 +1,317 @@
+"""Plan of a recording, and the guide that names the next object and judges each closing."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firstcontact.collect._closing_check import ClosingCheck
+from firstcontact.contact import ThresholdDetector
+from firstcontact.contact.closing import ClosingBegan, Closings, ClosingSamples
+from firstcontact.core import Block, Calibration, ChannelKind, InputError, Label, Layout, Role
+from firstcontact.core.records import LONGEST_NAME
+from firstcontact.core.text import check_text, parse_float, parse_int
+from firstcontact.device import Arrival
+from firstcontact.device.twin_words import held_object
+from firstcontact.recording import PinchMark
+from firstcontact.recording.table import read_rows
+from firstcontact.recording.untrusted import quote
+
+_log = logging.getLogger("firstcontact.collect")
+
+#: Largest number of pinches of an object in a session.
+MOST_PINCHES = 1_000_000
+#: Columns of a plan; the first two must be there.
+COLUMNS = ("object", "pinches", "shore", "specimen", "role")
+#: Threshold of the detector that checks the strips: a click of the motor stays below it, and a
+#: touch is far above it.
+SIGMAS = 10.0
+#: Length of the pieces in which blocks are processed, s: a closing cannot begin and end within one.
+PIECE = 0.015
+#: Length of the pieces of stream in which noise is measured, s.
+QUIET = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One object of a plan.
+
+    Parameters
+    ----------
+    object, specimen
+        Name of the object, and of the specimen if that differs.
+    pinches
+        Number of valid pinches wanted in a session.
+    shore
+        Shore A; None if unknown.
+    role
+        Use of the pinches: training or test.
+    """
+
+    object: str
+    pinches: int
+    shore: float | None = None
+    specimen: str = ""
+    role: Role = Role.TRAIN
+
+    def __post_init__(self) -> None:
+        if not self.object or max(len(self.object), len(self.specimen)) > LONGEST_NAME:
+            raise InputError(
+                f"the names of object and specimen must have 1 to {LONGEST_NAME} characters: give "
+                "other names"
+            )
+        for name in (self.object, self.specimen):
+            check_text(name)
+        if not 1 <= self.pinches <= MOST_PINCHES:
+            raise InputError(
+                f"{self.object}: the number of pinches is {self.pinches}: give a number from 1 to "
+                f"{MOST_PINCHES}"
+            )
+        if self.shore is not None and not 0 <= self.shore <= 100:
+            raise InputError(
+                f"{self.object}: the value of shore is {self.shore:g}: give a Shore A from 0 to 100"
+            )
+
+    def label(self, session: str) -> Label:
+        """Return the label of the object's pinches in a session."""
+        specimen = self.specimen or self.object
+        return Label(self.object, self.shore, None, specimen, session, self.role)
+
+
+def read_plan(path: Path) -> tuple[Item, ...]:
+    """Read a CSV with the columns object, pinches, shore, specimen and role."""
+    rows = read_rows(path, COLUMNS[:2])
+    for name in rows[0][1] if rows else ():
+        if name not in COLUMNS:
+            raise InputError(
+                f"{path}: column {name!r} is not known: the columns are {', '.join(COLUMNS)}"
+            )
+    items = tuple(_item(path, line, row) for line, row in rows)
+    if not items:
+        raise InputError(f"{path} has no objects: add a line for each object")
+    labels = [item.label("") for item in items]
+    for k, label in enumerate(labels):
+        if label in labels[:k]:
+            raise InputError(
+                f"{path}, line {rows[k][0]}: {label.specimen} is listed twice: join the lines"
+            )
+    return items
+
+
+def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
+    readers: dict[str, Callable[[str], Any]]
+    readers = {"pinches": parse_int, "shore": parse_float, "role": Role}
+    values: dict[str, Any] = {
+        name: text for name, text in cells.items() if text or name in COLUMNS[:2]
+    }
+    try:
+        for name in (name for name in readers if name in values):
+            try:
+                values[name] = readers[name](values[name])
+            except ValueError as error:
+                kind = "train or test" if name == "role" else "a number"
+                raise InputError(f"{name} is {quote(values[name])}: give {kind}") from error
+        return Item(**values)
+    except InputError as error:
+        raise InputError(f"{path}, line {line}: {error}") from error
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """Result of a closing that touched an object.
+
+    Parameters
+    ----------
+    label
+        Label of the object that was to be pinched.
+    faults
+        Reasons why the closing does not count; empty if it counts.
+    mark
+        Mark of the pinch to write; None if the closing does not count.
+    k, wanted
+        Number of valid pinches of the object so far, and number of wanted pinches.
+    offset
+        Time from the first to the second contact, by the strips, s; None if a contact is missing.
+    disagreement
+        Time from the first strip's contact to that of the same finger's piezo, s; None if one is
+        missing.
+    noise
+        Noise of the louder finger in the quietest 0.1 s since the last closing, as a multiple of
+        the noise floor.
+    """
+
+    label: Label
+    faults: tuple[str, ...]
+    mark: PinchMark | None
+    k: int
+    wanted: int
+    offset: float | None
+    disagreement: float | None
+    noise: float
+
+
+class Guide:
+    """Judge that decides whether a closing is a valid pinch of the wanted object.
+
+    Parameters
+    ----------
+    layout, calibration
+        Columns of the blocks, and noise floors of the fingers.
+    items, session
+        Wanted objects in order, and the name of the session.
+    recorded
+        Number of valid pinches that are recorded already, by label.
+
+    Attributes
+    ----------
+    paused
+        True during a pause. Closings that begin in it do not count.
+    left_out
+        Number of closings that touched an object but did not count.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        items: Sequence[Item],
+        session: str,
+        calibration: Calibration,
+        recorded: Counter[Label] | None = None,
+    ) -> None:
+        self.layout = layout
+        self.paused = False
+        self.left_out = 0
+        self._wanted = {item.label(session): item.pinches for item in items}
+        self._done = Counter(recorded or {})
+        self._closings = Closings(layout, ThresholdDetector(SIGMAS), calibration)
+        self._check: ClosingCheck | None = None
+        self._number = 0
+        self._next: tuple[int, int] | None = None
+        self._piece = max(1, round(PIECE * layout.rate))
+        self._announced = ""
+        floors = [calibration.noise(f) or np.inf for f in layout.vibration_fingers]
+        self._noise = _Noise(layout, np.array(floors))
+
+    @property
+    def current(self) -> Label | None:
+        """Label of the object to pinch now; None when all pinches are recorded."""
+        left = (label for label, wanted in self._wanted.items() if self._done[label] < wanted)
+        return next(left, None)
+
+    @property
+    def objects(self) -> int:
+        """Number of different objects that are wanted."""
+        return len(self._wanted)
+
+    @property
+    def noise(self) -> float:
+        """Noise since the last closing, as in :class:`Judged`."""
+        return self._noise.ratio
+
+    def progress(self, label: Label) -> tuple[int, int]:
+        """Return the number of valid pinches of an object, and the number wanted."""
+        return self._done[label], self._wanted[label]
+
+    def update(self, arrival: Arrival) -> list[Judged]:
+        """Process the next samples. Return the results of the closings that have ended."""
+        for marker in arrival.markers:
+            self._announced = held_object(marker.text) or self._announced
+        block = arrival.block
+        judged: list[Judged] = []
+        for start in range(0, len(block.data), self._piece):
+            data = block.data[start : start + self._piece]
+            judged += self._take(Block(data, block.first_sample + start, block.epoch))
+        return judged
+
+    def finish(self) -> list[Judged]:
+        """Judge a closing that the end of the stream has cut short. Return its result, if any."""
+        check = self._check
+        return self._judge() if check is not None and check.anchor is not None else []
+
+    def _take(self, block: Block) -> list[Judged]:
+        judged: list[Judged] = []
+        if self._check is not None and (block.first_sample, block.epoch) != self._next:
+            self._check.lost = True
+            judged += self._judge()
+        self._next = (block.end, block.epoch)
+        self._noise.update(block)
+        for stage in self._closings.update(block):
+            if isinstance(stage, ClosingBegan):
+                judged += self._judge()
+                if not self.paused:
+                    self._check = ClosingCheck(self.layout, stage.sample, stage.epoch)
+            elif isinstance(stage, ClosingSamples) and self._check is not None:
+                # A contact after the end of the pinch belongs to no pinch.
+                end = self._check.end
+                for contact in stage.contacts:
+                    if end is None or contact.sample < end:
+                        self._check.contacts.setdefault(contact.finger, contact)
+        if self._check is not None:
+            self._check.follow(block)
+            if self._check.complete:
+                judged += self._judge()
+        return judged
+
+    def _judge(self) -> list[Judged]:
+        check, self._check = self._check, None
+        label = self.current
+        if check is None or check.anchor is None or label is None or self.paused:
+            return []
+        faults = check.faults()
+        if self._announced and self._announced != label.object:
+            faults = [f"the twin still held {self._announced}"]
+        mark = None
+        if faults:
+            self.left_out += 1
+            _log.info("a closing on %s does not count: %s", label.object, "; ".join(faults))
+        else:
+            end = min(check.end or check.seen, check.seen)
+            detected = tuple(c for c in check.detected if c.sample < end)
+            mark = PinchMark(
+                self._number,
+                check.began,
+                end,
+                check.epoch,
+                label,
+                check.truth,
+                found=detected,
+                found_by=ThresholdDetector.name if detected else "",
+            )
+            self._number += 1
+            self._done[label] += 1
+        truth = check.truth
+        offset = (truth[1].sample - truth[0].sample) / self.layout.rate if truth[1:] else None
+        noise = self._noise.ratio
+        self._noise.restart()
+        k, wanted = self.progress(label)
+        return [Judged(label, tuple(faults), mark, k, wanted, offset, check.disagreement(), noise)]
+
+
+class _Noise:
+    """Meter of the noise in a stream's quietest piece, as a multiple of the noise floor."""
+
+    def __init__(self, layout: Layout, floors: np.ndarray) -> None:
+        self._layout, self._floors = layout, floors
+        self._columns = layout.columns(ChannelKind.VIBRATION)
+        self._length = round(QUIET * layout.rate)
+        self._waiting = np.zeros((0, len(self._columns)))
+        self.ratio = 0.0
+
+    def restart(self) -> None:
+        """Forget all measured noise."""
+        self._waiting, self.ratio = self._waiting[:0], 0.0
+
+    def update(self, block: Block) -> None:
+        """Process the next samples."""
+        values = self._layout.physical(block.data, self._columns)
+        self._waiting = np.concatenate([self._waiting, values])
+        if len(self._waiting) >= self._length:
+            ratio = float((self._waiting.std(axis=0) / self._floors).max())
+            self.ratio = min(self.ratio, ratio) if self.ratio else ratio
+            self._waiting = self._waiting[:0]

@@ -1,0 +1,256 @@
+"""Labelling session, which answers the messages of the page, and the server of that page."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from msgspec import Meta
+
+from firstcontact.collect._label_marks import Action, Journal, Marks, Opened, Whole
+from firstcontact.collect.label_result import Labeller, write_labelled
+from firstcontact.collect.label_signals import WIDEST, about, find_marks, piece
+from firstcontact.core import InputError
+from firstcontact.core.records import read_record
+from firstcontact.core.text import counted
+from firstcontact.recording import Recording
+
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+
+#: Longest message from the page, bytes.
+LONGEST = 4096
+HOST = "127.0.0.1"
+#: Interval between polls for a request to stop, s.
+POLL = 0.1
+#: Actions that change one mark only, so that the page keeps the others.
+_OF_ONE = ("accept", "reject", "move")
+#: Field that only requests have. The colon excludes an object with the name "ask".
+_QUESTION = re.compile(rb'"ask"\s*:')
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    """Request for a piece of signal around a sample, or for the end of the labelling."""
+
+    ask: Literal["signal", "finish"]
+    number: Whole = 0
+    recording: Whole = 0
+    stretch: Whole = 0
+    sample: Whole = 0
+    half: Annotated[float, Meta(gt=0.0, le=WIDEST)] = 0.02
+
+
+class Session:
+    """Marks of some recordings, with their journal. New recordings are written at the end.
+
+    Parameters
+    ----------
+    recordings, out, by
+        Recordings to label, folder for the new recordings and the journal, and author.
+    is_new_allowed
+        False to refuse an ``out`` without a journal, and leave it unchanged.
+    """
+
+    def __init__(
+        self, recordings: Sequence[Recording], out: Path, by: Labeller, is_new_allowed: bool = True
+    ) -> None:
+        self._recordings = list(recordings)
+        self._by = by
+        self._paths = [out / r.path.name for r in recordings]
+        existing = next((p for p in self._paths if p.exists()), None)
+        if existing is not None:
+            raise InputError(
+                f"{existing} exists and recordings are never overwritten: choose another folder"
+            )
+        onsets = find_marks(recordings)
+        self.marks = Marks(onsets, [[len(s.data) for s in r.stretches] for r in recordings])
+        try:
+            if is_new_allowed:
+                out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{out} cannot be created ({error.strerror}): choose another folder"
+            ) from error
+        self._journal = Journal(
+            out / "labels.jsonl",
+            Opened(tuple(r.path.name for r in recordings), len(onsets)),
+            is_new_allowed,
+        )
+        try:
+            for action in self._journal.actions:
+                self.marks.act(action)
+        except InputError as error:
+            self._journal.close()
+            raise InputError(
+                f"{self._journal.path} names onsets that do not exist ({error}): remove this "
+                "journal to start again, or choose another folder"
+            ) from error
+        #: New recordings, once they are written.
+        self.written: list[Path] = []
+
+    @property
+    def earlier(self) -> str:
+        """Sentence with the number of labelling steps that the journal already held."""
+        lost = self._journal.lost_bytes
+        damage = f" ({self._journal.path} ends in {lost} bytes that are no label)" if lost else ""
+        steps = counted(len(self._journal.actions), "labelling step")
+        return f"{steps} restored from earlier sessions{damage}"
+
+    def state(self) -> dict[str, Any]:
+        """Return all onsets with their labels, and the number of actions so far, as JSON."""
+        return {
+            "marks": [asdict(mark) for mark in self.marks.ordered()],
+            "done": len(self.marks.done),
+        }
+
+    def hello(self) -> dict[str, Any]:
+        """Return the first message for the page: the recordings, and the state of all onsets."""
+        return {"recordings": about(self._recordings), **self.state()}
+
+    def obey(self, message: str | bytes) -> dict[str, Any]:
+        """Handle a message from the page, and return the reply. After an error nothing changed."""
+        data = message.encode() if isinstance(message, str) else message
+        if _QUESTION.search(data):
+            return self._ask(read_record(data, _Request, "the page", "load it again", LONGEST))
+        action = read_record(data, Action, "the page", "load it again", LONGEST)
+        actions = list(self.marks.done)
+        number = self.marks.act(action)
+        try:
+            self._journal.add(action)
+        except InputError:
+            self.marks.replay(actions)
+            raise
+        if action.do not in _OF_ONE:
+            return {**self.state(), "at": number}
+        (mark,) = (m for m in self.marks.ordered() if m.number == action.number)
+        return {"mark": asdict(mark), "done": len(self.marks.done)}
+
+    def finish(self) -> list[str]:
+        """Write the new recordings, all or none, and return a line about each."""
+        if not self.marks.done:
+            raise InputError("no onset is labelled yet: accept or reject an onset first")
+        lines = []
+        written: list[Path] = []
+        ordered = self.marks.ordered()
+        try:
+            for number, recording in enumerate(self._recordings):
+                path = self._paths[number]
+                marks = [m for m in ordered if m.recording == number]
+                pinches, left = write_labelled(recording, marks, path, self._by)
+                written.append(path)
+                remark = f"; {left} onsets were not looked at" if left else ""
+                lines.append(f"{path}: {pinches} pinches{remark}")
+        except BaseException:
+            for path in written:
+                path.unlink(missing_ok=True)
+            raise
+        self.written = written
+        return lines
+
+    def close(self) -> None:
+        """Close the journal. Closing twice is fine."""
+        self._journal.close()
+
+    def _ask(self, request: _Request) -> dict[str, Any]:
+        if request.ask == "finish":
+            return {"finished": self.finish()}
+        if request.recording >= len(self._recordings) or request.stretch >= len(
+            self._recordings[request.recording].stretches
+        ):
+            raise InputError("there is no such recording: load the page again")
+        recording = self._recordings[request.recording]
+        signal = piece(recording, request.stretch, request.sample, request.half)
+        return {
+            "signal": {
+                **signal,
+                "number": request.number,
+                "asked": request.sample,
+                "half": request.half,
+            }
+        }
+
+
+class LabelServer:
+    """Server of the page of one labelling session, on this machine only.
+
+    Parameters
+    ----------
+    session
+        Session that the page shows.
+    port
+        TCP port; 0 takes a free one.
+    """
+
+    def __init__(self, session: Session, port: int) -> None:
+        from firstcontact.streaming.page.serving import (  # needs the extra `live`
+            Guard,
+            listen,
+            load,
+        )
+
+        self._session = session
+        self._files = load("firstcontact.collect", "label_page")
+        self._socket = listen(HOST, port)
+        self._guard = Guard(HOST, self._socket.getsockname()[1], None)
+        self._done = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    @property
+    def url(self) -> str:
+        """Address to open in a browser."""
+        return self._guard.url(None)
+
+    def run(
+        self,
+        ready: Callable[[], object] = lambda: None,
+        is_stopped: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """Serve until the new recordings are written or ``is_stopped`` returns True.
+
+        Call ``ready`` once the page is served. Signal handlers must not raise exceptions while the
+        server runs: they would be lost in the task of a reply.
+        """
+        try:
+            asyncio.run(self._run(ready, is_stopped))
+        finally:
+            self._socket.close()
+
+    def stop(self) -> None:
+        """Stop the server, from any thread."""
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._done.set)
+
+    async def _run(self, ready: Callable[[], object], is_stopped: Callable[[], bool]) -> None:
+        from firstcontact.streaming.page.serving import answer, serve_page
+
+        def reply(connection: ServerConnection, request: Any) -> Any:
+            return answer(request, self._guard, self._files)
+
+        self._loop = asyncio.get_running_loop()
+        async with serve_page(self._view, self._socket, reply, LONGEST):
+            ready()
+            while not (self._done.is_set() or is_stopped()):
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._done.wait(), POLL)
+
+    async def _view(self, connection: ServerConnection) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        with suppress(ConnectionClosed):
+            await connection.send(json.dumps(self._session.hello()))
+            async for message in connection:
+                try:
+                    reply = self._session.obey(message)
+                except InputError as error:
+                    # The page has already shown the refused change. The state reverts it.
+                    reply = {"refused": str(error), **self._session.state()}
+                await connection.send(json.dumps(reply))
+                if self._session.written:
+                    self._done.set()

@@ -1,0 +1,157 @@
+"""Splitter of a stream into closings with their contacts, for live sessions and recorders."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from firstcontact.chain import EventKind, Reason
+from firstcontact.contact.contacts import contact_chain, contact_of
+from firstcontact.contact.detector import Detector
+from firstcontact.core import Block, Calibration, Contact, Layout
+
+
+@dataclass(frozen=True, slots=True)
+class ClosingBegan:
+    """Start of a closing. ``sample`` is its first sample."""
+
+    sample: int
+    epoch: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClosingSamples:
+    """Samples of a closing, with the contacts detected in them."""
+
+    block: Block
+    contacts: tuple[Contact, ...]
+    withdrawn: Contact | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ClosingEnded:
+    """End of a closing. ``sample`` is the first sample after the closing.
+
+    ``is_complete`` is False if missing samples or a new epoch cut the closing off.
+    """
+
+    sample: int
+    epoch: int
+    is_complete: bool
+
+
+Stage = ClosingBegan | ClosingSamples | ClosingEnded
+
+
+_log = logging.getLogger("firstcontact.contact")
+
+#: More samples than can pass before the next event.
+_NEVER = 1 << 30
+
+
+class Closings:
+    """Splitter that cuts a stream into closings and detects the contacts in each.
+
+    The chain gets the same samples as from a recording. So live and offline results agree.
+
+    Parameters
+    ----------
+    layout
+        Columns of the blocks.
+    detector
+        Fitted or loaded detector.
+    calibration
+        Calibration with the noise floors, see :class:`firstcontact.chain.Chain`.
+    keeps_first_state
+        True to judge by the first steady state of each closing only, without withdrawals.
+
+    Raises
+    ------
+    InputError
+        If the detector does not support this layout.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        detector: Detector,
+        calibration: Calibration | None = None,
+        *,
+        keeps_first_state: bool = False,
+    ) -> None:
+        self._layout = layout
+        self._chain = contact_chain(
+            detector, layout, calibration, keeps_first_state=keeps_first_state
+        )
+        self._first: Contact | None = None
+        self._open = False
+        self._end = 0
+        self._epoch = 0
+
+    @property
+    def has_floors(self) -> bool:
+        """True if the noise floors are known. Without them each epoch is one closing."""
+        return self._chain.has_floors
+
+    @property
+    def refused(self) -> int:
+        """Number of motor starts since the last closing began that were taken for a held object."""
+        return self._chain.refused
+
+    @property
+    def open(self) -> bool:
+        """True during a closing."""
+        return self._open
+
+    @property
+    def end(self) -> int:
+        """Number of the first sample after the last block."""
+        return self._end
+
+    @property
+    def due(self) -> int | None:
+        """Number of samples until the next contact or withdrawal; None if none can follow."""
+        due = self._chain.due(_NEVER)
+        return None if due == _NEVER else due
+
+    def update(self, block: Block) -> Iterator[Stage]:
+        """Process the next block and yield its events in order.
+
+        The caller must exhaust this iterator before the next block.
+        """
+        events = self._chain.take(block)
+        # Until a closing begins, events belong to the epoch of the closing before.
+        epoch, self._epoch, self._end = self._epoch, block.epoch, block.end
+        position = block.first_sample
+        contacts: tuple[Contact, ...] = ()
+        for event in events:
+            match event.kind:
+                case EventKind.CLOSING_BEGAN:
+                    self._open, self._first = True, None
+                    position, epoch = event.sample, block.epoch
+                    yield ClosingBegan(event.sample, block.epoch)
+                case EventKind.CONTACT_FOUND:
+                    contact = contact_of(event, self._layout)
+                    self._first = self._first or contact
+                    contacts = (*contacts, contact)
+                case EventKind.CONTACT_WITHDRAWN:
+                    _log.info("the contact at sample %d is withdrawn", event.sample)
+                    piece = _cut(block, position, event.known + 1)
+                    yield ClosingSamples(piece, contacts, self._first)
+                    position, contacts, self._first = event.known + 1, (), None
+                case EventKind.CLOSING_ENDED:
+                    is_complete = event.reason != Reason.LOST
+                    if is_complete:
+                        yield ClosingSamples(_cut(block, position, event.sample), contacts)
+                        position = event.sample
+                    contacts, self._open = (), False
+                    yield ClosingEnded(event.sample, epoch, is_complete)
+        if self._open and position < block.end:
+            yield ClosingSamples(_cut(block, position, block.end), contacts)
+
+
+def _cut(block: Block, start: int, stop: int) -> Block:
+    """Return the samples ``start`` to ``stop`` of a block."""
+    first = block.first_sample
+    return Block(block.data[start - first : stop - first], start, block.epoch)

@@ -1,0 +1,162 @@
+"""Contacts that a detector reports in a closing: live, or in a recorded pinch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from firstcontact.chain import Chain, ChainEvent, EventKind, build_image
+from firstcontact.chain.image import DetectorKind
+from firstcontact.contact.closing_start import closing_start
+from firstcontact.contact.detector import Detector, WindowDecisions
+from firstcontact.core import Block, Calibration, Contact, Layout, Pinch
+from firstcontact.signal import samples_in
+
+#: Length of the pieces in which pinches are judged, s. Pieces after the last contact are not
+#: judged.
+PIECE = 0.05
+#: Samples from the first contact after which the chain would end a closing: more than any has.
+ENDLESS = 1 << 30
+
+
+def contact_chain(
+    detector: Detector,
+    layout: Layout,
+    calibration: Calibration | None = None,
+    *,
+    keeps_first_state: bool = False,
+    is_traced: bool = False,
+) -> Chain:
+    """Return a chain that finds closings and contacts. Each closing lasts until the motor rests."""
+    constants = detector.constants(layout.rate)
+    return Chain(
+        build_image(layout.rate, constants, after=ENDLESS / layout.rate),
+        layout,
+        calibration,
+        detector=detector if constants.kind == DetectorKind.PROGRAM else None,
+        keeps_first_state=keeps_first_state,
+        is_traced=is_traced,
+    )
+
+
+def contact_of(event: ChainEvent, layout: Layout) -> Contact:
+    """Return the contact of an event of the kind CONTACT_FOUND."""
+    return Contact(layout.vibration_fingers[event.channel], event.sample, event.known)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PinchDecisions:
+    """Decisions of a detector in one pinch.
+
+    Parameters
+    ----------
+    windows
+        Decisions for the detector's windows, from the first of the pinch to the last that was
+        judged.
+    fixed_windows
+        The same decisions, but relative to the first steady state of the pinch, as published.
+    first
+        First contact that is not withdrawn; None if there is none.
+    """
+
+    windows: WindowDecisions
+    fixed_windows: WindowDecisions
+    first: Contact | None
+
+
+def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
+    """Judge the windows of a pinch from its first sample on.
+
+    All windows before ``until`` are judged. Further windows are judged until the first contact is
+    confirmed, or to the end of the pinch.
+
+    ``pinch`` must begin at the start of its closing. ``fixed_windows`` of the result end at
+    ``until`` or after ``PIECE`` s, whichever is later.
+    """
+    layout = pinch.layout
+    chain = contact_chain(detector, layout, is_traced=True)
+    windows: list[tuple[int, ...]] = []
+    contacts: list[Contact] = []
+    pieces = list(_pieces(_block(pinch), until, layout.rate))
+    for piece in pieces:
+        contacts = _standing(chain.take(piece), layout, contacts)
+        windows += chain.windows
+        if contacts and chain.is_confirmed:
+            break
+    fixed = judge_windows(detector, layout, pieces[0])
+    return PinchDecisions(_decisions(windows, layout), fixed, next(iter(contacts), None))
+
+
+def judge_windows(detector: Detector, layout: Layout, *blocks: Block) -> WindowDecisions:
+    """Judge all windows of a closing by its first steady state, and withdraw no contact."""
+    chain = contact_chain(detector, layout, keeps_first_state=True, is_traced=True)
+    windows: list[tuple[int, ...]] = []
+    for block in blocks:
+        chain.take(block)
+        windows += chain.windows
+    return _decisions(windows, layout)
+
+
+def _decisions(windows: Sequence[tuple[int, ...]], layout: Layout) -> WindowDecisions:
+    """Return the decisions that a traced chain has stored."""
+    rows = np.array(windows, np.int64).reshape(-1, 1 + len(layout.vibration_fingers))
+    return WindowDecisions(rows[:, 0], rows[:, 1:] >= 0, rows[:, 1:])
+
+
+def _standing(
+    events: Sequence[ChainEvent], layout: Layout, earlier: Sequence[Contact] = ()
+) -> list[Contact]:
+    """Return the contacts among ``earlier`` and ``events`` that no withdrawal removes."""
+    contacts = list(earlier)
+    for event in events:
+        if event.kind == EventKind.CONTACT_FOUND:
+            contacts.append(contact_of(event, layout))
+        elif event.kind == EventKind.CONTACT_WITHDRAWN:
+            contacts.clear()
+    return contacts
+
+
+def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
+    """Yield a pinch in pieces of ``PIECE`` s. The last can be shorter."""
+    size = samples_in(PIECE, rate)
+    end = max(until - block.first_sample, size)
+    yield Block(block.data[:end], block.first_sample, block.epoch)
+    for start in range(end, len(block.data), size):
+        yield Block(block.data[start : start + size], block.first_sample + start, block.epoch)
+
+
+def _block(pinch: Pinch, start: int | None = None) -> Block:
+    first = pinch.first_sample if start is None else start
+    return Block(pinch.data[first - pinch.first_sample :], first)
+
+
+def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Contact]:
+    """Return all contacts in a pinch after the start of its closing, as in a live session.
+
+    The start of the closing is found from this pinch alone. To use the other pinches of the rig as
+    well, see :func:`firstcontact.contact.closing_start.cut_closings`.
+
+    Parameters
+    ----------
+    detector
+        Fitted or loaded detector.
+    pinch
+        Pinch.
+    confirm
+        False to return the detector's contacts without withdrawals, by the first steady state.
+    """
+    chain = contact_chain(detector, pinch.layout, keeps_first_state=not confirm)
+    return _standing(chain.take(_block(pinch, closing_start(pinch).sample)), pinch.layout)
+
+
+def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
+    """Return the first contact of :func:`detect`, or None, without judging later samples."""
+    chain = contact_chain(detector, pinch.layout)
+    contacts: list[Contact] = []
+    for piece in _pieces(_block(pinch, closing_start(pinch).sample), 0, pinch.layout.rate):
+        contacts = _standing(chain.take(piece), pinch.layout, contacts)
+        if contacts and chain.is_confirmed:
+            break
+    return contacts[0] if contacts else None

@@ -1,0 +1,132 @@
+"""Detectors on disk: a JSON card, and a safetensors file for trained detectors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+
+from firstcontact.contact.detector import Detector
+from firstcontact.contact.registry import DETECTORS, untrained_detector
+from firstcontact.core import InputError, Layout
+from firstcontact.core.files import AnyPath
+from firstcontact.core.records import Name
+from firstcontact.core.weights import (
+    DETECTOR_CARD,
+    Rate,
+    Sha256,
+    digest,
+    read_card,
+    read_weights,
+    write_weights,
+)
+
+DETECTOR_FORMAT = "firstcontact-detector"
+#: Version of the format. It increases when older files can no longer be read.
+FORMAT_VERSION = 1
+CARD = DETECTOR_CARD
+DETECTOR_WEIGHTS = "detector.safetensors"
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorCard:
+    """Fields of a detector's card."""
+
+    name: Name
+    rate_hz: Rate | None = None
+    sigmas: Annotated[float, msgspec.Meta(gt=0, le=1e6)] | None = None
+    sha256: Sha256 | None = None
+
+
+def save_detector(
+    detector: Detector, directory: AnyPath, data: Mapping[str, Any] | None = None
+) -> Path:
+    """Write a fitted detector into a folder, next to the models that use it.
+
+    The folder is created if it does not exist, and a detector in it is replaced. ``data`` describes
+    the training data for readers of the card. Raise InputError if the detector is not trained.
+    """
+    directory = Path(directory)
+    arrays = detector.to_arrays()
+    tree = {
+        "format": DETECTOR_FORMAT,
+        "format_version": FORMAT_VERSION,
+        "name": detector.name,
+        "rate_hz": detector.rate,
+        "data": dict(data or {}),
+    }
+    write_weights(directory / CARD, directory / DETECTOR_WEIGHTS, tree, arrays, DetectorCard)
+    return directory
+
+
+def card_digest(directory: Path) -> str:
+    """Return the checksum of a folder's detector card. Model cards store this checksum."""
+    return digest((directory / CARD).read_bytes())
+
+
+def pretrained_detector() -> Detector:
+    """Load the detector of this package, which was trained on simulated data only."""
+    return load_detector(Path(str(files("firstcontact.contact"))) / "pretrained")
+
+
+def general_detector(layout: Layout) -> Detector:
+    """Return the detector for a rig without known contacts.
+
+    A hand with the sampling rate of the package's detector gets the package's detector. Other
+    rates, and sensors that a person moves, get a detector that needs no training.
+    """
+    shipped = pretrained_detector()
+    # A trained detector accepts its own rate only, without tolerance for the error of a clock.
+    if layout.rate == shipped.rate and None not in layout.vibration_fingers:
+        return shipped
+    return untrained_detector(layout)
+
+
+def is_pretrained(detector: Detector) -> bool:
+    """Return True if this is the package's own detector, not trained further."""
+    shipped = pretrained_detector()
+    if (detector.name, detector.rate) != (shipped.name, shipped.rate):
+        return False
+    arrays, expected = detector.to_arrays(), shipped.to_arrays()
+    return arrays.keys() == expected.keys() and all(
+        np.array_equal(arrays[k], expected[k]) for k in expected
+    )
+
+
+def load_detector(path: AnyPath) -> Detector:
+    """Load a detector from its folder, or from the card in it. Its files contain no code.
+
+    Raise InputError if a file is missing, damaged, or from another program or version.
+    """
+    path = Path(path)
+    folder = path.parent if path.is_file() else path
+    file = folder / CARD
+    card = read_card(file, "detector", DETECTOR_FORMAT, FORMAT_VERSION, DetectorCard)
+    if card.name not in DETECTORS:
+        raise InputError(
+            f"{file}: no detector is called {card.name!r} "
+            f"(available: {', '.join(DETECTORS.names)}): update firstcontact or train again"
+        )
+    kind = DETECTORS[card.name]
+    if card.sha256 is not None:
+        arrays = read_weights(folder / DETECTOR_WEIGHTS, card.sha256, CARD)
+    elif kind.learns:
+        raise InputError(f"{file}: the field 'sha256' is missing: train again")
+    else:  # no weights, or an older version with the number in the card
+        arrays = {} if card.sigmas is None else {"sigmas": np.array(card.sigmas)}
+    try:
+        with np.errstate(all="ignore"):  # the decision refuses values that overflow
+            detector = kind.from_arrays(arrays)
+    except InputError as error:
+        raise InputError(f"{folder / DETECTOR_WEIGHTS}: {error}") from None
+    if card.rate_hz != detector.rate:
+        raise InputError(
+            f"{file}: the field 'rate_hz' is {card.rate_hz!r}, but the detector in "
+            f"{DETECTOR_WEIGHTS} was trained at {detector.rate!r}: train again"
+        )
+    return detector

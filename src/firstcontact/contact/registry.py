@@ -1,0 +1,50 @@
+"""Registry of contact detectors. To add a detector, write one file and add one line here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from firstcontact.contact._slip import SlipDetector
+    from firstcontact.contact.detector import Detector
+    from firstcontact.core import Layout
+from firstcontact.core import Registry
+
+DETECTORS: Registry[type[Detector]] = Registry(
+    "detector",
+    "firstcontact.detectors",
+    {
+        "three_sigma": "firstcontact.contact._threshold:ThresholdDetector",
+        "svm": "firstcontact.contact._svm:SvmDetector",
+        "logistic": "firstcontact.contact._logistic:LogisticDetector",
+    },
+    default="logistic",
+    base="firstcontact.contact.detector:Detector",
+)
+
+SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
+    "slip detector",
+    "firstcontact.slip_detectors",
+    {"power": "firstcontact.contact._slip:PowerSlipDetector"},
+    default="power",
+    base="firstcontact.contact._slip:SlipDetector",
+)
+
+
+def make_detector(name: str, **options: Any) -> Detector:
+    """Return the detector of this name, not fitted yet; ``options`` go to its constructor."""
+    kind = DETECTORS.find(name)
+    with DETECTORS.calling(name):
+        return kind(**options)
+
+
+def untrained_name() -> str:
+    """Return the name of the first registered detector that needs no training."""
+    return next(name for name, kind in DETECTORS.items() if not kind.learns)
+
+
+def untrained_detector(layout: Layout) -> Detector:
+    """Return a detector that needs no training, for layouts without training data."""
+    kind: Any = DETECTORS[untrained_name()]
+    detector: Detector = kind.untrained(layout) if hasattr(kind, "untrained") else kind()
+    return detector

@@ -1,0 +1,207 @@
+"""Calibration of a pair of fingertips, measured before a recording, and its file."""
+
+from __future__ import annotations
+
+import errno
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from firstcontact.core._errors import InputError
+from firstcontact.core.files import AnyPath, given_path, read_regular, temporary_path, write_json
+from firstcontact.core.layout import ADC_VOLTS, Finger, finger_name
+from firstcontact.core.records import LONGEST, Name, read_record
+
+#: Resistor of the published divider, ohm.
+DIVIDER_OHM = 4700.0
+
+
+_REMEDY = "make a calibration with `firstcontact calibrate`"
+#: Name and version of the format. Other formats and versions are refused.
+FORMAT = "firstcontact.calibration"
+VERSION = 1
+#: Bounds of the numbers in a calibration.
+Size = Annotated[float, Meta(ge=0.0, le=1e9)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
+
+
+@dataclass(frozen=True, slots=True)
+class VibrationCalibration:
+    """Noise and offset of one vibration sensor, measured while the hand rests and touches nothing.
+
+    Parameters
+    ----------
+    finger
+        Finger that carries the sensor; None if it belongs to no finger.
+    noise
+        RMS around the mean, in the channel's unit (V for fingertips).
+    offset
+        Mean, in the channel's unit. It is 0 if a fingertip's signal rests exactly at its nominal
+        1.65 V.
+    tap
+        Peak of the response to a tap, in the channel's unit; None without a tap.
+    """
+
+    finger: Finger | None
+    noise: Size
+    offset: Annotated[float, Meta(ge=-1e9, le=1e9)] = 0.0
+    tap: Size | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ForceCurve:
+    """Force curve of the Velostat in one fingertip: converts the divider's voltage to newtons.
+
+    Velostat is a sheet whose conductance g rises with the force F: ``g = leak + gain F^exponent``.
+    The voltage over the divider's resistor R is then ``V = 3.3 R g / (1 + R g)``.
+
+    Parameters
+    ----------
+    finger
+        Finger that carries the Velostat.
+    leak
+        Conductance without load, S.
+    gain
+        Gain, S / N^exponent.
+    exponent
+        Exponent of the force.
+    rms
+        RMS of the fit's residuals, N.
+    resistor
+        Resistor of the divider, ohm.
+    """
+
+    finger: Finger
+    leak: Size
+    gain: Positive
+    exponent: Positive
+    rms: Size
+    resistor: Positive = DIVIDER_OHM
+
+    def newtons(self, volts: NDArray[Any]) -> NDArray[np.float64]:
+        """Return the force on a taxel, N, for each voltage over the divider's resistor."""
+        ratio = np.clip(np.asarray(volts, dtype=np.float64) / ADC_VOLTS, 0.0, 0.999)
+        conductance = ratio / (1.0 - ratio) / self.resistor
+        newtons: NDArray[np.float64] = (np.maximum(conductance - self.leak, 0.0) / self.gain) ** (
+            1.0 / self.exponent
+        )
+        return newtons
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """Calibration of one pair of fingertips. Every recording stores it in its header.
+
+    ``piezo`` holds the vibration sensors of any kind; files use this name. ``created`` is an ISO
+    8601 time. Fingers that were not measured are absent.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> from firstcontact.core import VibrationCalibration
+    >>> calibration = fc.Calibration((VibrationCalibration(fc.Finger.INDEX, noise=0.002),))
+    >>> calibration.noise(fc.Finger.INDEX)
+    0.002
+    """
+
+    piezo: Annotated[tuple[VibrationCalibration, ...], Meta(max_length=len(Finger) + 1)] = ()
+    force: Annotated[tuple[ForceCurve, ...], Meta(max_length=len(Finger))] = ()
+    created: Name = ""
+
+    def noise(self, finger: Finger | None) -> float | None:
+        """Return the noise floor (RMS) of a finger's vibration sensor; None if not measured."""
+        return next((p.noise for p in self.piezo if p.finger is finger), None)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the calibration as dicts and lists for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """Fields that identify a file as a calibration, and its version."""
+
+    format: str = ""
+    version: int | None = None
+
+
+def write_calibration(calibration: Calibration, path: Path) -> None:
+    """Write a calibration atomically and replace an existing file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    try:
+        write_json(path, {"format": FORMAT, "version": VERSION, **calibration.to_json()})
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def check_writable(path: Path) -> None:
+    """Check that a path can be written before a long measurement. Leave no file there.
+
+    Raises
+    ------
+    InputError
+        :func:`write_calibration` could not write the path.
+    """
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        with temporary_path(path) as temporary:
+            temporary.touch()
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read a file that :func:`write_calibration` wrote.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not a calibration, has another version, or holds a number
+        that is out of range.
+    """
+    try:
+        data = read_regular(path, LONGEST)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+    head = read_record(data, _Head, str(path), _REMEDY)
+    if head.format != FORMAT:
+        raise _foreign(path, f'its format is not "{FORMAT}"')
+    if head.version != VERSION:
+        raise _foreign(path, f"its version is {head.version} and not {VERSION}")
+    calibration = read_record(data, Calibration, str(path), _REMEDY)
+    for piezo in calibration.piezo:
+        if not piezo.noise > 0:
+            raise _foreign(path, f"the {finger_name(piezo.finger)}'s noise is 0")
+    return calibration
+
+
+def given_calibration(calibration: Calibration | AnyPath | None) -> Calibration | None:
+    """Return a calibration that a caller gave, read from its file if a path was given.
+
+    Raises
+    ------
+    InputError
+        See :func:`read_calibration`.
+    """
+    if isinstance(calibration, str | os.PathLike):
+        return read_calibration(given_path(calibration, "calibration"))
+    return calibration
+
+
+def _unwritable(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path} cannot be written ({error.strerror}): choose another file")
+
+
+def _foreign(path: Path, reason: str) -> InputError:
+    return InputError(f"{path} is not a calibration ({reason}): {_REMEDY}")

@@ -1,0 +1,215 @@
+"""Child processes that end with this process, however it ends.
+
+``python -m firstcontact.core.children PARENT SIGNAL MODULE OPTIONS`` first asks the kernel for a
+signal when the parent ends. It then runs the module in the same process.
+"""
+
+from __future__ import annotations
+
+import os
+import runpy
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from concurrent.futures import Future
+from contextlib import suppress
+from typing import IO, Any
+
+#: Time to wait for a killed child, s. Only a child that is stuck in the kernel needs more.
+KILLED = 5.0
+#: Longest wait in one call of ``select``, s. It does not notice a signal that came just before it.
+LOOK = 0.5
+#: Poll interval for the parent, s, on systems whose kernel sends no signal.
+POLL_INTERVAL = 0.5
+
+
+class Child:
+    """Child process that runs a module and exchanges lines over its standard input and output.
+
+    Closing the child's input asks it to end. The child runs in its own session, so signals to the
+    terminal's process group do not reach it.
+
+    Parameters
+    ----------
+    module
+        Module to run, as ``python -m`` would.
+    options
+        Command-line arguments of the module.
+    wakes
+        Signal to the child when this process ends. True sends SIGCONT, so that even a suspended
+        child notices the end of its input and exits. False kills it.
+    """
+
+    def __init__(self, module: str, *options: str, wakes: bool = False) -> None:
+        number = signal.SIGCONT if wakes else signal.SIGKILL
+        started: Future[subprocess.Popen[bytes]] = Future()
+        # The kernel treats the thread that starts a child as its parent, so the thread must live
+        # as long as the child.
+        self._keeper = threading.Thread(
+            target=_keep,
+            args=(started, module, options, number),
+            name=f"keeper of {module}",
+            daemon=True,
+        )
+        self._keeper.start()
+        self._process = started.result()
+        self._unread = b""
+
+    @property
+    def pid(self) -> int:
+        """Process ID."""
+        return self._process.pid
+
+    def tell(self, line: str, timeout: float) -> None:
+        """Send a line to the child.
+
+        Raises
+        ------
+        OSError
+            The child has ended, or did not read the line within ``timeout`` s (TimeoutError).
+        """
+        number = _open(self._process.stdin).fileno()
+        data = line.encode() + b"\n"
+        deadline = time.monotonic() + timeout
+        while data:
+            if not _ready(deadline, writes=[number]):
+                raise TimeoutError(f"process {self.pid} does not read its input")
+            # A pipe that accepts data takes a short line whole.
+            data = data[os.write(number, data[: select.PIPE_BUF]) :]
+
+    def answer(self, timeout: float) -> str:
+        """Return the next line that the child writes.
+
+        Raises
+        ------
+        OSError
+            The child has ended, or wrote nothing for ``timeout`` s (TimeoutError).
+        """
+        number = _open(self._process.stdout).fileno()
+        deadline = time.monotonic() + timeout
+        while b"\n" not in self._unread:
+            if not _ready(deadline, reads=[number]):
+                raise TimeoutError(f"process {self.pid} does not answer within {timeout:g} s")
+            data = os.read(number, 4096)
+            if not data:
+                raise BrokenPipeError(f"process {self.pid} has ended")
+            self._unread += data
+        line, _, self._unread = self._unread.partition(b"\n")
+        return line.decode("utf-8", "replace")
+
+    def end(self, timeout: float) -> bool:
+        """Close the child's input, and kill it if it does not end within ``timeout`` s.
+
+        Returns
+        -------
+        bool
+            True if the child ended by itself. A second call does nothing.
+        """
+        with suppress(OSError):
+            _open(self._process.stdin).close()
+        self._keeper.join(timeout)
+        killed = self._keeper.is_alive()
+        if killed:
+            with suppress(OSError):
+                self._process.kill()
+            self._keeper.join(KILLED)
+        with suppress(OSError):
+            _open(self._process.stdout).close()
+        return not killed
+
+
+def _start_module(
+    module: str, *options: str, number: signal.Signals, **popen: Any
+) -> subprocess.Popen[bytes]:
+    """Start a process that runs a module and ends with this process.
+
+    The process imports from the same folders as this process. It runs in its own session.
+    It gets the signal ``number`` when the calling thread ends. ``popen`` are arguments of
+    :class:`subprocess.Popen`.
+    """
+    # Without -P a file in the user's working folder could replace a module.
+    command = [sys.executable, "-P", "-m", "firstcontact.core.children"]
+    return subprocess.Popen(  # noqa: S603
+        [*command, str(os.getpid()), str(int(number)), module, *options],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))},
+        start_new_session=True,
+        **popen,
+    )
+
+
+def _keep(
+    started: Future[subprocess.Popen[bytes]],
+    module: str,
+    options: Sequence[str],
+    number: signal.Signals,
+) -> None:
+    try:
+        pipe = subprocess.PIPE
+        process = _start_module(module, *options, number=number, stdin=pipe, stdout=pipe, bufsize=0)
+    except BaseException as error:
+        started.set_exception(error)
+        return
+    started.set_result(process)
+    process.wait()
+
+
+def _ready(deadline: float, *, reads: Sequence[int] = (), writes: Sequence[int] = ()) -> bool:
+    """Wait until a pipe can be read or written. Return False if none can at ``deadline``."""
+    while True:
+        remaining = max(deadline - time.monotonic(), 0.0)
+        if any(select.select(reads, writes, [], min(remaining, LOOK))):
+            return True
+        if remaining <= LOOK:
+            return False
+
+
+def _open(stream: IO[bytes] | None) -> IO[bytes]:
+    if stream is None or stream.closed:
+        raise BrokenPipeError("the child process has been ended")
+    return stream
+
+
+def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
+    """Send this process a signal when its parent ends."""
+    if not _request_parent_signal(number):
+        threading.Thread(
+            target=_poll_parent, args=(parent, number), name="parent", daemon=True
+        ).start()
+    if os.getppid() != parent:
+        os.kill(os.getpid(), number)
+
+
+def _request_parent_signal(number: signal.Signals) -> bool:
+    """Request the signal from the kernel. Return False if the kernel does not support it."""
+    if sys.platform != "linux":
+        return False
+    import ctypes
+
+    set_parent_death_signal = 1
+    try:
+        libc = ctypes.CDLL(None, use_errno=True)
+        return bool(libc.prctl(set_parent_death_signal, int(number), 0, 0, 0) == 0)
+    except (OSError, AttributeError):
+        return False
+
+
+def _poll_parent(parent: int, number: signal.Signals) -> None:
+    while os.getppid() == parent:
+        time.sleep(POLL_INTERVAL)
+    os.kill(os.getpid(), number)
+
+
+def main() -> None:
+    """Run a module in this process, and end the process when its parent ends."""
+    parent, number, module, *options = sys.argv[1:]
+    follow(int(parent), signal.Signals(int(number)))
+    sys.argv = [module, *options]
+    runpy.run_module(module, run_name="__main__", alter_sys=True)
+
+
+if __name__ == "__main__":
+    main()

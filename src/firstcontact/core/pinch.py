@@ -1,0 +1,334 @@
+"""Pinches: samples, labels and contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from enum import StrEnum
+from typing import Annotated, Any, overload
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from firstcontact.core._block import Block
+from firstcontact.core._errors import InputError
+from firstcontact.core.calibration import Calibration
+from firstcontact.core.layout import ChannelKind, Finger, Layout
+from firstcontact.core.records import Name
+from firstcontact.core.text import counted
+
+#: Largest magnitude of a hardness rank.
+HIGHEST_RANK = 1000
+#: Bounds on closing speeds, m/s, far beyond those of any hand.
+SLOWEST, FASTEST = 1e-4, 10.0
+
+
+class Role(StrEnum):
+    """Role of a pinch: training, or test on unseen objects."""
+
+    TRAIN = "train"
+    TEST = "test"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """Label of a pinched object. In any field, ``None`` or "" means unknown.
+
+    Raises
+    ------
+    InputError
+        ``shore_a`` is outside 0 to 100.
+    """
+
+    object: Name = ""
+    shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
+    hardness_rank: Annotated[int, Meta(ge=-HIGHEST_RANK, le=HIGHEST_RANK)] | None = None
+    specimen: Name = ""
+    session: Name = ""
+    role: Role = Role.TRAIN
+
+    def __post_init__(self) -> None:
+        if self.shore_a is not None and not 0 <= self.shore_a <= 100:
+            raise InputError(
+                f"the Shore A is {self.shore_a:g}: give a value from 0 to 100, or None if unknown",
+                parameter="shore_a",
+            )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the label as dicts and lists for JSON."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Contact of one finger, in the device's sample numbers.
+
+    ``finger`` is None if the sensor belongs to no finger. ``decided`` is the sample after which the
+    detector knew the contact. For ground truth it equals ``sample``.
+    """
+
+    finger: Finger | None
+    sample: int
+    decided: int
+
+
+@dataclass(frozen=True, slots=True)
+class ClosingSpeed:
+    """Closing speed just before a contact, as the hand measured it.
+
+    Parameters
+    ----------
+    speed
+        Speed, m/s.
+    error
+        Standard error of the speed, m/s; 0 for an exact speed.
+
+    Raises
+    ------
+    InputError
+        The speed is outside 0.1 mm/s to 10 m/s, or the error is outside 0 to 10 m/s.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> from dataclasses import replace
+    >>> pinch = replace(fc.load("recordings")[0], closing_speed=fc.ClosingSpeed(0.13, 0.003))
+    >>> pinch.closing_speed.speed
+    0.13
+    """
+
+    speed: Annotated[float, Meta(ge=SLOWEST, le=FASTEST)]
+    error: Annotated[float, Meta(ge=0, le=FASTEST)] = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value, least in (("speed", self.speed, SLOWEST), ("error", self.error, 0.0)):
+            if not least <= value <= FASTEST:  # true of NaN
+                raise InputError(
+                    f"the {name} of a closing is {value:g}: give a value in m/s, from {least:g} "
+                    f"to {FASTEST:g}",
+                    parameter=name,
+                )
+
+
+def first_closed_sample(strip: NDArray[Any], first_sample: int = 0) -> int | None:
+    """Return the number of the first sample at which a strip is closed; None if it stays open.
+
+    Parameters
+    ----------
+    strip
+        Samples of the strip, shape (samples,). Values other than 0 mean closed.
+    first_sample
+        Number of ``strip[0]``.
+    """
+    return first_sample + int(np.argmax(strip != 0)) if strip.any() else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pinch:
+    """One closing of the hand on an object.
+
+    Parameters
+    ----------
+    data
+        Raw samples, shape (samples, channels); ``layout`` gives their meaning.
+    layout
+        Columns of the samples.
+    label
+        Label of the pinched object.
+    first_sample
+        Device sample number of ``data[0]``.
+    truth
+        Contacts known from the contact strips or from labels, in time order: none, only the first,
+        or both.
+    motor_start
+        Device sample number at which the motor starts to close the hand; None if unknown. Like
+        ``first_sample``, it counts from the start of the device, not of the pinch.
+    calibration
+        Calibration of the fingertips from the recording; None without one.
+    groups
+        Samples of the layout's slower channel groups during the pinch, by name. A group with
+        missing samples is absent.
+    closing_speed
+        Closing speed before the first contact, as the hand measured it; None if unknown.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from firstcontact.core import fingertip_layout
+    >>> first = Contact(Finger.THUMB, 120, 120)
+    >>> pinch = Pinch(np.zeros((500, 16), np.int16), fingertip_layout(), truth=(first,))
+    >>> pinch.first.finger.name, pinch.second
+    ('THUMB', None)
+    """
+
+    data: NDArray[Any]
+    layout: Layout
+    label: Label = field(default_factory=Label)
+    first_sample: int = 0
+    truth: tuple[Contact, ...] = ()
+    motor_start: int | None = None
+    calibration: Calibration | None = None
+    groups: Mapping[str, Block] = field(default_factory=dict)
+    closing_speed: ClosingSpeed | None = None
+
+    @property
+    def first(self) -> Contact | None:
+        """First contact; None if unknown."""
+        return self.truth[0] if self.truth else None
+
+    @property
+    def second(self) -> Contact | None:
+        """Second contact; None if unknown."""
+        return self.truth[1] if len(self.truth) > 1 else None
+
+    @property
+    def offset(self) -> float | None:
+        """Time from the first to the second contact, s; None if unknown."""
+        if self.second is None:
+            return None
+        return (self.truth[1].sample - self.truth[0].sample) / self.layout.rate
+
+    def vibration(self) -> NDArray[np.float64]:
+        """Return the vibration channels in their unit, shape (samples, vibration channels).
+
+        A vector gives one column, its :attr:`~firstcontact.core.Channel.axis`.
+        """
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.VIBRATION))
+
+    def force(self, finger: Finger) -> NDArray[np.float64]:
+        """Return the force channels of a finger in their unit, shape (samples, 6)."""
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.FORCE, finger))
+
+    def group(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the times and the values of the samples of a slower channel group.
+
+        The times, s, count from the pinch's first sample. The shapes are (samples,) and (samples,
+        columns). Raises KeyError if the group is absent.
+        """
+        block = self.groups[name]
+        layout = next(g.layout for g in self.layout.groups if g.name == name)
+        times = (block.first_sample + np.arange(len(block.data))) / layout.rate
+        values = layout.physical(block.data, tuple(range(layout.width)))
+        return times - self.first_sample / self.layout.rate, values
+
+    def strip(self, finger: Finger) -> NDArray[np.float64]:
+        """Return the strip channel of a finger (0 open, 1 closed), shape (samples, 1)."""
+        return self.layout.physical(self.data, self.layout.columns(ChannelKind.STRIP, finger))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dataset:
+    """Pinches with the same layout, and their labels as arrays.
+
+    Iterating gives pinches. An index gives a pinch; a slice, a list of positions or a boolean mask
+    gives a dataset.
+
+    Parameters
+    ----------
+    pinches
+        Pinches that share one layout.
+    source
+        Origin: "twin", "real", "synthetic" or "unknown".
+    notes
+        Sentences about loading and processing, such as resampling and skipped data.
+    recorded_rate
+        Sampling rate before resampling, Hz; None if the pinches were not resampled.
+    losses
+        Notes that name data in files that were left out.
+    sessions_assumed
+        True if an importer treated pinches without a session name as one session.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import firstcontact as fc
+    >>> from firstcontact.core import fingertip_layout
+    >>> layout = fingertip_layout()
+    >>> shores = (10.0, 10.0, 60.0)
+    >>> pinches = [fc.Pinch(np.zeros((500, 16)), layout, fc.Label(shore_a=s)) for s in shores]
+    >>> data = fc.Dataset(tuple(pinches))
+    >>> len(data), data[0].label.shore_a, len(data[1:]), len(data[data.shore_a > 50])
+    (3, 10.0, 2, 1)
+    """
+
+    pinches: tuple[Pinch, ...]
+    source: str = "unknown"
+    notes: tuple[str, ...] = ()
+    recorded_rate: float | None = None
+    losses: tuple[str, ...] = ()
+    sessions_assumed: bool = False
+
+    def __len__(self) -> int:
+        return len(self.pinches)
+
+    def __iter__(self) -> Iterator[Pinch]:
+        """Iterate over the pinches."""
+        return iter(self.pinches)
+
+    @overload
+    def __getitem__(self, index: int | np.integer[Any]) -> Pinch: ...
+
+    @overload
+    def __getitem__(self, index: slice | NDArray[Any] | Sequence[int]) -> Dataset: ...
+
+    def __getitem__(
+        self, index: int | np.integer[Any] | slice | NDArray[Any] | Sequence[int]
+    ) -> Pinch | Dataset:
+        """Return a pinch, or the dataset of a slice, of positions or of a boolean mask."""
+        if isinstance(index, int | np.integer):
+            return self.pinches[index]
+        return self.take(index)
+
+    def __repr__(self) -> str:
+        """Return a summary, such as the numbers of pinches and objects, without the samples."""
+        if not self.pinches:
+            return f"Dataset(0 pinches, source={self.source!r})"
+        labels = {"object": self.objects, "session": self.sessions}
+        counts = [counted(len(set(names.tolist()) - {""}), noun) for noun, names in labels.items()]
+        return (
+            f"Dataset({counted(len(self), 'pinch')}, {', '.join(counts)}, {self.layout.rate:g} Hz, "
+            f"source={self.source!r})"
+        )
+
+    @property
+    def layout(self) -> Layout:
+        """Layout that all pinches share."""
+        return self.pinches[0].layout
+
+    @property
+    def shore_a(self) -> NDArray[np.float64]:
+        """Shore A of each pinch, NaN if unknown, shape (pinches,)."""
+        return np.array([p.label.shore_a for p in self.pinches], dtype=np.float64)
+
+    @property
+    def hardness_rank(self) -> NDArray[np.float64]:
+        """Hardness rank of each pinch, NaN if unknown, shape (pinches,)."""
+        return np.array([p.label.hardness_rank for p in self.pinches], dtype=np.float64)
+
+    @property
+    def objects(self) -> NDArray[np.str_]:
+        """Object of each pinch, shape (pinches,)."""
+        return np.array([p.label.object for p in self.pinches], dtype=np.str_)
+
+    @property
+    def specimens(self) -> NDArray[np.str_]:
+        """Specimen of each pinch, shape (pinches,)."""
+        return np.array([p.label.specimen for p in self.pinches], dtype=np.str_)
+
+    @property
+    def sessions(self) -> NDArray[np.str_]:
+        """Session of each pinch, shape (pinches,)."""
+        return np.array([p.label.session for p in self.pinches], dtype=np.str_)
+
+    @property
+    def test(self) -> NDArray[np.bool_]:
+        """Mask of the pinches of unseen objects (test role), shape (pinches,)."""
+        return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
+
+    def take(self, positions: slice | NDArray[Any] | Sequence[int]) -> Dataset:
+        """Return the dataset of a slice, of the pinches at these positions, or of a mask."""
+        if not isinstance(positions, slice):
+            positions = np.asarray(positions, dtype=None if len(positions) else np.intp)
+        chosen = np.arange(len(self))[positions]
+        return replace(self, pinches=tuple(self.pinches[i] for i in chosen))

@@ -1,0 +1,241 @@
+"""Registries of named entries: built-in entries, and plug-ins of other packages."""
+
+from __future__ import annotations
+
+import inspect
+import logging
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Generic, Protocol, TypeVar
+
+from firstcontact.core._errors import InputError
+from firstcontact.core.text import summarize_error
+
+_log = logging.getLogger("firstcontact.core")
+
+
+@contextmanager
+def foreign_errors(code: str) -> Iterator[None]:
+    """Turn exceptions of other packages' code into an InputError: "MyModel.fit raised ...".
+
+    An InputError and an OSError that names a path pass unchanged.
+    """
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error, InputError) or getattr(error, "filename", None) is not None:
+            raise
+        raise InputError(f"{code} raised {summarize_error(error)}") from error
+
+
+class Named(Protocol):
+    """Object that a registry can hold."""
+
+    @property
+    def name(self) -> str:
+        """Name on the command line, in files and in results."""
+
+
+E = TypeVar("E", bound=Named)
+
+
+class Registry(Mapping[str, E], Generic[E]):
+    """Registry of named entries. An entry is imported on first use.
+
+    Figures and tables show the entries in the order of the registry. Looking up a name imports its
+    plug-in; iterating imports all plug-ins. A plug-in that fails to load is left out. The log and
+    :attr:`failed` hold its name and the reason. Other entries stay usable.
+
+    Parameters
+    ----------
+    kind
+        Kind of the entries, in the singular, for messages: "estimator".
+    group
+        Group of entry points through which other packages register entries:
+        "firstcontact.estimators". The name of the entry point is the name of the entry.
+    built_in
+        Name and location of each built-in entry: "package.module:object".
+    default
+        Name of the default entry; None means the first.
+    base
+        Base class of entries of other packages: "package.module:Class". If the base is a protocol,
+        only the attributes are checked.
+    instances
+        True if entries are instances of the base, False if they are subclasses.
+    maker
+        Function that makes the entry for a name with a colon: "package.module:function". None means
+        that names with a colon are refused.
+
+    Examples
+    --------
+    >>> class Colour:
+    ...     name = "blue"
+    >>> colours = Registry("colour", "example.colours", {"blue": Colour})
+    >>> list(colours), colours.find("blue").name
+    (['blue'], 'blue')
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        group: str,
+        built_in: Mapping[str, str | E],
+        default: str | None = None,
+        *,
+        base: str | None = None,
+        instances: bool = False,
+        maker: str | None = None,
+    ) -> None:
+        self.kind = kind
+        self.group = group
+        #: Name of the default entry.
+        self.default = next(iter(built_in)) if default is None else default
+        #: Reasons why plug-ins failed to load, by name.
+        self.failed: dict[str, str] = {}
+        self._base, self._instances, self._maker = base, instances, maker
+        self._included: list[str] = []
+        self._own = dict(built_in)
+        self._loaded: dict[str, E] = {}
+        self._plugins: dict[str, EntryPoint] | None = None
+        self._lock = threading.RLock()  # the import of a plug-in may look up another one
+
+    @property
+    def builtin_names(self) -> tuple[str, ...]:
+        """Names of the built-in entries."""
+        return tuple(self._own)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all entries. Reading them imports no plug-in."""
+        return (*self._own, *self._find_plugins(), *self._included)
+
+    def __getitem__(self, name: str) -> E:
+        if name not in self._loaded:
+            if name in self._own:
+                self._loaded[name] = self._import(self._own[name])
+            elif not self._load(name):
+                raise KeyError(name)
+        return self._loaded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self._own
+        for name in list(self._find_plugins()):
+            if self._load(name):
+                yield name
+        yield from self._included
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def find(self, name: str) -> E:
+        """Return the entry with this name. In some registries ``PACKAGE:NAME`` imports an object.
+
+        Raises
+        ------
+        InputError
+            No entry has this name. The message lists the names, or says why the plug-in failed.
+        """
+        if ":" in name and self._maker is not None and name not in self._loaded:
+            made: E = self._import(self._maker)(name)  # type: ignore[operator]
+            self._loaded[name] = made
+        try:
+            return self[name]
+        except KeyError:
+            reason = self.failed.get(name)
+            if reason is not None:
+                raise InputError(
+                    f"{self._title(name)} cannot be loaded ({reason}): update or remove its package"
+                ) from None
+            raise InputError(
+                f"no {self.kind} is called {name!r}: choose one of {', '.join(self.names)}"
+            ) from None
+
+    def include(self, name: str) -> None:
+        """Add the entry for a name with a colon, so that iterating over the registry yields it.
+
+        Raises
+        ------
+        InputError
+            See :meth:`find`.
+        """
+        self.find(name)
+        if name not in self.names:
+            self._included.append(name)
+
+    def calling(self, name: str) -> AbstractContextManager[None]:
+        """Return a context manager for calls of an entry.
+
+        It turns errors of a plug-in into an InputError.
+        """
+        return foreign_errors(self._title(name)) if name in self._find_plugins() else nullcontext()
+
+    def _title(self, name: str) -> str:
+        return f"the plug-in {name!r} ({self.group})"
+
+    def _import(self, location: str | E) -> E:
+        if not isinstance(location, str):
+            return location
+        module, _, attribute = location.partition(":")
+        entry: E = getattr(import_module(module), attribute)
+        return entry
+
+    def _find_plugins(self) -> dict[str, EntryPoint]:
+        with self._lock:
+            if self._plugins is None:
+                self._plugins = {}
+                for point in sorted(entry_points(group=self.group), key=lambda p: p.name):
+                    if point.name in self._own or point.name in self._plugins:
+                        self._fail(point.name, f"another {self.kind} has that name")
+                    else:
+                        self._plugins[point.name] = point
+            return self._plugins
+
+    def _load(self, name: str) -> bool:
+        """Load a plug-in. If that fails, drop the plug-in and return False."""
+        with self._lock:
+            if name in self._loaded or name not in self._find_plugins():
+                return name in self._loaded
+            try:
+                entry: E = self._find_plugins()[name].load()
+                self._check(name, entry)
+            except Exception as error:
+                del self._find_plugins()[name]
+                self._fail(name, summarize_error(error))
+                return False
+            self._loaded[name] = entry
+            return True
+
+    def _check(self, name: str, entry: Any) -> None:
+        """Raise an error if an entry has another name or kind, or lacks an attribute."""
+        if entry.name != name:
+            raise TypeError(f"its attribute 'name' is {entry.name!r}")
+        if self._base is None:
+            return
+        base: Any = self._import(self._base)
+        protocol = getattr(base, "_is_protocol", False)
+        if self._instances:
+            is_valid = isinstance(entry, base)
+        else:
+            is_valid = isinstance(entry, type) and (protocol or issubclass(entry, base))
+        if not is_valid:
+            required = "an instance" if self._instances else "a class"
+            raise TypeError(f"it must be {required} of {self._base.replace(':', '.')}")
+        needed = {
+            attribute
+            for ancestor in base.__mro__
+            for attribute, annotation in inspect.get_annotations(ancestor).items()
+            if str(annotation).startswith("ClassVar")
+        }
+        if protocol:
+            needed |= {attribute for attribute in vars(base) if not attribute.startswith("_")}
+        missing = {attribute for attribute in needed if not hasattr(entry, attribute)}
+        missing |= getattr(entry, "__abstractmethods__", frozenset())
+        if missing:
+            raise TypeError(f"it lacks the attributes {', '.join(sorted(missing))}")
+
+    def _fail(self, name: str, reason: str) -> None:
+        self.failed[name] = reason
+        _log.warning("plug-in %s (%s) left out: %s", name, self.group, reason)

@@ -1,0 +1,218 @@
+"""Trained weights on disk: a safetensors file, and a JSON card with its checksum.
+
+Neither file contains code, and reading them runs none.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core._errors import InputError
+from firstcontact.core.files import read_regular, replacing, write_text
+from firstcontact.core.installation import installed_versions
+from firstcontact.core.records import Name, read_record
+
+T = TypeVar("T")
+
+#: File name of a detector's card. Models in the same folder and in folders below it use this
+#: detector.
+DETECTOR_CARD = "detector.json"
+#: Longest card and largest weights file that are read, bytes. A card lists sessions and
+#: specimens; an SVM of 100,000 support vectors has 30 MB.
+LONGEST_CARD = 1 << 22
+LONGEST_WEIGHTS = 1 << 28
+#: Largest array value that enters products; float32 ends at 3.4e38.
+LARGEST = 1e30
+#: SHA-256 digest, as :func:`digest` returns it.
+Sha256 = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{64}$")]
+#: Sampling rate of a model or detector, Hz. At the lowest rate a step of 3 ms still holds a sample.
+Rate = Annotated[float, msgspec.Meta(ge=500.0, le=1e7)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """Fields that every card begins with."""
+
+    format: Name
+    format_version: int
+
+
+def write_weights(
+    card: Path,
+    weights: Path,
+    tree: Mapping[str, Any],
+    arrays: Mapping[str, NDArray[Any]],
+    kind: type[Any],
+) -> None:
+    """Write the weights, then the card with their checksum.
+
+    Parameters
+    ----------
+    card, weights
+        Paths of the files. Existing files are replaced.
+    tree
+        Fields of the card, including ``format``. The function adds ``versions`` and ``sha256``.
+    arrays
+        Arrays by name. If empty, no weights are written and an old file of weights is removed.
+    kind
+        Record type that will read the card.
+
+    Raises
+    ------
+    InputError
+        The card or the weights are larger than the reader accepts, or a field is invalid. No file
+        has been changed.
+    ValueError
+        The card cannot be stored as JSON. No file has been changed.
+    """
+    from safetensors.numpy import save
+
+    # ascontiguousarray would turn a scalar into an array with one axis.
+    contiguous = {name: np.asarray(a, order="C") for name, a in arrays.items()}
+    raw = save(contiguous, metadata={"format": tree["format"]}) if contiguous else None
+    full = {
+        **tree,
+        "versions": installed_versions(),
+        "sha256": None if raw is None else digest(raw),
+    }
+    text = json.dumps(full, indent=2, allow_nan=False) + "\n"
+    read_record(text.encode(), kind, f"{card} (not yet written)", "rename it", LONGEST_CARD)
+    if len(raw or b"") > LONGEST_WEIGHTS:
+        raise InputError(
+            f"{weights} would have {len(raw or b'')} bytes, more than {LONGEST_WEIGHTS}: "
+            "train on fewer pinches"
+        )
+    if raw is not None:
+        with replacing(weights) as temporary:
+            temporary.write_bytes(raw)
+    write_text(card, text)
+    if raw is None:
+        weights.unlink(missing_ok=True)
+
+
+def read_card(
+    path: Path, noun: str, expected_format: str, expected_version: int, kind: type[T]
+) -> T:
+    """Read a card as a checked record. Check ``format`` and ``format_version`` first.
+
+    ``noun`` is "model" or "detector", for messages.
+
+    Raises
+    ------
+    InputError
+        The card is missing, damaged, of another kind or version, or has an invalid field.
+    """
+    try:
+        text = read_regular(path, LONGEST_CARD)
+    except FileNotFoundError:
+        raise InputError(
+            f"{path}: no {noun} found: choose a folder that `firstcontact train` wrote"
+        ) from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}): check the file") from None
+    remedy = "train again or copy it again"
+    head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
+    if head.format != expected_format:
+        raise InputError(
+            f"{path}: its field 'format' is {head.format!r}, not {expected_format!r}: choose the "
+            f"folder of a {noun}"
+        )
+    if head.format_version != expected_version:
+        raise InputError(
+            f"{path}: the field 'format_version' is {head.format_version}, but this program reads "
+            f"{expected_version}: update firstcontact, or train again"
+        )
+    return read_record(text, kind, str(path), remedy, LONGEST_CARD)
+
+
+def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
+    """Read a file of at most ``most`` bytes and check it against the checksum in its card.
+
+    Raises
+    ------
+    InputError
+        The file is missing, too long, or does not match the checksum.
+    """
+    try:
+        raw = read_regular(path, most)
+    except OSError:
+        raise InputError(f"{path}: cannot be read: copy the whole folder again") from None
+    if digest(raw) != sha256:
+        raise InputError(
+            f"{path}: its content does not match the field 'sha256' in {card}: the file is "
+            "damaged or belongs to another card: copy the folder again"
+        )
+    return raw
+
+
+def digest(data: bytes) -> str:
+    """Return the SHA-256 of data in the form that cards use."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
+    """Read the arrays of a safetensors file, and compare its checksum with that of the card.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged or no safetensors file, or holds values that are not finite.
+    """
+    from safetensors import SafetensorError
+    from safetensors.numpy import load
+
+    raw = read_verified(path, sha256, card, LONGEST_WEIGHTS)
+    try:
+        # Parsing a header takes 30 times its size in memory.
+        if int.from_bytes(raw[:8], "little") > LONGEST_CARD:
+            raise ValueError
+        arrays = load(raw)
+    except (SafetensorError, ValueError, KeyError, TypeError):
+        raise InputError(f"{path}: is not a safetensors file: train again") from None
+    for name, array in arrays.items():
+        if array.dtype in (np.uint8, np.int16):  # their reader checks them
+            continue
+        if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
+            raise InputError(
+                f"{path}: the array '{name}' holds values that are not finite numbers: train again"
+            )
+    return arrays
+
+
+def take_array(
+    arrays: Mapping[str, NDArray[Any]], name: str, *shape: int | None
+) -> NDArray[np.floating]:
+    """Return one array of a file of weights, after a check of its shape and values.
+
+    In ``shape``, None stands for any length.
+
+    Raises
+    ------
+    InputError
+        The array is missing, has another shape, or holds values beyond ``LARGEST``.
+    """
+    if name not in arrays:
+        raise InputError(f"the array '{name}' is missing")
+    array = arrays[name]
+    if len(array.shape) != len(shape) or any(
+        wanted not in (None, size) for size, wanted in zip(array.shape, shape, strict=True)
+    ):
+        wanted = ", ".join("any" if size is None else str(size) for size in shape)
+        raise InputError(f"the array '{name}' has shape {array.shape}; expected ({wanted})")
+    if (
+        not np.issubdtype(array.dtype, np.floating)
+        or not (np.abs(array.astype(np.float64)) <= LARGEST).all()
+    ):
+        raise InputError(
+            f"the array '{name}' holds values that are not numbers from -{LARGEST:g} to {LARGEST:g}"
+        )
+    return array

@@ -1,0 +1,280 @@
+"""Assembly of a device's frames into samples with 64-bit numbers, epochs and counts of losses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from firstcontact.core import Block, InputError
+from firstcontact.device.descriptor import (
+    Descriptor,
+    DevicePrediction,
+    check_place,
+    read_contact,
+    read_estimate,
+    read_greeting,
+    refusal,
+)
+from firstcontact.device.protocol import (
+    Decoder,
+    Frame,
+    FrameError,
+    FrameType,
+    NextSamples,
+    read_late,
+    read_marker,
+    read_stopped,
+    samples_head,
+)
+from firstcontact.recording import Marker
+
+_WRAP = 1 << 32
+#: Largest distance of a device's prediction from the newest sample, s. It allows for a host that
+#: did not read for a while.
+FARTHEST = 60.0
+
+
+@dataclass(slots=True)
+class Counts:
+    """Counts of received and lost data, as in ``Health``, and of frames that make no sense."""
+
+    samples: int = 0
+    lost_samples: int = 0
+    overflow_samples: int = 0
+    lost_frames: int = 0
+    doubled_frames: int = 0
+    malformed_frames: int = 0
+    late_answers: int = 0
+    unheard_samples: int = 0
+
+
+@dataclass(slots=True, eq=False)
+class Assembled:
+    """Content of some frames: blocks, markers and predictions, each in order."""
+
+    blocks: list[Block] = field(default_factory=list)
+    markers: list[Marker] = field(default_factory=list)
+    predictions: list[DevicePrediction] = field(default_factory=list)
+    greeted: bool = False
+    stopped: bool = False
+
+
+class Assembler:
+    """Assembler of a device's bytes into blocks of samples.
+
+    Frames before the first descriptor belong to another host and are ignored. A descriptor with a
+    new boot number proves a restart of the device. If the host requested the descriptor, a frame
+    counter that has gone back proves it too. After a restart the device counts from 0, in a new
+    epoch. Without a restart, the samples after :meth:`interrupted` belong to a new epoch, and the
+    missed ones are lost. Late and repeated frames are ignored. A late frame stays counted as lost.
+    """
+
+    def __init__(self) -> None:
+        self.decoder = Decoder()
+        self.counts = Counts()
+        self.epoch = -1  #: Epoch of the next samples; -1 before the first descriptor.
+        self.descriptor: Descriptor | None = None
+        self._width = 0  # channels of a sample, cached for speed
+        self._listening = False  # True after a descriptor on this connection
+        self._descriptor_requested = False
+        self._samples_received = False  # True after samples on this connection
+        self._fits = False  # True after a samples frame with the layout's columns
+        self._boot = 0
+        self._counter: int | None = None
+        self._next: int | None = None
+        self._overflow: int | None = None
+        # Number of predictions that the device skipped since its start, and of missed samples.
+        self._late: tuple[int, int] | None = None
+        self._run: list[bytes] = []  # consecutive samples ...
+        self._run_first = 0  # ... and the number of the first one
+
+    @property
+    def next_sample(self) -> int:
+        """Number of the sample that is expected next; 0 before the first one."""
+        return self._next or 0
+
+    def expect_descriptor(self) -> None:
+        """Record that the host has requested a descriptor."""
+        self._descriptor_requested = True
+
+    def interrupted(self) -> None:
+        """Record that the connection was lost. Frames before the next descriptor are ignored."""
+        self._listening = False
+        self.decoder.restart()
+
+    def feed(self, data: bytes) -> Assembled:
+        """Process the next bytes from the device. Return their content, like :meth:`take`."""
+        if not self._fits or not self._listening:
+            return self.take(self.decoder.feed(data))
+        assert self._counter is not None
+        assert self._next is not None
+        assert self._overflow is not None
+        expected = NextSamples(self._width, self._counter, self._next, self._overflow)
+        frames, samples = self.decoder.feed_samples(data, expected)
+        if frames:
+            n = len(samples) // (2 * self._width)
+            if not self._run:
+                self._run_first = self._next
+            self._run.append(samples)
+            self._counter += frames
+            self._next += n
+            self._samples_received = True
+            self.counts.samples += n
+        return self.take(self.decoder.feed(b""))
+
+    def take(self, frames: list[Frame]) -> Assembled:
+        """Process frames in the order received. Return their content.
+
+        Raises
+        ------
+        InputError
+            The device has another protocol version, refuses the connection, changed its layout, or
+            sends columns that its layout lacks.
+        """
+        assembled = Assembled()
+        for frame in frames:
+            try:
+                if frame.type == FrameType.DESCRIPTOR:
+                    self._flush(assembled)
+                    assembled.greeted |= self._greeting(frame)
+                elif frame.type == FrameType.REFUSED:
+                    raise refusal(frame.payload)
+                elif self._listening and self._accept_counter(frame.counter):
+                    self._content(frame, assembled)
+            except FrameError as error:
+                self.counts.malformed_frames += 1
+                if frame.type == FrameType.SAMPLES and not self._fits:
+                    raise InputError(
+                        f"the device's samples do not fit its descriptor ({error}): flash the "
+                        "firmware that belongs to this version of firstcontact"
+                    ) from error
+        self._flush(assembled)
+        return assembled
+
+    def _greeting(self, frame: Frame) -> bool:
+        """Process a descriptor frame. Return False if the frame is late or repeated."""
+        boot, descriptor = read_greeting(frame.payload)
+        if self.descriptor is None:
+            self.descriptor = descriptor
+            self._width = descriptor.layout.width
+        elif descriptor.layout != self.descriptor.layout:
+            raise InputError(
+                "another device is now on this port, with other channels or another sampling "
+                "rate: start the command again to use this device"
+            )
+        counter_went_back = self._counter is not None and self._ahead(frame.counter) < 0
+        restarted = (
+            self.epoch < 0
+            or boot != self._boot
+            or (counter_went_back and self._descriptor_requested)
+        )
+        self._descriptor_requested = False
+        if restarted:
+            self._counter = self._next = self._overflow = self._late = None
+            self._fits = False
+            self._boot = boot
+        if not self._accept_counter(frame.counter):
+            return False
+        if restarted or not self._listening:
+            self.epoch += 1
+        self._listening, self._samples_received = True, False
+        return True
+
+    def _content(self, frame: Frame, assembled: Assembled) -> None:
+        if frame.type == FrameType.SAMPLES:
+            self._samples(frame.payload, assembled)
+        elif frame.type == FrameType.MARKER:
+            sample, text = read_marker(frame.payload)
+            assembled.markers.append(Marker(self._unwrapped(sample), text, self.epoch))
+        elif frame.type in (FrameType.CONTACT, FrameType.WITHDRAWN):
+            is_withdrawn = frame.type == FrameType.WITHDRAWN
+            contact = read_contact(frame.payload, self.epoch, withdrawn=is_withdrawn)
+            sample, decided = self._unwrapped(contact.sample), self._unwrapped(contact.decided)
+            self._add_prediction(replace(contact, sample=sample, decided=decided), assembled)
+        elif frame.type == FrameType.ESTIMATE:
+            estimate = read_estimate(frame.payload, self.epoch)
+            sample, decided = self._unwrapped(estimate.contact), self._unwrapped(estimate.decided)
+            self._add_prediction(replace(estimate, contact=sample, decided=decided), assembled)
+        elif frame.type == FrameType.LATE:
+            self._count_late(*read_late(frame.payload))
+        elif frame.type == FrameType.STOPPED:
+            self._account(*read_stopped(frame.payload))
+            assembled.stopped = True
+
+    def _add_prediction(self, prediction: DevicePrediction, assembled: Assembled) -> None:
+        """Add a contact or estimate. Raise FrameError if its sample numbers are impossible."""
+        assert self.descriptor is not None
+        newest = (
+            self._next if self._next is not None and self._samples_received else prediction.decided
+        )
+        check_place(prediction, newest, round(FARTHEST * self.descriptor.layout.rate))
+        assembled.predictions.append(prediction)
+
+    def _ahead(self, counter: int) -> int:
+        """Return by how many frames ``counter`` is ahead of the expected one; negative if late."""
+        assert self._counter is not None
+        ahead = (counter - self._counter) % _WRAP
+        return ahead if ahead < _WRAP // 2 else ahead - _WRAP
+
+    def _accept_counter(self, counter: int) -> bool:
+        if self._counter is not None:
+            ahead = self._ahead(counter)
+            if ahead < 0:
+                self.counts.doubled_frames += 1
+                return False
+            self.counts.lost_frames += ahead
+        self._counter = counter + 1
+        return True
+
+    def _samples(self, payload: bytes, assembled: Assembled) -> None:
+        sample, overflow, n, data = samples_head(payload, self._width)
+        self._fits = True
+        expected = self._next
+        first = self._account(sample, overflow)
+        if first is None:
+            self.counts.doubled_frames += 1
+            return
+        if first != expected:
+            self._flush(assembled)
+            self._run_first = first
+        elif not self._run:
+            self._run_first = first
+        self._run.append(data)
+        self._next = first + n
+        self.counts.samples += n
+
+    def _account(self, sample: int, overflow: int) -> int | None:
+        """Count the samples lost before ``sample``. Return the sample's number in 64 bits."""
+        number = self._unwrapped(sample)
+        if self._next is not None:
+            if number < self._next:
+                return None
+            self.counts.lost_samples += number - self._next
+        if self._overflow is not None:
+            self.counts.overflow_samples += (overflow - self._overflow) % _WRAP
+        self._overflow = overflow
+        self._next, self._samples_received = number, True
+        return number
+
+    def _count_late(self, skipped: int, unheard: int) -> None:
+        """Count predictions skipped and samples missed by the device since its last report."""
+        if self._late is not None:
+            self.counts.late_answers += (skipped - self._late[0]) % _WRAP
+            self.counts.unheard_samples += (unheard - self._late[1]) % _WRAP
+        self._late = skipped, unheard
+
+    def _unwrapped(self, sample: int) -> int:
+        if self._next is None:
+            return sample
+        ahead = (sample - self._next) % _WRAP
+        return self._next + (ahead if ahead < _WRAP // 2 else ahead - _WRAP)
+
+    def _flush(self, assembled: Assembled) -> None:
+        """Join the consecutive samples received so far into a block of ``assembled``."""
+        if not self._run:
+            return
+        data = np.frombuffer(bytearray().join(self._run), dtype="<i2")
+        data = data.reshape(-1, self._width)
+        assembled.blocks.append(Block(data, self._run_first, self.epoch))
+        self._run = []

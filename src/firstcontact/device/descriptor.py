@@ -1,0 +1,338 @@
+"""What a device states about itself and predicts: layout, model, contacts and estimates."""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from typing import Annotated, Any, Self
+
+from msgspec import Meta
+
+from firstcontact.core import Finger, InputError, Layout, VibrationSensor
+from firstcontact.core.records import Name, read_record
+from firstcontact.device.protocol import VERSION, FrameError, FrameType, read_descriptor, unpack
+from firstcontact.recording import Header
+from firstcontact.recording.messages import SOURCES
+
+_CONTACT = struct.Struct("<IIBB")
+_ESTIMATE = struct.Struct("<IIHBBfffI")
+#: Flags of an estimate, and the position of the reason why there is none.
+REFUSED, OUT_OF_RANGE = 1, 2
+_REASON_SHIFT = 4
+_FLASH = "flash the firmware that belongs to this version of firstcontact"
+
+
+@dataclass(frozen=True, slots=True)
+class DevicePredictor:
+    """Model that runs on a device, as stated in the device's descriptor.
+
+    Parameters
+    ----------
+    model
+        Digest of the model, 16 hexadecimal digits.
+    detector, anytime
+        Names of its detector, and of its model that predicts at any time after a contact.
+    floors
+        Noise level of each finger above which the motor counts as audible, V; 0 if not set.
+    """
+
+    model: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
+    detector: Name = ""
+    anytime: Name = ""
+    floors: Annotated[tuple[Annotated[float, Meta(ge=0.0, le=1e9)], ...], Meta(max_length=2)] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ModelSlot:
+    """Storage for models on a device, as stated in the device's descriptor."""
+
+    format: Annotated[int, Meta(ge=0, lt=2**32)]
+    room: Annotated[int, Meta(ge=0, lt=2**32)]
+    fault: Name = ""
+
+
+def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
+    """Return the message for a device that cannot use its newest model."""
+    fallback = "runs the one before it" if has_predictor else "runs none"
+    return (
+        f"the device cannot use the newest model stored on it ({models.fault}) and {fallback}: "
+        "store a model on it with `firstcontact flash-model`"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _DescriptorJson:
+    """JSON form of a descriptor, as a device sends it."""
+
+    firmware: Name
+    sensor: Name
+    hand: Name
+    source: Name
+    layout: Layout
+    answers: DevicePredictor | None = None
+    models: ModelSlot | None = None
+    paced: bool = True
+
+
+def layout_to_send(layout: Layout) -> dict[str, Any]:
+    """Return a layout as JSON, in the form of protocol version 1 if that can express the layout.
+
+    In that form vibration channels have the kind ``piezo`` and share one smoothing factor. Readers
+    also understand the form of recordings.
+    """
+    alphas = {c.smoothing_alpha for c in layout.vibration}
+    is_version_1 = all(
+        c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration
+    )
+    if not is_version_1 or layout.groups or len(alphas) != 1 or layout.width > len(layout.channels):
+        return layout.to_json()
+    names = ("name", "kind", "finger", "unit", "scale", "offset", "taxel")
+    channels = [{name: getattr(c, name) for name in names} for c in layout.channels]
+    for sent, channel in zip(channels, layout.channels, strict=True):
+        sent["kind"] = channel.sensor or channel.kind
+    return {"channels": channels, "rate": layout.rate, "smoothing_alpha": alphas.pop()}
+
+
+@dataclass(frozen=True, slots=True)
+class Descriptor:
+    """Metadata of a source. An empty text means unknown.
+
+    Parameters
+    ----------
+    layout
+        Columns of a sample, and the sample rate.
+    firmware, sensor, hand
+        Names of the sender's firmware, sensor and hand.
+    source
+        "real", "twin", "synthetic" or "unknown", as in the header of a recording.
+    dtype
+        Data type of the samples. A device on the wire sends int16.
+    delay
+        Delay of the source's own filter, s.
+    predictor, model_slot
+        Model that predicts on the device itself, and the models that the device accepts, if any.
+    paced
+        True if the device sends its samples in real time.
+    """
+
+    layout: Layout
+    firmware: str = ""
+    sensor: str = ""
+    hand: str = ""
+    source: str = "unknown"
+    dtype: str = "int16"
+    delay: float = 0.0
+    predictor: DevicePredictor | None = None
+    model_slot: ModelSlot | None = None
+    paced: bool = True
+
+    def header(self, **fields: Any) -> Header:
+        """Return the header of a recording that starts now. ``fields`` replace or add fields."""
+        names = ("layout", "source", "dtype", "sensor", "hand", "firmware")
+        values = {name: getattr(self, name) for name in names}
+        created = datetime.now(UTC).isoformat(timespec="seconds")
+        return Header(**{**values, "created": created, **fields})
+
+    def to_text(self) -> str:
+        """Return the descriptor as JSON, as it goes over the wire."""
+        names = ("firmware", "sensor", "hand", "source")
+        tree: dict[str, Any] = {name: getattr(self, name) for name in names}
+        tree["layout"] = layout_to_send(self.layout)
+        if self.predictor is not None:
+            tree["answers"] = asdict(self.predictor)
+        if self.model_slot is not None:
+            tree["models"] = asdict(self.model_slot)
+        if not self.paced:
+            tree["paced"] = False
+        return json.dumps(tree, separators=(",", ":"), ensure_ascii=False)
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """Create a descriptor from JSON, the inverse of :meth:`to_text`. Check all fields."""
+        fields = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
+        fault = fields.layout.fault
+        if not fault and fields.source not in SOURCES:
+            fault = f"the source {fields.source!r}, not one of {', '.join(SOURCES)}"
+        if fault:
+            raise InputError(f"the device's descriptor has {fault}: {_FLASH}")
+        return cls(
+            fields.layout,
+            fields.firmware,
+            fields.sensor,
+            fields.hand,
+            fields.source,
+            predictor=fields.answers,
+            model_slot=fields.models,
+            paced=fields.paced,
+        )
+
+
+def read_greeting(payload: bytes) -> tuple[int, Descriptor]:
+    """Return boot number and descriptor from the payload of a descriptor frame."""
+    version, boot, text = read_descriptor(payload)
+    if version != VERSION:
+        raise InputError(_version_mismatch(version))
+    return boot, Descriptor.from_text(text)
+
+
+def refusal(payload: bytes) -> InputError:
+    """Return the error for a ``refused`` frame."""
+    if payload and payload[0] != VERSION:
+        return InputError(_version_mismatch(payload[0]))
+    reason = payload[1:].decode(errors="replace")
+    return InputError(f"the device refuses the connection ({reason}): {_FLASH}")
+
+
+def _version_mismatch(version: int) -> str:
+    return (
+        f"the device speaks version {version} of the protocol and this program version {VERSION}: "
+        f"{_FLASH}"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceContact:
+    """Contact that the device detected.
+
+    Parameters
+    ----------
+    finger
+        Finger that touched.
+    sample, decided
+        Numbers of the sample at which the contact began, and of the sample after which the device
+        detected it.
+    first
+        True for the first contact of a closing.
+    epoch
+        Epoch of the samples.
+    withdrawn
+        True if the device withdraws this contact and its estimates: it was none.
+    """
+
+    finger: Finger
+    sample: int
+    decided: int
+    first: bool
+    epoch: int
+    withdrawn: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceEstimate:
+    """Stiffness that the device predicted.
+
+    Parameters
+    ----------
+    finger, contact
+        Finger of the contact, and the sample at which the contact began.
+    samples
+        Number of samples after the contact that the model used.
+    decided
+        Sample after which the device predicted.
+    value, low, high
+        Shore A, and the ends of the interval.
+    refused, reason
+        True if there is no estimate, and the reason, a :class:`firstcontact.chain.Reason`.
+    out_of_range
+        True if the contact is unlike the training data.
+    compute_time
+        Computing time on the device, s; 0 if the device does not measure it.
+    epoch
+        Epoch of the samples.
+    """
+
+    finger: Finger
+    contact: int
+    samples: int
+    decided: int
+    value: float
+    low: float
+    high: float
+    refused: bool
+    out_of_range: bool
+    compute_time: float
+    epoch: int
+    reason: int = 0
+
+    def delay(self, rate: float) -> float:
+        """Return the time from the contact to the estimate, s. ``rate`` is in Hz."""
+        return (self.decided - self.contact) / rate + self.compute_time
+
+
+DevicePrediction = DeviceContact | DeviceEstimate
+
+
+def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> bytes:
+    """Return the payload of a contact frame."""
+    numbers = sample & 0xFFFFFFFF, decided & 0xFFFFFFFF
+    return _CONTACT.pack(*numbers, list(Finger).index(finger), first)
+
+
+def read_contact(payload: bytes, epoch: int, *, withdrawn: bool = False) -> DeviceContact:
+    """Return the contact in the payload of a frame that reports or withdraws it."""
+    sample, decided, finger, first = unpack(_CONTACT, payload, FrameType.CONTACT)
+    return DeviceContact(_finger(finger), sample, decided, bool(first), epoch, withdrawn)
+
+
+def estimate_payload(estimate: DeviceEstimate) -> bytes:
+    """Return the payload of an estimate frame."""
+    return _ESTIMATE.pack(
+        estimate.contact & 0xFFFFFFFF,
+        estimate.decided & 0xFFFFFFFF,
+        estimate.samples,
+        list(Finger).index(estimate.finger),
+        estimate.refused * REFUSED
+        | estimate.out_of_range * OUT_OF_RANGE
+        | estimate.reason << _REASON_SHIFT,
+        estimate.value,
+        estimate.low,
+        estimate.high,
+        round(estimate.compute_time * 1e9),
+    )
+
+
+def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
+    """Return the estimate in the payload of an estimate frame."""
+    contact, decided, samples, finger, flags, value, low, high, nanoseconds = unpack(
+        _ESTIMATE, payload, FrameType.ESTIMATE
+    )
+    if not 0.0 <= low <= value <= high <= 100.0:  # False for NaN too
+        raise FrameError("an estimate is not a Shore A value inside its interval")
+    return DeviceEstimate(
+        _finger(finger),
+        contact,
+        samples,
+        decided,
+        value,
+        low,
+        high,
+        bool(flags & REFUSED),
+        bool(flags & OUT_OF_RANGE),
+        nanoseconds * 1e-9,
+        epoch,
+        flags >> _REASON_SHIFT,
+    )
+
+
+def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> None:
+    """Raise FrameError if a contact or estimate cannot belong to the device's samples."""
+    if isinstance(prediction, DeviceContact):
+        contact, samples = prediction.sample, 0
+    else:
+        contact, samples = prediction.contact, prediction.samples
+    decided = prediction.decided
+    if (
+        not max(0, decided - farthest) <= contact <= decided
+        or abs(decided - newest) > farthest
+        or samples > decided - contact + 1
+    ):
+        raise FrameError("a device's contact or estimate has impossible sample numbers")
+
+
+def _finger(number: int) -> Finger:
+    fingers = list(Finger)
+    if number >= len(fingers):
+        raise FrameError(f"a device's contact is of finger {number}, which does not exist")
+    return fingers[number]

@@ -1,0 +1,172 @@
+"""Measurement of the vibration sensors' noise floor, without contact and with the motor at rest.
+
+The stream is divided into parts of 0.1 s (:data:`PART`). Each part counts as at rest or not.
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import (
+    Block,
+    Calibration,
+    ChannelKind,
+    InputError,
+    Layout,
+    VibrationCalibration,
+    finger_name,
+)
+from firstcontact.device.source import Arrival, Source
+
+#: Length of the parts of a stream that are each judged as at rest or not, s: whole periods of 50
+#: and 60 Hz.
+PART = 0.1
+#: A part is at rest if no sensor's RMS exceeds its smallest RMS by this factor. The RMS of parts at
+#: rest scatters by about 5 %. A running motor doubles it or more.
+STEADY = 1.4
+#: A taxel is loaded if it is above its lowest level by this, V, or above ``LOADED``. Unloaded
+#: Velostat creeps back below it within a second.
+RISEN = 0.4
+LOADED = 1.0
+#: Rest that is measured before a session without a calibration, and the longest wait for it, s.
+REST = 1.0
+PATIENCE = 30.0
+#: Longest wait for samples, s, and the number of waits that it is divided into. Time in which this
+#: process was stopped is not counted as waiting.
+SILENCE, WAITS = 2.0, 4
+
+
+class RestMeter:
+    """Meter of the vibration sensors' noise in a stream. It uses only the parts at rest."""
+
+    def __init__(self, layout: Layout, seconds: float = 2.0) -> None:
+        self._fingers = fingers = layout.vibration_fingers
+        if not fingers:
+            raise InputError(
+                "the source has no vibration channel, so there is no noise to measure: leave the "
+                "calibration out"
+            )
+        self._layout = layout
+        self._length = max(2, round(PART * layout.rate))
+        self._wanted = max(1, round(seconds / PART))
+        self._vibration = list(layout.columns(ChannelKind.VIBRATION))
+        self._strips = [list(layout.columns(ChannelKind.STRIP, f)) for f in fingers]
+        self._taxels = [list(layout.columns(ChannelKind.FORCE, f)) for f in fingers]
+        self._waiting = np.zeros((0, layout.width))
+        self._next = (0, 0)
+        #: For each part: mean and RMS of the piezos, closed strips, and mean of each column.
+        self._means, self._rms = np.zeros((2, 0, len(fingers)))
+        self._closed = np.zeros((0, len(fingers)), np.bool_)
+        self._levels = np.zeros((0, layout.width))
+        self.samples = 0  #: number of samples so far
+
+    def update(self, block: Block) -> None:
+        """Process the next block. A part never spans a gap."""
+        self.samples += len(block.data)
+        x = self._layout.physical(block.data, tuple(range(self._layout.width)))
+        if (block.first_sample, block.epoch) == self._next:
+            x = np.concatenate([self._waiting, x])
+        self._next = (block.end, block.epoch)
+        count = len(x) // self._length
+        self._waiting = x[count * self._length :]
+        if not count:
+            return
+        parts = x[: count * self._length].reshape(count, self._length, -1)
+        piezos = parts[:, :, self._vibration]
+        rms = np.where(np.ptp(piezos, axis=1) > 0, piezos.std(axis=1), 0.0)
+        closed = [(parts[:, :, strips] > 0).any(axis=(1, 2)) for strips in self._strips]
+        self._means = np.concatenate([self._means, piezos.mean(axis=1)])
+        self._rms = np.concatenate([self._rms, rms])
+        self._closed = np.concatenate([self._closed, np.stack(closed, axis=1)])
+        self._levels = np.concatenate([self._levels, parts.mean(axis=1)])
+
+    @property
+    def is_sufficient(self) -> bool:
+        """Return True once enough of the stream was at rest."""
+        return int(self._at_rest().sum()) >= self._wanted
+
+    def calibration(self) -> Calibration:
+        """Return noise floor and offset of each vibration sensor over all parts at rest so far."""
+        if not self.is_sufficient:
+            raise InputError(f"the noise floor cannot be measured: {'; '.join(self.obstacles())}")
+        at_rest = self._at_rest()
+        noise = np.sqrt(np.mean(self._rms[at_rest] ** 2, axis=0))
+        offset = self._means[at_rest].mean(axis=0)
+        piezo = tuple(
+            VibrationCalibration(f, float(n), float(o))
+            for f, n, o in zip(self._fingers, noise, offset, strict=True)
+        )
+        return Calibration(piezo, created=datetime.now(UTC).isoformat(timespec="seconds"))
+
+    def obstacles(self) -> list[str]:
+        """Return one message for each finger that is not at rest: the reason and the remedy."""
+        messages = []
+        for column, finger in enumerate(self._fingers):
+            faults = self._faults()[:, :, column]
+            flat, strip, force, loud = faults.mean(axis=1) if faults.size else np.zeros(4)
+            sensor = self._layout.vibration[column].sensor
+            name = finger_name(finger)
+            sensor_name = f"the {sensor}" if finger is None else f"the {name}'s {sensor}"
+            # Report the most basic fault first: a closed strip also explains a loud piezo.
+            if flat > 0.5:
+                messages.append(f"{sensor_name} is constant: check its plug and buffer")
+            elif max(strip, force) > 0 and max(strip, force) >= loud:
+                fault = "strip is closed" if strip >= force else "force is above its unloaded level"
+                messages.append(f"the {name}'s {fault}: remove what it touches")
+            elif loud > 0:
+                remedy = (
+                    "touch nothing, and reduce noise nearby"
+                    if finger is None
+                    else "stop the motor and keep the hand still"
+                )
+                messages.append(f"{sensor_name} is not at rest: {remedy}")
+        return messages or ["too few samples: check the connection"]
+
+    def _faults(self) -> NDArray[np.bool_]:
+        """Return whether a part is flat, closed, loaded or loud; shape (4, parts, fingers)."""
+        flat = self._rms == 0.0
+        if not len(flat):
+            return np.zeros((4, *flat.shape), np.bool_)
+        is_loaded = self._levels > np.minimum(self._levels.min(axis=0) + RISEN, LOADED)
+        loaded = np.stack([is_loaded[:, taxels].any(axis=1) for taxels in self._taxels], axis=1)
+        free = ~(flat | self._closed | loaded).any(axis=1)
+        quietest = (self._rms[free] if free.any() else self._rms).min(axis=0)
+        return np.stack([flat, self._closed, loaded, self._rms > STEADY * quietest])
+
+    def _at_rest(self) -> NDArray[np.bool_]:
+        """Return True for each part at rest, shape (parts,)."""
+        return np.asarray(~self._faults().any(axis=(0, 2)))
+
+
+def wait_for_arrivals(source: Source) -> list[Arrival]:
+    """Return the next samples, at least one. Raise InputError if none arrive within 2 s."""
+    for _ in range(WAITS):
+        if arrivals := source.read(SILENCE / WAITS):
+            return arrivals
+    raise InputError(
+        f"{source.name} sends no samples: check its connection, or that the recording is long "
+        "enough"
+    )
+
+
+def measure_noise(source: Source, seconds: float = REST, patience: float = PATIENCE) -> Calibration:
+    """Measure noise floor and offset of each vibration sensor of an open source.
+
+    A hand that closes repeatedly is measured between its closings. The measurement needs
+    ``seconds`` at rest. At most ``patience`` may pass beyond it, s of the device's time.
+
+    Raises
+    ------
+    InputError
+        There is a contact, a piezo is loud or dead, or no samples arrive. The message names the
+        finger and the remedy.
+    """
+    meter = RestMeter(source.descriptor.layout, seconds)
+    most = (seconds + patience) * source.descriptor.layout.rate
+    while not meter.is_sufficient and meter.samples < most:
+        for arrival in wait_for_arrivals(source):
+            meter.update(arrival.block)
+    return meter.calibration()

@@ -1,0 +1,224 @@
+"""Registry of source kinds, and the function that opens a source.
+
+To add a kind, write one file and add one entry here.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from firstcontact.core import InputError, Registry
+from firstcontact.core.files import AnyPath, given_path
+
+if TYPE_CHECKING:
+    from firstcontact.device.source import Source
+
+_log = logging.getLogger("firstcontact.device")
+
+
+@dataclass(frozen=True, slots=True)
+class SourceOptions:
+    """User options of a source, besides its name.
+
+    Parameters
+    ----------
+    speed
+        Speed as a multiple of real time, where the source supports it.
+    condition, seed
+        Condition and random seed of the twin.
+    objects
+        Name of the objects that the twin picks up: a set of objects, or one object.
+    """
+
+    speed: float = 1.0
+    condition: str = "paper-rig"
+    seed: int = 0
+    objects: str = "paper"
+
+    def check_own_speed(self, device: str) -> None:
+        """Raise InputError if the speed is not 1. ``device`` has a fixed speed."""
+        if self.speed != 1.0:
+            raise InputError(
+                f"--speed is {self.speed:g}, but {device} has a fixed speed: leave --speed out"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class SourceKind:
+    """Kind of source: the device names that it accepts, and the function that makes a source.
+
+    Parameters
+    ----------
+    name
+        Name in the registry.
+    title
+        Description of the device name for help texts: "a serial port".
+    make
+        Function from device name and options to a source that is not open yet.
+    takes
+        Predicate on the device name. By default, names begin with the kind's name and a colon.
+    recorded, simulated, is_port
+        True if the source replays a recording, if its hand is simulated, and if the device name is
+        the path of a port. A simulated hand takes orders and can run faster than real time.
+    origin
+        Value of ``source`` in the headers of recordings of this kind, if known in advance.
+    shore_a
+        Function from an object's name to its Shore A, for a simulated hand.
+    discover
+        Function that returns name and description of each available device.
+    """
+
+    name: str
+    title: str
+    make: Callable[[str, SourceOptions], Source]
+    takes: Callable[[str], bool] | None = None
+    recorded: bool = False
+    simulated: bool = False
+    is_port: bool = False
+    origin: str = ""
+    shore_a: Callable[[str], float] | None = None
+    discover: Callable[[], Iterable[tuple[str, str]]] | None = None
+
+    def accepts(self, device: str) -> bool:
+        """Return True if ``device`` names a device of this kind."""
+        return device.startswith(f"{self.name}:") if self.takes is None else self.takes(device)
+
+
+def _lazy(module: str, function: str) -> Callable[..., Any]:
+    """Return a function that imports ``module`` when it is called, and calls its ``function``."""
+
+    def call(*arguments: Any) -> Any:
+        return getattr(import_module(f"firstcontact.device.{module}"), function)(*arguments)
+
+    return call
+
+
+_BUILT_IN = (
+    SourceKind(
+        "serial",
+        "a serial port",
+        _lazy("serial_source", "from_port"),
+        takes=lambda device: True,
+        is_port=True,
+    ),
+    SourceKind(
+        "twin",
+        '"twin" for the simulated hand',
+        _lazy("_twin_source", "from_name"),
+        takes=lambda device: device == "twin",
+        simulated=True,
+        origin="twin",
+        shore_a=_lazy("_twin_source", "shore_a"),
+    ),
+    SourceKind(
+        "recording",
+        "a recording to replay",
+        _lazy("replay", "from_path"),
+        takes=lambda device: Path(device).suffix == ".mcap",
+        recorded=True,
+    ),
+    SourceKind(
+        "audio",
+        '"audio" or audio:NAME for a sound input (audio:NAME/2 for two channels)',
+        _lazy("_audio_source", "from_name"),
+        takes=lambda device: device.partition(":")[0] in ("audio", "audio/2"),
+        origin="real",
+        discover=_lazy("_audio_source", "discover"),
+    ),
+    SourceKind(
+        "csv",
+        "csv:PORT for a board that prints numbers in lines (csv:PORT@BAUD#COLUMN,COLUMN)",
+        _lazy("_csv_source", "from_name"),
+        origin="real",
+    ),
+    SourceKind(
+        "lsl",
+        "lsl:NAME for a stream of the Lab Streaming Layer (lsl:NAME#CHANNEL,CHANNEL)",
+        _lazy("lsl_source", "from_name"),
+    ),
+)
+#: Kinds of sources. The default kind takes every name that no other kind accepts.
+SOURCES: Registry[SourceKind] = Registry(
+    "source",
+    "firstcontact.sources",
+    {kind.name: kind for kind in _BUILT_IN},
+    base="firstcontact.device.opening:SourceKind",
+    instances=True,
+)
+
+
+def source_kind(device: str) -> SourceKind:
+    """Return the kind of a device. Import plug-ins only if no built-in kind accepts the name.
+
+    Raises
+    ------
+    InputError
+        The device belongs to a plug-in that cannot be loaded.
+    """
+    named, colon, _ = device.partition(":")
+    if colon and named in (*SOURCES.names, *SOURCES.failed) and SOURCES.find(named).takes is None:
+        return SOURCES.find(named)
+    built_in = [SOURCES[name] for name in SOURCES.builtin_names if name != SOURCES.default]
+    for kind in built_in:
+        if kind.accepts(device):
+            return kind
+    if not Path(device).is_char_device():
+        for name in SOURCES:
+            if name not in SOURCES.builtin_names:
+                with SOURCES.calling(name):
+                    if SOURCES[name].accepts(device):
+                        return SOURCES[name]
+    return SOURCES[SOURCES.default]
+
+
+def list_devices() -> list[tuple[str, str]]:
+    """Return the name and description of each device that can be discovered."""
+    devices: list[tuple[str, str]] = []
+    for name, kind in SOURCES.items():
+        if kind.discover is not None:
+            with SOURCES.calling(name):
+                devices += kind.discover()
+    return devices
+
+
+def open_source(
+    device: AnyPath,
+    *,
+    speed: float = 1.0,
+    condition: str = "paper-rig",
+    seed: int = 0,
+    objects: str = "paper",
+) -> Source:
+    """Return a source for a device, not open yet.
+
+    Parameters
+    ----------
+    device
+        "twin", a recording (a path that ends in .mcap), a serial port, or a name that a plug-in
+        accepts.
+    speed, condition, seed, objects
+        See :class:`SourceOptions`.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be replayed, a speed is given for a real device, or a required package
+        is missing.
+    """
+    from firstcontact.device.source import Source
+
+    given_path(device, "device")
+    device = os.fspath(device)
+    _log.info("opening %s", device)
+    kind = source_kind(device)
+    with SOURCES.calling(kind.name):
+        source = kind.make(device, SourceOptions(speed, condition, seed, objects))
+        if not isinstance(source, Source):
+            raise TypeError(f"{type(source).__name__} is not a source")
+    return source

@@ -1,0 +1,246 @@
+"""Serial ports of this machine, their transport, and pseudo terminals that act as ports."""
+
+from __future__ import annotations
+
+import errno
+import grp
+import os
+import pwd
+import select
+import tempfile
+import termios
+import threading
+import time
+import tty
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from firstcontact.core import InputError
+from firstcontact.device.protocol import FrameType, encode
+
+#: USB vendor number of PJRC's Teensy boards.
+TEENSY = 0x16C0
+#: Longest wait of a read, s. It limits the time until a stop is noticed.
+PATIENCE = 0.05
+#: Largest number of bytes of a read.
+MOST = 65_536
+#: Longest wait of a write, s. A device that does not read for so long is gone.
+WRITE = 1.0
+#: Baud rate, for UART bridges only; USB ports ignore it. Samples take 176 kB/s, and start and stop
+#: bits a quarter more.
+BAUD = 4_000_000
+#: Errors from opening a port. A terminal that vanishes meanwhile raises ``termios.error``.
+_FAULTS = (OSError, ValueError, termios.error)
+
+
+class LinkError(OSError):
+    """Error for a port that has vanished. It may come back."""
+
+
+class SerialTransport:
+    """Open serial port, locked for this process."""
+
+    def __init__(self, port: str, baud: int = BAUD) -> None:
+        import serial
+
+        self.port = port
+        self._counter = 0
+        self._sending = threading.Lock()
+        try:
+            self._serial: Any = serial.Serial(
+                port, baud, timeout=PATIENCE, write_timeout=WRITE, exclusive=True
+            )
+        except _FAULTS as error:
+            raise InputError(_opening_error(port, error)) from error
+
+    def read(self, patience: float = PATIENCE) -> bytes:
+        """Return the available bytes. Wait at most ``patience`` s for the first."""
+        try:
+            # pyserial takes about 20 % more time of the processor.
+            number = self._serial.fileno()
+            if not select.select([number], [], [], min(patience, PATIENCE))[0]:
+                return b""
+            data = os.read(number, MOST)
+        except (OSError, TypeError, ValueError) as error:  # a closed port has no file descriptor
+            raise LinkError(f"{self.port}: {error}") from error
+        if not data:
+            raise LinkError(f"{self.port}: the other end closed the port")
+        return data
+
+    def send(self, kind: FrameType, payload: bytes = b"") -> None:
+        """Send a frame."""
+        with self._sending:
+            try:
+                self._write(encode(kind, self._counter, payload))
+            except (OSError, TypeError, ValueError) as error:
+                raise LinkError(f"{self.port}: {error}") from error
+            self._counter += 1
+
+    def _write(self, data: bytes) -> None:
+        # pyserial also fails if this process was stopped for WRITE, although the port takes bytes.
+        number, waited = self._serial.fileno(), 0.0
+        while data:
+            began = time.monotonic()
+            if select.select([], [number], [], PATIENCE)[1]:
+                with suppress(BlockingIOError):
+                    data = data[os.write(number, data) :]
+            waited += min(time.monotonic() - began, PATIENCE)
+            if data and waited >= WRITE:
+                raise LinkError("it accepts no bytes")
+
+    def close(self) -> None:
+        """Release the port. Closing twice is fine."""
+        # Wait until a frame is sent. Otherwise its remainder could go to the next file with this
+        # descriptor.
+        with self._sending, suppress(OSError):
+            self._serial.close()
+
+
+def _opening_error(port: str, error: Exception) -> str:
+    """Return the reason why a port could not be opened, and the remedy."""
+    code = error.errno if isinstance(error, OSError) else None
+    if code == errno.ENOENT:
+        return f"{port}: there is no such port: see `firstcontact ports`, or use --device twin"
+    if code in (errno.EACCES, errno.EPERM):
+        return (
+            f"{port}: you may not open this port: add yourself to its group (on Debian: "
+            "`sudo adduser $USER dialout`) and log in again"
+        )
+    if code in (errno.EAGAIN, errno.EBUSY):
+        return f"{port}: another program has this port open: close that program first"
+    other = not_a_port(port)
+    return other or f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"
+
+
+def not_a_port(port: str) -> str:
+    """Return the reason why a path cannot be a port; "" if it can."""
+    if Path(port).is_dir():
+        return f"{port} is a folder: name one recording in it (*.mcap), or a port"
+    if Path(port).is_file():
+        return (
+            f"{port} is a file and not a port: make a recording of it with `firstcontact import`, "
+            "and name that (*.mcap)"
+        )
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """One serial port."""
+
+    name: str
+    description: str
+    teensy: bool
+
+
+def ports() -> list[Port]:
+    """Return the serial ports, those that look like a Teensy first."""
+    from serial.tools import list_ports
+
+    serial_ports = []
+    for info in list_ports.comports():
+        teensy = info.vid == TEENSY
+        words = [info.description if info.description not in ("n/a", None) else "serial port"]
+        if info.vid is not None:
+            words.append(f"USB {info.vid:04X}:{info.pid:04X}")
+        if teensy:
+            words.append("looks like a Teensy")
+        serial_ports.append(Port(info.device, ", ".join(words), teensy))
+    return sorted(serial_ports, key=lambda port: (not port.teensy, port.name))
+
+
+def access(path: Path) -> str:
+    """Return owner, group and mode of a port, and whether this process may open it."""
+    try:
+        state = path.stat()
+    except OSError as error:
+        return f"missing ({error.strerror})"
+    mode = f"{state.st_mode & 0o777:03o}"
+    may = "may" if os.access(path, os.R_OK | os.W_OK) else "may NOT"
+    return f"{_user(state.st_uid)}:{_group(state.st_gid)} {mode}, this user {may} open it"
+
+
+def groups() -> list[str]:
+    """Return the names of this process's groups."""
+    return sorted(_group(number) for number in {*os.getgroups(), os.getegid()})
+
+
+def _user(number: int) -> str:
+    with suppress(KeyError):
+        return pwd.getpwuid(number).pw_name
+    return str(number)
+
+
+def _group(number: int) -> str:
+    with suppress(KeyError):
+        return grp.getgrgid(number).gr_name
+    return str(number)
+
+
+@contextmanager
+def port_folder() -> Iterator[Path]:
+    """Create a temporary folder for a port's name, for the duration of a ``with`` block."""
+    with tempfile.TemporaryDirectory(prefix="firstcontact-port-") as name:
+        yield Path(name)
+
+
+class PseudoTerminal:
+    """Terminal that a host opens like a serial port, under a stable name.
+
+    Parameters
+    ----------
+    path
+        Symbolic link to create, in an existing folder. It exists while the terminal is plugged in.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._device = self._host = -1
+        self.plug()
+
+    @property
+    def plugged(self) -> bool:
+        """Return True if a host can open the terminal."""
+        return self._device >= 0
+
+    def plug(self) -> None:
+        """Create the terminal unless it exists."""
+        if self.plugged:
+            return
+        self._device, self._host = os.openpty()
+        # Set raw mode before a host opens the terminal: no echo, no translation. The open host side
+        # keeps this mode and keeps the terminal alive when a host leaves.
+        tty.setraw(self._host)
+        os.set_blocking(self._device, False)
+        self.path.symlink_to(os.ttyname(self._host))
+
+    def unplug(self) -> None:
+        """Remove the terminal, even while a host has it open. Do nothing while it is unplugged."""
+        if not self.plugged:
+            return
+        with suppress(FileNotFoundError):
+            self.path.unlink()
+        os.close(self._host)
+        os.close(self._device)
+        self._device = self._host = -1
+
+    def fileno(self) -> int:
+        """Return the file descriptor for ``select``; -1 while unplugged."""
+        return self._device
+
+    def read(self) -> bytes:
+        """Return the bytes that the host sent; b"" if none."""
+        try:
+            return os.read(self._device, 4096)
+        except BlockingIOError:
+            return b""
+
+    def write(self, data: bytes) -> int:
+        """Send as many bytes as fit. Return their number."""
+        try:
+            return os.write(self._device, data)
+        except BlockingIOError:
+            return 0

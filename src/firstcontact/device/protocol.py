@@ -1,0 +1,290 @@
+"""Frames of the wire protocol of ``docs/protocol.md``, version 1, without I/O."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.installation import kernels
+
+VERSION = 1
+#: Largest number of samples in a frame: 1 ms at 4936 Hz.
+FRAME_SAMPLES = 5
+#: Longest text of a marker or an order, bytes.
+MARKER_BYTES = 200
+#: Length limit of a stuffed frame, bytes. A descriptor of 100 channels fits.
+LONGEST = 16_384
+_MASK = 0xFFFFFFFF
+_HEAD = struct.Struct("<BI")
+_CRC = struct.Struct("<I")
+_SAMPLES = struct.Struct("<IIB")
+_DESCRIPTOR = struct.Struct("<BI")
+_STOPPED = struct.Struct("<II")
+_MARKER = struct.Struct("<I")
+_LATE = struct.Struct("<II")
+_HINT = struct.Struct("<fff")
+
+
+class FrameType(IntEnum):
+    """Type of a frame, its first byte."""
+
+    DESCRIPTOR = 0x01
+    SAMPLES = 0x02
+    MARKER = 0x03
+    STOPPED = 0x04
+    REFUSED = 0x05
+    CONTACT = 0x06
+    ESTIMATE = 0x07
+    MODEL_STATE = 0x08
+    LATE = 0x09
+    WITHDRAWN = 0x0A
+    HELLO = 0x81
+    START = 0x82
+    STOP = 0x83
+    MARK = 0x84
+    ORDER = 0x85
+    MODEL_BEGIN = 0x86
+    MODEL_CHUNK = 0x87
+    MODEL_END = 0x88
+    HINT = 0x89
+
+
+class FrameError(ValueError):
+    """Error for an invalid frame: bad length, stuffing, CRC or payload."""
+
+
+class Frame(NamedTuple):
+    """Decoded frame, without its CRC."""
+
+    type: int
+    counter: int
+    payload: bytes
+
+
+class SamplesFrame(NamedTuple):
+    """Payload of a samples frame. ``data`` has shape (n, channels), int16."""
+
+    first_sample: int
+    overflow: int
+    data: NDArray[np.int16]
+
+
+class NextSamples(NamedTuple):
+    """Number of columns, and numbers in the head of the next samples frame (modulo 2^32)."""
+
+    width: int
+    counter: int
+    first_sample: int
+    overflow: int
+
+
+def stuff(data: bytes) -> bytes:
+    """Return ``data`` encoded with COBS: without zeros, and without the final zero of a frame."""
+    out = bytearray()
+    for run in data.split(b"\0"):
+        # A run of 254 bytes or more is split into blocks without a zero in between.
+        while len(run) >= 254:
+            out += b"\xff" + run[:254]
+            run = run[254:]
+        out.append(len(run) + 1)
+        out += run
+    return bytes(out)
+
+
+def unstuff(stuffed: bytes) -> bytes:
+    """Decode COBS, the inverse of :func:`stuff`."""
+    n = len(stuffed)
+    if n == 0 or 0 in stuffed:
+        raise FrameError("a frame is empty or contains a zero byte")
+    out = bytearray(stuffed)
+    place = 0
+    full = []
+    if n < 255:  # true for nearly all frames: no run is full
+        while place < n:
+            out[place] = 0
+            place += stuffed[place]
+    while place < n:
+        code = stuffed[place]
+        out[place] = 0
+        place += code
+        if code == 255 and place < n:
+            full.append(place)
+    if place != n:
+        raise FrameError("a frame's byte stuffing points beyond the end of the frame")
+    # A code after a full run represents no zero.
+    for place in reversed(full):
+        del out[place]
+    return bytes(out[1:])
+
+
+def encode(kind: int, counter: int, payload: bytes = b"") -> bytes:
+    """Return a frame as sent, with its final zero."""
+    body = _HEAD.pack(kind, counter & _MASK) + payload
+    return stuff(body + _CRC.pack(zlib.crc32(body))) + b"\0"
+
+
+def decode(stuffed: bytes) -> Frame:
+    """Return the frame in the bytes before its final zero."""
+    body = unstuff(stuffed)
+    if len(body) < _HEAD.size + _CRC.size:
+        raise FrameError("a frame is too short")
+    if _CRC.unpack_from(body, len(body) - _CRC.size)[0] != zlib.crc32(body[: -_CRC.size]):
+        raise FrameError("a frame's checksum (CRC) does not match its content")
+    kind, counter = _HEAD.unpack_from(body)
+    return Frame(kind, counter, body[_HEAD.size : -_CRC.size])
+
+
+def unpack(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[Any, ...]:
+    """Return the numbers of a payload. Raise FrameError if its length differs."""
+    if len(payload) != form.size:
+        raise FrameError(f"a frame of type {kind.name} has the wrong length")
+    return form.unpack(payload)
+
+
+def _split(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[tuple[Any, ...], bytes]:
+    """Return the numbers at the beginning of a payload, and the bytes after them."""
+    return unpack(form, payload[: form.size], kind), payload[form.size :]
+
+
+def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -> bytes:
+    """Return the payload of a samples frame. ``data`` has shape (1 to 5, channels)."""
+    head = _SAMPLES.pack(first_sample & _MASK, overflow & _MASK, len(data))
+    return head + np.ascontiguousarray(data, dtype="<i2").tobytes()
+
+
+def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
+    """Return the parts of a samples frame's payload, without decoding the samples."""
+    (first, overflow, n), data = _split(_SAMPLES, payload, FrameType.SAMPLES)
+    if n < 1 or len(data) != 2 * n * channels:
+        raise FrameError(
+            f"a frame of type SAMPLES does not hold the {n} samples of {channels} channels that "
+            "it declares"
+        )
+    return first, overflow, n, data
+
+
+def read_samples(payload: bytes, channels: int) -> SamplesFrame:
+    """Return the samples frame of a payload. Raise FrameError as :func:`samples_head` does."""
+    first, overflow, n, data = samples_head(payload, channels)
+    return SamplesFrame(first, overflow, np.frombuffer(data, dtype="<i2").reshape(n, channels))
+
+
+def descriptor_payload(boot: int, text: str, version: int = VERSION) -> bytes:
+    """Return the payload of a descriptor frame."""
+    return _DESCRIPTOR.pack(version, boot) + text.encode()
+
+
+def read_descriptor(payload: bytes) -> tuple[int, int, str]:
+    """Return protocol version, boot number and text of a descriptor frame."""
+    (version, boot), text = _split(_DESCRIPTOR, payload, FrameType.DESCRIPTOR)
+    return version, boot, _text(text)
+
+
+def marker_payload(sample: int, text: str) -> bytes:
+    """Return the payload of a marker frame. A long text is cut between characters."""
+    return _MARKER.pack(sample & _MASK) + marker_text(text)
+
+
+def marker_text(text: str) -> bytes:
+    """Return a marker's text as UTF-8, cut between characters to fit a frame."""
+    return text.encode()[:MARKER_BYTES].decode(errors="ignore").encode()
+
+
+def read_marker(payload: bytes) -> tuple[int, str]:
+    """Return sample number (32 bits) and text of a marker frame."""
+    (sample,), text = _split(_MARKER, payload, FrameType.MARKER)
+    return sample, _text(text)
+
+
+def stopped_payload(next_sample: int, overflow: int) -> bytes:
+    """Return the payload of a stopped frame."""
+    return _STOPPED.pack(next_sample & _MASK, overflow & _MASK)
+
+
+def read_stopped(payload: bytes) -> tuple[int, int]:
+    """Return the number of the next sample and the overflow count of a stopped frame."""
+    next_sample, overflow = unpack(_STOPPED, payload, FrameType.STOPPED)
+    return next_sample, overflow
+
+
+def late_payload(skipped: int, unheard: int) -> bytes:
+    """Return the payload of a ``late`` frame. It counts skipped predictions and missed samples."""
+    return _LATE.pack(skipped & _MASK, unheard & _MASK)
+
+
+def read_late(payload: bytes) -> tuple[int, int]:
+    """Return the counts of skipped predictions and missed samples in a ``late`` frame."""
+    skipped, unheard = unpack(_LATE, payload, FrameType.LATE)
+    return skipped, unheard
+
+
+def hint_payload(speed: float, error: float, radius: float) -> bytes:
+    """Return the payload of a hint: closing speed (m/s), its relative error, and radius (m)."""
+    return _HINT.pack(speed, error, radius)
+
+
+def _text(data: bytes) -> str:
+    try:
+        return data.decode()
+    except UnicodeDecodeError as error:
+        raise FrameError("the text in a frame is not UTF-8") from error
+
+
+class Decoder:
+    """Decoder that splits a stream of bytes at its zeros into frames.
+
+    A piece between two zeros that is not a frame counts as one damaged piece. A wrong bit can split
+    one frame into two pieces, so the frame counters, not this count, give the number of lost
+    frames. The first piece of the stream is not counted, because it may be the end of an earlier
+    frame. A piece longer than any frame is discarded.
+    """
+
+    def __init__(self) -> None:
+        self.bad = 0  #: Number of damaged pieces so far.
+        self.restart()
+
+    def restart(self) -> None:
+        """Discard an incomplete frame. Keep the count of damaged pieces."""
+        self._rest = b""
+        self._first = True
+        self._too_long = False
+
+    def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
+        """Add bytes. Decode the samples frames at the beginning that follow without a loss.
+
+        Return the number of these frames, and their encoded samples. Call :meth:`feed` afterwards:
+        it decodes the remaining bytes. Alone it gives the same frames, but ten times slower.
+        """
+        self._rest += data
+        if self._too_long:
+            return 0, b""
+        frames: int
+        samples: bytes
+        used, frames, samples = kernels().decode_samples(self._rest, *expected)
+        if used:
+            self._rest = self._rest[used:]
+            self._first = False
+        return frames, samples
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Process the next bytes. Return the frames that they complete, in order."""
+        *pieces, self._rest = (self._rest + data).split(b"\0")
+        frames = []
+        for piece in pieces:
+            if piece or self._too_long:
+                try:
+                    if self._too_long:
+                        raise FrameError("a frame is too long")
+                    frames.append(decode(piece))
+                except FrameError:
+                    self.bad += not self._first
+            self._first = self._too_long = False
+        if len(self._rest) > LONGEST:
+            self._rest = b""
+            self._too_long = True
+        return frames

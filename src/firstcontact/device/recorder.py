@@ -1,0 +1,190 @@
+"""Recorder that writes samples to a file in its own thread, so that slow disks delay nothing."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from firstcontact.core import Block, InputError, merge_blocks
+from firstcontact.device.source import Arrival
+from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
+
+_log = logging.getLogger("firstcontact.device")
+
+#: Largest number of samples for which consecutive blocks are joined before writing.
+JOINED_SAMPLES = 500
+#: Number of queued samples above which :meth:`Recorder.wait` waits: 8 s of a fingertip.
+QUEUED = 40_000
+#: Time between two checks of whether to wait any longer, s.
+POLL = 0.05
+_Piece = Block | Marker | PinchMark
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderStatus:
+    """State of a recorder.
+
+    Parameters
+    ----------
+    path
+        File that is being written; None if no recording runs.
+    samples, waiting
+        Number of samples written to this or the last file, and in the queue.
+    failed
+        Reason why recording stopped by itself, or "".
+    """
+
+    path: Path | None = None
+    samples: int = 0
+    waiting: int = 0
+    failed: str = ""
+
+
+class Recorder:
+    """Recorder of samples into one file at a time, in order. Any thread can call its methods.
+
+    :meth:`put` never waits: samples queue up without a limit. Callers whose samples come faster
+    than the disk can write them also call :meth:`wait`. If the file cannot be written (a full
+    disk), the recorder stops and states the reason in its status. All complete parts of the file
+    stay readable.
+    """
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._starting = threading.Lock()
+        self._queue: deque[_Piece] = deque()
+        self._thread: threading.Thread | None = None
+        self._closing = False
+        self._is_over = False
+        self._path: Path | None = None
+        self._samples = 0
+        self._waiting = 0
+        self._failed = ""
+
+    @property
+    def status(self) -> RecorderStatus:
+        """Current state of the recorder."""
+        with self._changed:
+            return RecorderStatus(self._path, self._samples, self._waiting, self._failed)
+
+    def start(self, path: Path, header: Header) -> None:
+        """Start a recording into a new file. Raise InputError if one is running."""
+        with self._starting:
+            if self._is_over:
+                raise InputError(f"the session has ended without {path}: start it again")
+            running = self.status.path
+            if running is not None:
+                raise InputError(
+                    f"samples are already being recorded into {running}: stop that recording first"
+                )
+            self.stop()
+            writer = RecordingWriter(path, header)
+            self._thread = threading.Thread(
+                target=self._work, args=(writer,), name="recorder", daemon=True
+            )
+            with self._changed:
+                self._closing = False
+                self._path, self._samples, self._failed = path, 0, ""
+            _log.info("recording into %s", path)
+            self._thread.start()
+
+    def put(self, arrivals: Iterable[Arrival]) -> None:
+        """Queue samples and their markers for writing. Do nothing if no recording is running."""
+        with self._changed:
+            if self._path is None or self._closing:
+                return
+            for arrival in arrivals:
+                self._queue.append(arrival.block)
+                self._queue.extend(arrival.markers)
+                self._waiting += len(arrival.block.data)
+            self._changed.notify_all()
+
+    def wait(self, stopped: Callable[[], bool]) -> None:
+        """Wait until the queue is short, or until ``stopped`` returns True."""
+        with self._changed:
+            while self._waiting > QUEUED and not stopped():
+                self._changed.wait(POLL)
+
+    def mark(self, mark: PinchMark) -> None:
+        """Write the mark of a pinch whose samples were put earlier."""
+        with self._changed:
+            if self._path is not None and not self._closing:
+                self._queue.append(mark)
+                self._changed.notify_all()
+
+    def stop(self) -> None:
+        """Write the queue and close the file. Do nothing if no recording is running."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        if self._thread is not None:
+            self._thread.join()
+
+    def close(self) -> None:
+        """Stop the recording, and refuse to start another."""
+        with self._starting:
+            self._is_over = True
+            self.stop()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def _work(self, writer: RecordingWriter) -> None:
+        failed = ""
+        try:
+            while waiting := self._take():
+                for piece in _joined(waiting):
+                    self._write(writer, piece)
+            writer.close()
+        except Exception as error:  # no error here may disturb the source
+            known = isinstance(error, InputError)
+            failed = str(error) if known else f"{writer.path} cannot be written ({error!r})"
+            with suppress(InputError, OSError):
+                writer.close()
+        _log.info("%s ended with %d samples %s", writer.path, self._samples, failed)
+        with self._changed:
+            self._path, self._failed = None, failed
+            self._queue.clear()
+            self._waiting = 0
+
+    def _take(self) -> list[_Piece]:
+        """Wait for queued items, and return them all. The list is empty once the recording ends."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._queue or self._closing)
+            waiting = list(self._queue)
+            self._queue.clear()
+            return waiting
+
+    def _write(self, writer: RecordingWriter, piece: _Piece) -> None:
+        if isinstance(piece, Marker):
+            writer.marker(piece)
+        elif isinstance(piece, PinchMark):
+            writer.mark(piece)
+            writer.flush()  # the caller reports the pinch, so it must survive a kill
+        else:
+            writer.write(piece)
+            with self._changed:
+                self._samples += len(piece.data)
+                self._waiting -= len(piece.data)
+
+
+def _joined(pieces: list[_Piece]) -> Iterator[_Piece]:
+    """Yield the queued items in order, with short consecutive blocks joined."""
+    run: list[Block] = []
+    for piece in pieces:
+        if isinstance(piece, Block):
+            run.append(piece)
+        else:
+            yield from merge_blocks(run, JOINED_SAMPLES)
+            run = []
+            yield piece
+    yield from merge_blocks(run, JOINED_SAMPLES)

@@ -1,0 +1,309 @@
+"""Replay of a recording: as a source at any speed, and as a serial device for any host."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple, Self
+
+from firstcontact.core import Block, ClosingSpeed, InputError
+from firstcontact.device._responder import RING, TerminalDevice
+from firstcontact.device.descriptor import Descriptor
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.ports import PseudoTerminal
+from firstcontact.device.protocol import FRAME_SAMPLES, Decoder, FrameType
+from firstcontact.device.source import Arrival, Health, Source
+from firstcontact.recording import Marker, PinchMark, Recording, read_recording
+
+#: Number of samples in a block at a finite speed, like the blocks of a device ...
+BLOCK = 5
+#: ... and at infinite speed, 0.1 s at 4936 Hz.
+LONG_BLOCK = 494
+#: Longest time between two checks for a stop, s.
+TICK = 0.05
+#: Number of samples that are due at a time at infinite speed.
+PIECE = 100
+#: Time for the host to read the last answer, s.
+LINGER = 1.0
+
+
+class _Piece(NamedTuple):
+    block: Block
+    markers: tuple[Marker, ...]
+    pinches: tuple[PinchMark, ...]
+
+
+def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
+    """Return a recording with samples, and its descriptor."""
+    if not speed > 0:
+        raise InputError(f"--speed is {speed:g}: give a positive number, or inf")
+    recording = read_recording(path)
+    if not recording.samples:
+        raise InputError(f"{path} holds no samples: there is nothing to replay")
+    h = recording.header
+    # Groups are left out: a device sends only the samples in which contacts are detected.
+    layout = replace(h.layout, groups=())
+    return recording, Descriptor(layout, h.firmware, h.sensor, h.hand, h.source, h.dtype)
+
+
+class ReplaySource(Source):
+    """Source that replays a recording as if its device were connected.
+
+    Epochs, gaps, markers and pinch marks come at their recorded samples. A gap takes no time. The
+    recording begins to play at the first read. At a finite speed, the arrival time of a block is
+    the time at which it is due, however late it is read.
+
+    Parameters
+    ----------
+    path
+        Path of the recording.
+    speed
+        Multiple of real time; infinite to read as fast as possible.
+    block
+        Number of samples in a block, 1 or more.
+    """
+
+    recorded = True
+
+    def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:
+        self._recording, self._descriptor = _read(path, speed)
+        if block is not None and block < 1:
+            raise InputError(f"a block of {block} samples cannot be replayed: use 1 or more")
+        self.speed = speed
+        self.calibration = self._recording.header.calibration
+        self._block = block or (LONG_BLOCK if math.isinf(speed) else BLOCK)
+        self._rest = _pieces(self._recording, self._block)
+        self._next: _Piece | None = None
+        self._ended = False
+        self._closed = threading.Event()
+        self._is_open = self._is_drained = False
+        self._began: float | None = None  # time of the first read
+        self._paced = math.isfinite(speed)
+        self._given = 0
+        self._lost = 0
+        self._end: Block | None = None
+
+    @property
+    def name(self) -> str:
+        return str(self._recording.path)
+
+    @property
+    def descriptor(self) -> Descriptor:
+        return self._descriptor
+
+    @property
+    def health(self) -> Health:
+        epoch = self._end.epoch if self._end else 0
+        return Health(
+            connected=not self._ended,
+            epoch=epoch,
+            samples=self._given,
+            lost_samples=self._lost,
+            ended=self._ended,
+        )
+
+    @property
+    def ended(self) -> bool:
+        return self._ended
+
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        if not self._is_open:
+            raise self._not_open()
+        self._check_readable(timeout, is_drained=self._is_drained)
+        if self._ended:
+            self._is_drained = self._closed.is_set()
+            return []
+        if self._began is None:
+            self._began = time.monotonic()
+        if not self._paced:
+            return self._take(time.monotonic(), 1)
+        wait = self._due() - time.monotonic()
+        if wait > 0 and self._closed.wait(min(wait, timeout)):
+            return []
+        return self._take(time.monotonic())
+
+    def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
+        for mark in self._recording.pinches:
+            if mark.epoch == epoch and mark.first_sample <= sample < mark.end:
+                return mark.closing_speed
+        return None
+
+    def mark(self, text: str) -> None:
+        raise InputError(f"{self.name} is a recording: it takes no markers")
+
+    def order(self, text: str) -> None:
+        raise InputError(f"{self.name} is a recording: it takes no orders")
+
+    def close(self) -> None:
+        self._closed.set()
+        self._ended = True
+
+    def __enter__(self) -> Self:
+        self._is_open = True
+        self._advance()
+        return self
+
+    def _due(self) -> float:
+        """Return the time at which the next block is due, s of the monotonic clock."""
+        if self._next is None or self._began is None:
+            return math.inf
+        samples = self._given + len(self._next[0].data)
+        return self._began + samples / (self.speed * self._recording.header.layout.rate)
+
+    def _take(self, now: float, most: int | None = None) -> list[Arrival]:
+        """Return the blocks due by now, at most ``most``."""
+        arrivals: list[Arrival] = []
+        while self._next is not None and len(arrivals) != most:
+            due = self._due() if self._paced else now
+            if due > now:
+                break
+            block, markers, pinches = self._next
+            if self._end is not None and self._end.epoch == block.epoch:
+                self._lost += block.first_sample - self._end.end
+            self._given += len(block.data)
+            self._end = block
+            arrivals.append(Arrival(block, due, markers, pinches))
+            self._advance()
+        return arrivals
+
+    def _advance(self) -> None:
+        self._next = next(self._rest, None)
+        if self._next is None:
+            self._ended = True
+
+
+def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iterator[_Piece]:
+    """Yield blocks with their markers and pinch marks; only of one epoch if it is given."""
+    stretches = [s for s in recording.stretches if epoch in (None, s.epoch)]
+    wanted = [m for m in recording.markers if epoch in (None, m.epoch)]
+    markers = deque(sorted(wanted, key=lambda m: (m.epoch, m.sample)))
+    pinches = deque(sorted(recording.pinches, key=lambda m: (m.epoch, m.end)))
+    for stretch in stretches:
+        for start in range(0, len(stretch.data), length):
+            data = stretch.data[start : start + length]
+            block = Block(data, stretch.first_sample + start, stretch.epoch)
+            # Markers of samples after the last one come with the last block.
+            is_last = stretch is stretches[-1] and start + length >= len(stretch.data)
+            until = (math.inf, 0) if is_last else (block.epoch, block.end)
+            block_markers, block_pinches = [], []
+            while markers and (markers[0].epoch, markers[0].sample) < until:
+                block_markers.append(markers.popleft())
+            while pinches and (pinches[0].epoch, pinches[0].end) <= until:
+                block_pinches.append(pinches.popleft())
+            yield _Piece(block, tuple(block_markers), tuple(block_pinches))
+
+
+def from_path(path: str, options: SourceOptions) -> ReplaySource:
+    """Return the replay of a recording at the requested speed."""
+    source = ReplaySource(Path(path), options.speed)
+    if source.descriptor.source == "twin":
+        source.twin_hand = options.condition, options.seed
+    return source
+
+
+class ReplayDevice(TerminalDevice):
+    """Device that sends a recording of int16 samples to its host, again and again.
+
+    The recording plays after the host has sent a start frame, and pauses after a stop frame. At the
+    end of an epoch the device falls silent. The host's next hello frame begins the next epoch, as
+    if the device had restarted. Pinch marks and the calibration are not sent, because the protocol
+    has no frames for them.
+
+    Parameters
+    ----------
+    path, terminal
+        Recording, and the terminal with the host at its other end.
+    speed
+        Multiple of real time; infinite to send as fast as the host reads.
+    """
+
+    def __init__(self, path: Path, terminal: PseudoTerminal, speed: float = 1.0) -> None:
+        recording, descriptor = _read(path, speed)
+        header = recording.header
+        if header.dtype != "int16":
+            raise InputError(
+                f"{path} cannot be sent by a serial device: its samples are {header.dtype}, not "
+                "int16: give the recording itself to --device"
+            )
+        self._recording = recording
+        self._epochs = sorted({stretch.epoch for stretch in recording.stretches})
+        # A gap takes no time, so a recording with many gaps sends samples at a higher rate.
+        paced = speed == 1.0 and len(self._epochs) == len(recording.stretches)
+        self.descriptor = replace(descriptor, paced=paced)
+        #: True if the recording has a calibration, which is not sent.
+        self.calibrated = header.calibration is not None
+        self._rate = header.layout.rate * speed
+        super().__init__(terminal)
+        self._decoder = Decoder()
+        self._begin(0)
+
+    def run(self, stopped: Callable[[], bool] = lambda: False, once: bool = False) -> None:
+        """Run the device until ``stopped`` returns True.
+
+        If ``once``, also end when the whole recording was sent and the host has sent one more
+        frame: a stop frame, or a hello frame because no samples come.
+        """
+        deadline = math.inf
+        while not stopped() and time.monotonic() < deadline:
+            self._play()
+            self._send()
+            data = self._listen()
+            if data and self._hear(data, once) and once:
+                self._send()
+                deadline = time.monotonic() + LINGER
+
+    def _begin(self, epoch_index: int) -> None:
+        """Start the device at the beginning of an epoch."""
+        self._epoch_index = epoch_index
+        self._tape = _pieces(self._recording, FRAME_SAMPLES, self._epochs[epoch_index])
+        self._next = next(self._tape, None)
+        self._due = 0.0
+        self._last_look: float | None = None  # time of the last update, while samples are sent
+        room = math.ceil(RING * self._rate) if math.isfinite(self._rate) else 0
+        self._restart(self.descriptor, max(room, 2 * PIECE))
+
+    def _play(self) -> None:
+        """Give the responder the samples that are due."""
+        if not self._responder.streaming:
+            self._last_look = None
+            return
+        now = time.monotonic()
+        if math.isinf(self._rate):
+            self._due = float(0 if self._wire else PIECE)
+        elif self._last_look is not None:
+            self._due += (now - self._last_look) * self._rate
+        self._last_look = now
+        while self._next is not None and self._due >= len(self._next.block.data):
+            block = self._next.block
+            self._responder.next_sample = block.first_sample
+            self._responder.sample(block.data)
+            for marker in self._next.markers:
+                self._responder.marker(marker.sample, marker.text)
+            self._due -= len(block.data)
+            self._next = next(self._tape, None)
+            # Send now: a delay of this process must not make samples overflow.
+            self._send()
+        self._responder.finished = self._next is None
+
+    def _listen(self) -> bytes:
+        """Wait for the host's bytes until samples are due. Return the bytes; b"" if none came."""
+        wait = TICK
+        if self._responder.streaming and self._next is not None:
+            until_due = (FRAME_SAMPLES - self._due) / self._rate
+            wait = min(max(until_due, 0.0), TICK) if not self._wire else TICK
+        return self._terminal.read() if self._wait(wait) else b""
+
+    def _hear(self, data: bytes, once: bool) -> bool:
+        """Process bytes from the host. Return True once the whole recording was sent."""
+        sent = self._next is None and not self._wire
+        is_last_epoch = self._epoch_index + 1 == len(self._epochs)
+        has_hello = any(frame.type == FrameType.HELLO for frame in self._decoder.feed(data))
+        if has_hello and sent and not (once and is_last_epoch):
+            self._begin((self._epoch_index + 1) % len(self._epochs))
+        self._responder.hear(data)
+        return sent and is_last_epoch

@@ -1,0 +1,391 @@
+"""Source for a device on a serial port."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from typing import Self
+
+from firstcontact.core import InputError
+from firstcontact.core.text import check_text
+from firstcontact.device.assembler import Assembled, Assembler
+from firstcontact.device.clock import ClockFit, RateCheck
+from firstcontact.device.descriptor import Descriptor, DevicePrediction
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.ports import LinkError, SerialTransport, not_a_port
+from firstcontact.device.protocol import VERSION, FrameType, hint_payload, marker_text
+from firstcontact.device.source import Arrival, Health
+from firstcontact.device.threaded import LONGEST_LOOK, QueuedSource
+from firstcontact.device.twin_words import TWIN
+from firstcontact.recording import Marker
+
+_log = logging.getLogger("firstcontact.device")
+
+#: Longest wait for the first answer after opening the port, s.
+PATIENCE = 5.0
+#: Time between two checks whether a call of ``read`` reads the port, s. A pseudo terminal's buffer
+#: holds 23 ms of samples.
+LOOK = 6e-3
+#: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
+#: for the same time again, it counts as disconnected ...
+SILENCE = 1.0
+#: ... and time without an answer after which the question is repeated.
+AGAIN = 0.5
+#: Wait between attempts to reopen a port, s.
+RETRY = 0.2
+#: Longest wait for the end of the stream while data arrive, s.
+FAREWELL = 10.0
+#: Longest sleep while the reader waits for more samples, s, ...
+NAP = 0.02
+#: ... and time to wake up before they are due, s.
+EARLY = 0.0004
+#: Size of a read, in bytes, after which the next read follows without a sleep. A pseudo terminal
+#: holds 4095 bytes. While it is full, the device has to wait and drops samples.
+PILE = 3800
+#: Longest wait for a reader when the source ends, s.
+LAST_TURN = 1.0
+#: Time in the first epoch in which a wrong rate is refused, s. Later, in the middle of a session,
+#: it only causes a warning.
+OPENING = 5.0
+#: Sources without a real-time rate.
+SIMULATED = ("twin", "synthetic")
+
+
+# Not a ThreadedSource: here the thread also connects, and the device itself counts samples and
+# places markers.
+class SerialSource(QueuedSource):
+    """Device on a serial port, which may be unplugged and plugged in again.
+
+    :meth:`read` reads the port in the caller's thread, so samples are available as soon as their
+    last byte arrives. Between calls, a thread of the source reads the port and stores the samples.
+    A port that comes back begins a new epoch, and so does a device that was reset. If the device
+    kept counting samples during a disconnection, these samples count as lost.
+
+    Parameters
+    ----------
+    port
+        Path or name of the port.
+    patience
+        Longest time to wait for an answer on opening, s.
+    """
+
+    #: Largest number of samples received ahead of the reader; None for no limit. Only a device that
+    #: waits for its host loses nothing with a limit.
+    most: int | None = None
+    can_poll = True
+
+    def __init__(self, port: str, patience: float = PATIENCE) -> None:
+        super().__init__(port)
+        self.port = port
+        self._patience = patience
+        self._transport: SerialTransport | None = None
+        self._assembler = Assembler()
+        self._clock = ClockFit(1.0)
+        self._rate_check = RateCheck(1.0)
+        self._began = 0.0  # arrival of the first samples of an epoch
+        self._has_warned = False  # about the rate, in this epoch
+        # The thread that holds this lock reads the port. The lock protects the next fields, too.
+        self._turn = threading.Lock()
+        self._opened = 0.0  # time at which the port was opened
+        self._asked = -math.inf  # time of the last question to the device
+        self._heard = 0.0  # time of the last samples or answer
+        self._sampled = 0.0  # time of the last samples
+        self._read_bytes = 0  # size of the last read
+        self._looked = -math.inf  # begin or end of the last call of ``read``
+        self._interruption: Exception | None = None  # a reader's error, for the source's own thread
+        # The fields below are protected by ``_changed``.
+        self._markers: list[Marker] = []  # waiting for their sample
+        self._predictions: list[DevicePrediction] = []  # waiting for the next samples
+        self._connected = False
+
+    @property
+    def descriptor(self) -> Descriptor:
+        if self._assembler.descriptor is None:
+            raise self._not_open()
+        return self._assembler.descriptor
+
+    @property
+    def health(self) -> Health:
+        with self._changed:
+            counts = asdict(self._assembler.counts)
+            counts["bad_frames"] = self._assembler.decoder.bad + counts.pop("malformed_frames")
+            epoch, rate = max(self._assembler.epoch, 0), self._clock.rate
+            return Health(self._connected, epoch, reconnects=epoch, host_rate=rate, **counts)
+
+    def __enter__(self) -> Self:
+        self._transport = SerialTransport(self.port)
+        self._start()
+        try:
+            with self._changed:
+                # Not for ``_connected``: a device that sends no samples may be disconnected again.
+                self._changed.wait_for(lambda: self._assembler.epoch >= 0 or self._finished)
+                if self._error is not None:
+                    raise self._error
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        self._check_readable(timeout, is_drained=self._is_drained)
+        until = time.monotonic() + timeout
+        remaining = timeout
+        self._looked = until - timeout  # the source's own thread gives way
+        if self._connected and self._turn.acquire(timeout=max(timeout, 0.0)):
+            try:
+                while self._connected and self._waiting < least:
+                    self._look(least, remaining)
+                    remaining = until - time.monotonic()
+                    if remaining <= 0.0:
+                        break
+                self._looked = time.monotonic()
+            finally:
+                self._turn.release()
+        return super().read(max(until - time.monotonic(), 0.0), least)
+
+    def _look(self, least: int, patience: float) -> None:
+        """Sleep until ``least`` samples are due. Read the port once, in the reader's thread."""
+        transport = self._transport
+        if transport is None or self._interruption is not None or self._closing.is_set():
+            self._connected = False  # the source's own thread goes on
+            return
+        if patience > 0.0 and self._read_bytes < PILE:
+            missing = least - self._waiting
+            nap = max(min(missing / self.descriptor.layout.rate - EARLY, NAP, patience), 0.0)
+            if nap:
+                time.sleep(nap)
+            patience -= nap
+        try:
+            self._step(transport, max(patience, 0.0))
+        except Exception as error:
+            self._interruption, self._connected = error, False
+
+    def mark(self, text: str) -> None:
+        check_text(text)
+        if text.startswith(TWIN.strip()) and self.descriptor.source == "twin":
+            raise InputError(
+                f"a marker that begins with {TWIN.strip()!r} is reserved for the twin: "
+                "begin with another word"
+            )
+        self._send(FrameType.MARK, marker_text(text), "the marker was not set")
+
+    def order(self, text: str) -> None:
+        self._send(FrameType.ORDER, marker_text(text), "the order was not given")
+
+    def hint(self, speed: float, error: float, radius: float) -> None:
+        """Tell a device that predicts by itself the speed of this closing or of the next one.
+
+        Parameters
+        ----------
+        speed, error
+            Speed, m/s (0 if unknown), and its relative error.
+        radius
+            Radius of the object, m; infinite for a flat one, NaN if it is unknown.
+        """
+        self._send(FrameType.HINT, hint_payload(speed, error, radius), "the speed was not sent")
+
+    def _send(self, kind: FrameType, payload: bytes, failed: str) -> None:
+        transport = self._transport
+        try:
+            if transport is None:
+                raise LinkError("closed")
+            transport.send(kind, payload)
+        except LinkError as error:
+            raise InputError(
+                f"{self.name}: the device is not connected, and {failed}: plug it in"
+            ) from error
+
+    def close(self) -> None:
+        if not self._closing.is_set():
+            _log.info("%s: closed; %s", self.name, self.health)
+        super().close()
+
+    def _run(self) -> None:
+        """Receive samples until the source is closed. :meth:`read` raises a permanent error."""
+        error: InputError | None = None
+        try:
+            while self._transport is not None:
+                try:
+                    self._communicate(self._transport)
+                    break
+                except LinkError as lost:
+                    if self._assembler.epoch < 0:
+                        raise InputError(
+                            "the device was unplugged while its port was opened: plug it in"
+                        ) from lost
+                self._disconnect()
+                self._transport = self._reopen()
+        except InputError as input_error:
+            error = InputError(f"{self.name}: {input_error}")
+        except Exception as unexpected:
+            # The reader must not wait for a thread that has ended.
+            _log.exception("%s: reading failed", self.name)
+            error = InputError(f"{self.name}: reading failed ({unexpected!r}): open it again")
+        finally:
+            with self._last_turn():  # a reader may be at the port
+                self._connected = False
+                transport, self._transport = self._transport, None
+                if transport is not None:
+                    transport.close()
+            with self._changed:
+                markers, self._markers = self._markers, []
+                predictions, self._predictions = self._predictions, []
+                number = markers[-1].sample if markers else self._assembler.next_sample
+                self._end(error, markers, predictions, number, self._assembler.epoch)
+
+    def _communicate(self, transport: SerialTransport) -> None:
+        """Connect, then read the port whenever no reader does, until the source is closed."""
+        self._opened = time.monotonic()
+        self._heard = self._asked = -math.inf
+        while not self._closing.is_set():
+            if self._interruption is not None:
+                error, self._interruption = self._interruption, None
+                raise error
+            if not self._connected:
+                with self._turn:
+                    self._step(transport)
+            elif self._is_needed() and self._turn.acquire(blocking=False):
+                try:
+                    self._step(transport)
+                finally:
+                    self._turn.release()
+            else:
+                self._closing.wait(LOOK)
+        if self._assembler.epoch >= 0:
+            with self._last_turn(), suppress(LinkError):
+                self._stop(transport)
+
+    @contextmanager
+    def _last_turn(self) -> Iterator[None]:
+        """Wait until no reader reads the port. Keep readers away during the ``with`` block."""
+        has_turn = self._turn.acquire(timeout=LAST_TURN)
+        try:
+            yield
+        finally:
+            if has_turn:
+                self._turn.release()
+
+    def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
+        """Ask a silent device for its descriptor, then read the port."""
+        now = time.monotonic()
+        if now - self._heard > SILENCE and now - self._asked > AGAIN:
+            if self._assembler.epoch < 0 and now - self._opened > self._patience:
+                raise InputError(
+                    "no device answers on this port: check that it is the fingertip "
+                    "(`firstcontact ports --ask`), and flash its firmware"
+                )
+            with self._changed:
+                # A device without a sample since the last question counts as disconnected.
+                self._connected &= self._asked < self._sampled
+            self._assembler.expect_descriptor()
+            transport.send(FrameType.HELLO, bytes([VERSION]))
+            self._asked = now
+        data = transport.read(patience)
+        self._read_bytes = len(data)
+        if data and self._take(data, time.monotonic()).greeted:
+            transport.send(FrameType.START)
+
+    def _is_needed(self) -> bool:
+        """Return True if the source's thread must read the port, because no reader does."""
+        now = time.monotonic()
+        if now - self._looked < LOOK:
+            return False
+        if self.most is not None and self._waiting >= self.most:
+            self._heard = now  # nothing is read meanwhile, so this is no silence
+            return False
+        return True
+
+    def _take(self, data: bytes, now: float) -> Assembled:
+        with self._changed:
+            epoch = self._assembler.epoch
+            assembled = self._assembler.feed(data)
+            if self._assembler.epoch != epoch:
+                d, rate = self.descriptor, self.descriptor.layout.rate
+                values = (self._assembler.epoch, d.firmware, d.sensor, d.hand, d.source, rate)
+                _log.info("%s: epoch %d of %r (%r, %r, %s, %g Hz)", self.name, *values)
+                self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
+                self._began, self._has_warned = math.inf, False
+            self._markers += assembled.markers
+            self._predictions += assembled.predictions
+            for block in assembled.blocks:
+                end = block.epoch, block.end
+                due = tuple(m for m in self._markers if (m.epoch, m.sample) < end)
+                self._markers = [m for m in self._markers if (m.epoch, m.sample) >= end]
+                predictions, self._predictions = tuple(self._predictions), []
+                self._enqueue(Arrival(block, now, due, predictions=predictions))
+            if assembled.blocks and assembled.blocks[-1].epoch == self._assembler.epoch:
+                self._clock.add(assembled.blocks[-1].end, now)
+                self._check_rate(assembled.blocks[-1].end, now)
+            if assembled.blocks or self._assembler.epoch != epoch:
+                self._sampled, self._connected = now, True
+            if assembled.blocks or assembled.greeted:
+                self._heard = now
+                if assembled.greeted:  # ``__enter__`` waits for it
+                    self._changed.notify_all()
+                self._wake()
+            return assembled
+
+    def _check_rate(self, end: int, now: float) -> None:
+        """Compare the measured rate of a real-time device with its stated rate."""
+        self._began = min(self._began, now)
+        descriptor = self.descriptor
+        has_pace = descriptor.paced and descriptor.source not in SIMULATED
+        if not has_pace or self._has_warned or not self._rate_check.add(end, now):
+            return
+        message = (
+            f"the device sends {self._rate_check.rate:.0f} samples a second by this machine's "
+            f"clock, and its rate is stated as {descriptor.layout.rate:.0f}: correct the timer or "
+            "the stated rate of its firmware"
+        )
+        if self._assembler.epoch == 0 and now - self._began < OPENING:
+            raise InputError(message)
+        self._has_warned = True
+        _log.warning("%s: %s", self.name, message)
+
+    def _disconnect(self) -> None:
+        _log.info("%s: lost", self.name)
+        with self._turn:
+            with self._changed:
+                self._connected = False
+            transport, self._transport = self._transport, None
+            self._interruption = None
+        if transport is not None:
+            transport.close()
+        self._assembler.interrupted()
+
+    def _reopen(self) -> SerialTransport | None:
+        """Wait until the port is back and return it; None if the source is closed first."""
+        while not self._closing.wait(RETRY):
+            # The port may be missing, not accessible yet, or in use by another program.
+            with suppress(InputError):
+                return SerialTransport(self.port)
+        return None
+
+    def _stop(self, transport: SerialTransport) -> None:
+        """Stop the device and receive data until it confirms the end."""
+        now = time.monotonic()
+        silence, spent, last_request = 0.0, 0.0, -AGAIN
+        while spent < FAREWELL and silence < SILENCE:
+            if now - last_request > AGAIN:
+                transport.send(FrameType.STOP)
+                last_request = now
+            data = transport.read()
+            previous, now = now, time.monotonic()
+            if self._take(data, now).stopped:
+                return
+            look = min(now - previous, LONGEST_LOOK)  # without a stop of this program
+            spent += look
+            silence = 0.0 if self._heard == now else silence + look
+
+
+def from_port(port: str, options: SourceOptions) -> SerialSource:
+    """Return the source for a port. Raise InputError for a speed option, a file or a folder."""
+    if reason := not_a_port(port):
+        raise InputError(reason)
+    options.check_own_speed(f"a device on {port}")
+    return SerialSource(port)

@@ -1,0 +1,289 @@
+"""Interface of all sample sources, and their health."""
+
+from __future__ import annotations
+
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Self
+
+from firstcontact.core import Block, Calibration, ClosingSpeed, InputError
+from firstcontact.device.descriptor import Descriptor, DevicePrediction
+from firstcontact.recording import Marker, PinchMark
+
+#: Losses within this time are reported in one line, s.
+MERGE_TIME = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrival:
+    """Consecutive samples with the time at which the host received them.
+
+    Parameters
+    ----------
+    block
+        Samples, numbered with 64 bits.
+    host
+        Arrival time of the last byte by ``time.monotonic()``, s.
+    markers
+        Markers of these samples. If the sample of a marker was lost, it comes with the newest
+        unread samples, or with an empty block.
+    pinches
+        Marks of the pinches that end in these samples, from a replayed recording.
+    predictions
+        Contacts and estimates that the device predicted by itself, in the order received.
+    """
+
+    block: Block
+    host: float
+    markers: tuple[Marker, ...] = ()
+    pinches: tuple[PinchMark, ...] = ()
+    predictions: tuple[DevicePrediction, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """State and counts of a source since it was opened.
+
+    Parameters
+    ----------
+    connected
+        True if the device is connected now.
+    epoch
+        Epoch of the newest sample.
+    samples, lost_samples
+        Number of received samples, and of samples missing in the device's count for any reason.
+    overflow_samples
+        Number of lost samples that the device itself dropped, by its report.
+    unusable_samples
+        Number of lost samples with a value that was NaN, infinite or beyond 32-bit integers, or
+        with a time stamp that jumps.
+    lost_frames, bad_frames
+        Number of frames missing in the device's count, and of damaged frames, which are also lost.
+    doubled_frames
+        Number of ignored frames that were repeated or out of order.
+    late_answers
+        Number of predictions that the device skipped because the next one was due.
+    unheard_samples
+        Number of samples that the device sent but its own model missed.
+    reconnects
+        Number of reconnections. Each begins an epoch.
+    host_rate
+        Samples per second of the host's clock over the last epoch, Hz; 0 until measured.
+    losses_known
+        True if the device counts its samples, so that losses are detected.
+    ended
+        True if no more samples can come, for example after the end of a recording.
+    """
+
+    connected: bool = False
+    epoch: int = 0
+    samples: int = 0
+    lost_samples: int = 0
+    overflow_samples: int = 0
+    unusable_samples: int = 0
+    lost_frames: int = 0
+    bad_frames: int = 0
+    doubled_frames: int = 0
+    late_answers: int = 0
+    unheard_samples: int = 0
+    reconnects: int = 0
+    host_rate: float = 0.0
+    losses_known: bool = True
+    ended: bool = False
+
+    @property
+    def lost(self) -> str:
+        """Text with the number of lost samples."""
+        unknown = "" if self.losses_known else " or more (the device does not count its samples)"
+        return f"{self.lost_samples}{unknown}"
+
+    @property
+    def unusable(self) -> str:
+        """Text with the number of unusable samples."""
+        count = self.unusable_samples
+        return f"{count} NaN, infinite, out of range, or with a time stamp that jumps"
+
+
+class Source(ABC):
+    """Source of samples. It delivers each sample once, in order.
+
+    ``with`` opens the source. A thread receives the samples, so a slow reader loses none. Call
+    :meth:`read` from one thread only.
+
+    Attributes
+    ----------
+    speed
+        Multiple of real time at which samples arrive.
+    recorded
+        True if the source replays a recording.
+    calibration
+        Calibration in the header of the replayed recording, if any.
+    can_poll
+        True if :meth:`read` without a timeout costs no more than a look at the port.
+    twin_hand
+        Condition and random seed of the simulated hand; None for a real hand.
+    """
+
+    speed: float = 1.0
+    recorded: bool = False
+    calibration: Calibration | None = None
+    can_poll: bool = False
+    twin_hand: tuple[str, int] | None = None
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name shown to users: the port, "twin" or the file."""
+
+    @property
+    @abstractmethod
+    def descriptor(self) -> Descriptor:
+        """Metadata of the source, available once it is open."""
+
+    @property
+    @abstractmethod
+    def health(self) -> Health:
+        """Current state and counts. They can be read from any thread."""
+
+    @property
+    @abstractmethod
+    def ended(self) -> bool:
+        """True if no more samples come and all samples and errors were delivered."""
+
+    @abstractmethod
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        """Return all samples received since the last call.
+
+        Wait for ``least`` samples, but at most ``timeout`` s.
+
+        Raises
+        ------
+        InputError
+            Another device (with another layout) is now on the port, or the port is permanently
+            lost. Or the source is not open, or closed and everything was read, or the timeout is
+            NaN or too long.
+        """
+
+    @abstractmethod
+    def mark(self, text: str) -> None:
+        """Attach a marker to the next sample. A marker is never an order."""
+
+    def order(self, text: str) -> None:  # noqa: B027
+        """Send an order to a simulated hand. Other devices ignore it.
+
+        Never send text that a viewer or a file chose freely: see
+        :mod:`firstcontact.device.twin_words`.
+        """
+
+    def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
+        """Return the known closing speed before a contact at ``sample``; None if unknown."""
+        return None
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop the device and release it. Closing twice is fine."""
+
+    @abstractmethod
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def _check_readable(self, timeout: float, *, is_drained: bool) -> None:
+        """Refuse a read that would give nothing for ever."""
+        self.descriptor  # noqa: B018  # refuses if the source is not open
+        if is_drained:
+            raise InputError(f"{self.name} is closed: open it again")
+        if not timeout <= threading.TIMEOUT_MAX:
+            raise InputError(
+                f"it is {timeout:g} s: give at most {threading.TIMEOUT_MAX:.3g} s",
+                parameter="timeout",
+            )
+
+    def _not_open(self) -> InputError:
+        return InputError(f"{self.name} is not open: use the source in a with block")
+
+
+def require_source(source: object) -> None:
+    """Raise InputError if the value is no source, such as the name of a device."""
+    if not isinstance(source, Source):
+        raise InputError(
+            f"the source must be an open one, not a {type(source).__name__}: make one with "
+            "open(device)",
+            parameter="source",
+        )
+
+
+def drain(source: Source) -> list[Arrival]:
+    """Close a source and return the received samples that were not read yet."""
+    source.close()
+    arrivals: list[Arrival] = []
+    with suppress(InputError):  # the reader has raised it already, or is ending
+        while new := source.read(0.0):
+            arrivals += new
+    return arrivals
+
+
+def _changes(previous: Health, now: Health) -> list[str]:
+    """Return one line for each disconnection, reconnection and loss between two health states."""
+    news = []
+    if previous.connected and not now.connected:
+        unusable = now.unusable_samples + now.bad_frames
+        if now.ended:
+            news.append("link: end of the recording")
+        elif unusable > previous.unusable_samples + previous.bad_frames:
+            news.append("link: the samples are not usable; waiting for usable samples")
+        else:
+            news.append("link: the device is gone; waiting for it")
+    if now.reconnects > previous.reconnects:
+        news.append(f"link: the device is back, epoch {now.epoch}")
+    elif now.connected and not previous.connected:
+        news.append("link: the device is back")
+    if (lost := now.lost_samples - previous.lost_samples) > 0:
+        news.append(f"link: {lost} samples lost, {now.lost_samples} in all")
+    return news
+
+
+class LinkNews:
+    """Reporter of changes of a link since the last report; of losses at most once a second.
+
+    Parameters
+    ----------
+    health
+        Current health of the source.
+    clock
+        Function that returns the host's time, s.
+    """
+
+    def __init__(self, health: Health, clock: Callable[[], float] = time.monotonic) -> None:
+        self._previous = health
+        self._clock = clock
+        self._next_loss_line = clock()
+
+    def lines(self, now: Health, *, last: bool = False) -> list[str]:
+        """Return lines about changes since the last call.
+
+        If ``last``, also report losses that would otherwise wait to be merged with later ones.
+        """
+        reported_losses = self._previous.lost_samples
+        is_merging = not last and self._clock() < self._next_loss_line
+        reported = replace(now, lost_samples=reported_losses) if is_merging else now
+        if last and not now.ended:  # the end of the session is no disconnection
+            reported = replace(reported, connected=self._previous.connected)
+        news = _changes(self._previous, reported)
+        if reported.lost_samples > reported_losses:
+            self._next_loss_line = self._clock() + MERGE_TIME
+        self._previous = reported
+        return news
+
+
+def clock_line(health: Health, rate: float) -> str:
+    """Return a line that compares the measured rate with the stated ``rate``, Hz; "" if unknown."""
+    if not health.host_rate > 0:
+        return ""
+    off = 1e6 * (health.host_rate / rate - 1)
+    return f"clock: {health.host_rate:.2f} samples a second of the host's clock, {off:+.0f} ppm"

@@ -1,0 +1,79 @@
+"""Texts of the orders to the twin and of its markers.
+
+Orders are sent in frames of their own. A marker is never an order, because any program can set
+markers.
+"""
+
+from __future__ import annotations
+
+import re
+
+from firstcontact.core import Command, InputError
+from firstcontact.core.text import parse_float
+
+#: Prefix of all markers of the twin.
+TWIN = "twin: "
+#: Prefixes of an order to the hand, and of an order that selects the object.
+HAND = "hand:"
+OBJECT = "object:"
+#: Order to begin the next closing immediately.
+CLOSE_ORDER = f"{HAND} close"
+#: Prefix of the answer to an accepted order.
+ACCEPTED = f"{TWIN}told "
+PEAK, LOST = f"{TWIN}peak ", f"{TWIN}lost "
+#: Prefixes of the markers about the hand; other markers name an object.
+ABOUT_HAND = (PEAK, f"{TWIN}hand ", ACCEPTED, LOST)
+#: Answers to orders in recordings of earlier versions, which had no prefix.
+_ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
+
+
+def order_text(order: Command | None) -> str:
+    """Return the text of the order for a command; None stands for a release."""
+    return f"{HAND} release" if order is None else f"{HAND} {order.speed:.4f} {order.force:.3f}"
+
+
+def object_text(name: str) -> str:
+    """Return the text of the order to pick up only this object from the next closing on."""
+    return f"{OBJECT} {name}"
+
+
+def read_order(text: str) -> Command | None:
+    """Return the command in an order that begins with :data:`HAND`; None for a release."""
+    words = text.removeprefix(HAND).split()
+    if words == ["release"]:
+        return None
+    try:
+        speed, force = map(parse_float, words)
+    except ValueError as error:
+        raise InputError(
+            "the order to the twin's hand is not known: give a speed in m/s and a force in N, or "
+            "the word release"
+        ) from error
+    return Command(speed, force)
+
+
+def peak_text(peak: float) -> str:
+    """Return the text of the marker for the largest grip force of a closing, N."""
+    return f"{PEAK}{peak:.1f} N"
+
+
+def lost_text(how: str) -> str:
+    """Return the text of the marker for an object that was dropped or broken."""
+    return f"{LOST}{how}"
+
+
+def lost_object(text: str) -> str | None:
+    """Return "dropped" or "broken" from a marker about a lost object, otherwise None."""
+    return text.removeprefix(LOST) if text.startswith(LOST) else None
+
+
+def held_object(text: str) -> str | None:
+    """Return the object's name from a marker about a new closing, otherwise None."""
+    if not text.startswith(TWIN) or text.startswith(ABOUT_HAND):
+        return None
+    return text.removeprefix(TWIN)
+
+
+def concerns_hand(text: str) -> bool:
+    """Return True if a marker is about the hand or answers an order."""
+    return text.startswith(ABOUT_HAND) or _ANSWERED.fullmatch(text) is not None

@@ -1,0 +1,149 @@
+"""Reduction of support vector machines to a time budget on the microcontroller."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact.contacts import first_contact
+from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.export.parts import NamedModel, Trained
+from firstcontact.models import Windows
+from firstcontact.models.svm import SvmModel
+from firstcontact.signal import contact_windows
+
+_log = logging.getLogger("firstcontact.export")
+#: Clock of a Teensy 4, Hz, and assumed cycles per instruction.
+CLOCK, CYCLES = 600e6, 1.5
+#: Smallest number of windows to fit a smaller model to.
+FEWEST_WINDOWS = 10
+
+
+def microseconds(count: float) -> float:
+    """Return the time (us) that the assumed microcontroller takes for a number of instructions."""
+    return 1e6 * CYCLES * count / CLOCK
+
+
+def require_svm(named: NamedModel) -> SvmModel:
+    """Return the model. Raise InputError if it is not a support vector machine."""
+    if not isinstance(named.model, SvmModel):
+        raise InputError(
+            f"{named.name}: a model of kind {named.model.kind!r} has no form in C: train with "
+            "--estimator svm"
+        )
+    return named.model
+
+
+def instructions(model: SvmModel) -> int:
+    """Return an upper bound on the instructions of a prediction on a Cortex-M7.
+
+    The bound is fitted to instruction counts of an emulator over many sizes.
+    """
+    sizes = model.constants()
+    vectors, decisions, classes = (int(sizes[k]) for k in ("vectors", "decisions", "class_count"))
+    samples = model.spec.samples * model.spec.channels
+    count = _rows(vectors, samples + 1) + 40 * vectors + 5 * samples + 45  # the kernel
+    count += _rows(decisions, vectors) + 14 * decisions + 25 * decisions * bool(classes)
+    return int(1.02 * (count + 26 * samples + 10 * classes + 450))
+
+
+def _rows(n: int, inputs: int) -> int:
+    """Return the number of instructions for a matrix (n, inputs) times a vector (inputs,)."""
+    rows, each, overhead = (8, 20, 54) if n >= 8 else (1, 5, 30)
+    return -(-n // rows) * (each * inputs + overhead) + 35
+
+
+def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | None) -> Trained:
+    """Return the exported parts of a model, reduced to fit a time budget.
+
+    Parameters
+    ----------
+    trained
+        Exported parts of a model.
+    dataset
+        Training pinches, to which smaller models are fitted; None without them.
+    budget_us
+        Time that one prediction of each model may take, us; None keeps window models unchanged.
+
+    Raises
+    ------
+    InputError
+        Even the smallest form of a model is too slow, or there are too few pinches to fit smaller
+        forms to.
+    """
+    contacts = [] if dataset is None else _contacts(dataset, trained)
+    models = tuple(_fitting(named, dataset, contacts, budget_us) for named in trained.models)
+    return replace(trained, models=models)
+
+
+def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
+    """Return smaller forms of a support vector machine, and the model itself, in order of size.
+
+    Smaller models are fitted to four fifths of the sessions. In the held-out sessions, their
+    predictions are compared with those of the original model. The difference widens the interval of
+    the smaller model.
+
+    Parameters
+    ----------
+    named
+        Model with its interval.
+    X, sessions
+        Training windows, and the session of each.
+    """
+    model = require_svm(named)
+    is_held_out = np.isin(sessions, np.unique(sessions)[::5])
+    if is_held_out.all():
+        is_held_out = np.arange(len(X)) % 5 == 0
+    candidates = []
+    for form in model.smaller(X[~is_held_out]):
+        interval = named.interval
+        if interval is not None:
+            away = np.abs(form.predict(X[is_held_out]) - model.predict(X[is_held_out]))
+            further = float(np.quantile(away, interval.level))
+            wider = tuple(half + further for half in interval.half_widths)
+            interval = replace(interval, half_widths=wider)
+        candidates.append(replace(named, model=form, interval=interval))
+    return [*candidates, named]
+
+
+def _contacts(dataset: Dataset, trained: Trained) -> list[Contact | None]:
+    if any(p.first is not None for p in dataset.pinches) or trained.detector is None:
+        return [p.first for p in dataset.pinches]
+    return [first_contact(trained.detector, pinch) for pinch in dataset.pinches]
+
+
+def _fitting(
+    named: NamedModel,
+    dataset: Dataset | None,
+    contacts: list[Contact | None],
+    budget_us: float | None,
+) -> NamedModel:
+    if budget_us is None:
+        return named
+    candidates = [named]
+    if dataset is not None:
+        named.model.spec.require_rate(dataset.layout.rate)
+        X, has_window = contact_windows(dataset, contacts, named.model.spec.duration)
+        if len(X) < FEWEST_WINDOWS:
+            raise InputError(
+                f"--data holds only {len(X)} contacts: give the recordings that the model was "
+                "trained on"
+            )
+        candidates = forms(named, X, dataset.sessions[has_window])
+    times = [microseconds(instructions(require_svm(form))) for form in candidates]
+    quick = [form for form, time in zip(candidates, times, strict=True) if time <= budget_us]
+    if not quick:
+        raise InputError(
+            f"the smallest form of {named.name} takes about {times[0]:.0f} us, more than "
+            f"--budget-us {budget_us:g}: raise it"
+            + ("" if dataset is not None else ", or give its training recordings with --data")
+        )
+    chosen = quick[-1]
+    _log.info(
+        "%s: %d support vectors, about %.0f us", chosen.name,
+        chosen.model.notes["support_vectors"], times[len(quick) - 1],
+    )  # fmt: skip
+    return chosen

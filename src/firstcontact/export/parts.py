@@ -1,0 +1,118 @@
+"""Parts of a model that are exported, and the registry of export formats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from firstcontact.core import Registry
+
+if TYPE_CHECKING:
+    from firstcontact.contact import Detector
+    from firstcontact.models import Interval, Model, WindowModel
+    from firstcontact.models.in_context import InContextModel
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedModel:
+    """Window model with its interval and its name in C.
+
+    Parameters
+    ----------
+    name
+        Name of the model's files and functions in C, a C identifier.
+    model, interval
+        Saved model, and its interval; None if there is none.
+    """
+
+    name: str
+    model: WindowModel
+    interval: Interval | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trained:
+    """Exported parts of a model.
+
+    Parameters
+    ----------
+    models
+        Window models, the shortest window first; may be empty.
+    detector, anytime
+        Detector and network; None if there is none.
+    """
+
+    models: tuple[NamedModel, ...] = ()
+    detector: Detector | None = None
+    anytime: InContextModel | None = None
+
+    @property
+    def rate(self) -> float | None:
+        """Sampling rate of the models, Hz; None without models."""
+        if self.models:
+            return self.models[0].model.spec.rate
+        return None if self.anytime is None else self.anytime.rate
+
+    @property
+    def has_chain(self) -> bool:
+        """True if there is a detector or a network."""
+        return self.detector is not None or self.anytime is not None
+
+    @property
+    def parts(self) -> list[str]:
+        """Descriptions of the parts, one for each."""
+        descriptions = [f"{m.name}: {m.model.name}, {m.model.spec.task}" for m in self.models]
+        if self.detector is not None:
+            descriptions.append(f"detector: {self.detector.name}")
+        return descriptions + ([] if self.anytime is None else [f"anytime: {self.anytime.kind}"])
+
+
+def exported_parts(model: Model) -> Trained:
+    """Return the parts of a model that are exported."""
+    models = tuple(
+        NamedModel(
+            "stiffness" + ("" if len(model.windows) == 1 else _length(window.duration)),
+            window.model,
+            window.interval,
+        )
+        for window in model.windows
+    )
+    return Trained(models, model.detector, None if model.network is None else model.network.model)
+
+
+def _length(duration: float) -> str:
+    """Return the suffix of a model's name for a window's length, s: 0.0075 becomes "_07_5ms"."""
+    digits, dot, decimals = f"{1e3 * duration:.6g}".partition(".")
+    return f"_{digits:0>2}{dot and '_'}{decimals}ms"
+
+
+@dataclass(frozen=True, slots=True)
+class ModelExporter:
+    """Exporter of trained models to one format.
+
+    Parameters
+    ----------
+    name
+        Name in the registry.
+    write
+        Function that writes the parts of a model into an empty folder and returns notes. It raises
+        InputError with the part that cannot be written, and the reason.
+    extra, modules
+        Required extra of this package, and its modules.
+    """
+
+    name: str
+    write: Callable[[Trained, Path], Sequence[str]]
+    extra: str = ""
+    modules: tuple[str, ...] = ()
+
+
+MODEL_EXPORTERS: Registry[ModelExporter] = Registry(
+    "form",
+    "firstcontact.model_exporters",
+    {"c": "firstcontact.export._c_library:C", "onnx": "firstcontact.export._onnx:ONNX"},
+    base="firstcontact.export.parts:ModelExporter",
+    instances=True,
+)

@@ -1,0 +1,215 @@
+"""Grasp loop, which passes events to a policy and the policy's commands to a hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ChannelKind, Command, Contact, Estimate, InputError, Layout, Physical
+from firstcontact.core.text import summarize_error
+from firstcontact.grasp.policy import Policy
+
+#: Time at the start of a closing whose mean is the unloaded level of the force sensors, s.
+REST = 0.05
+
+
+@dataclass(slots=True)
+class LoopCounts:
+    """Counts of a grasp loop. Withdrawn contacts and their estimates are in ``withdrawn`` only."""
+
+    closings: int = 0
+    #: Closings with a contact.
+    contacts: int = 0
+    commands: int = 0
+    #: Estimates that the policy acted on, and whose commands reached the hand within the deadline
+    #: and before the second contact.
+    estimates: int = 0
+    #: Contacts whose deadline passed without an estimate.
+    misses: int = 0
+    #: Estimates after the deadline, which the policy did not receive.
+    unused: int = 0
+    #: Estimates that met the deadline but reached the hand after the second contact.
+    overtaken: int = 0
+    withdrawn: int = 0
+
+
+class GraspLoop:
+    """Loop that passes events to a policy, and the policy's commands to a hand.
+
+    All times are seconds on the clock of the samples: the sample's number divided by the rate, plus
+    the time for transport and computing. ``wait`` returns the time until the hand takes a command.
+    An estimate that reaches the hand exactly at the deadline, s after the first contact, meets it.
+    After a missed deadline, the policy's fallback command holds for the rest of the closing.
+    """
+
+    def __init__(
+        self,
+        policy: Policy,
+        send: Callable[[Command], None],
+        rate: float,
+        deadline: float | None = None,
+        wait: Callable[[], float] = lambda: 0.0,
+    ) -> None:
+        self.policy = policy
+        self.counts = LoopCounts()
+        self._send = send
+        self._rate = rate
+        self._wait = wait
+        default = policy.deadline
+        self._deadline = default if deadline is None or default is None else deadline
+        self._closing = self._holding = False
+        self._last: Command | None = None
+        self._first: float | None = None  # time of the first contact, s
+        self._before = 0, 0  # misses and unused estimates before it
+        self._due: float | None = None
+        self._missed = False
+        self._reached: list[float] = []  # times at which estimates reached the hand, s
+
+    def begin(self) -> None:
+        """Start a closing."""
+        self.counts.closings += 1
+        self._closing = True
+        self._last = None
+        self._forget_contact()
+        self._act(self.policy.begin)
+
+    def touched(self, contact: Contact, first: bool, now: float) -> None:
+        """Pass a contact that became known at ``now`` to the policy."""
+        if not self._closing:
+            return
+        if first:
+            self.counts.contacts += 1
+            self._before = self.counts.misses, self.counts.unused
+            self._first = contact.sample / self._rate
+            if self._deadline is not None:
+                self._due = self._first + self._deadline
+        self._act(self.policy.touched, contact, first)
+        self._check_deadline(now)
+
+    def withdrawn(self) -> None:
+        """Continue the approach, because the contact was withdrawn."""
+        if not self._closing:
+            return
+        self.counts.withdrawn += 1
+        if self._first is not None:
+            self.counts.contacts -= 1
+            self.counts.estimates -= len(self._reached)
+            self.counts.misses, self.counts.unused = self._before
+        self._forget_contact()
+        if self.policy.uses_piezos():  # other policies continue as before
+            self._act(self.policy.begin)
+
+    def estimated(self, estimate: Estimate, now: float) -> bool:
+        """Pass an estimate that became known at ``now``. Return True if the policy acted on it."""
+        reaches = now + self._wait()
+        self._check_deadline(reaches)
+        if not self._closing or self._first is None or self._missed:
+            self.counts.unused += 1
+            return False
+        command = self._ask(self.policy.estimated, estimate)
+        if command is None:  # the policy ignores this estimate and waits for another
+            return False
+        self._due = None
+        self.counts.estimates += 1
+        self._reached.append(reaches)
+        self._forward(command)
+        return True
+
+    def felt(self, volts: float, now: float) -> None:
+        """Pass the voltage of the force sensors to the policy, and check the deadline."""
+        if not self._closing:
+            return
+        since = None if self._first is None else now - self._first
+        self._act(self.policy.felt, volts, since)
+        self._check_deadline(now)
+
+    def slipped(self, now: float) -> None:
+        """Pass a slip to the policy, also after the closing while the hand holds the object."""
+        if self._closing or self._holding:
+            self._check_deadline(now)
+            self._act(self.policy.slipped)
+
+    def finish(self, second: Contact | None = None) -> None:
+        """End the closing. Count a missed deadline, and estimates after the second contact."""
+        late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
+        self.counts.estimates -= late
+        self.counts.overtaken += late
+        self._reached = []
+        self.counts.misses += self._due is not None
+        self._due = None
+        self._holding, self._closing = self._closing, False
+
+    def released(self) -> None:
+        """Stop passing slips, because the hand has released the object."""
+        self._holding = False
+
+    def _forget_contact(self) -> None:
+        self._first = self._due = None
+        self._missed = False
+        self._reached = []
+
+    def _check_deadline(self, now: float) -> None:
+        if self._due is not None and now > self._due:
+            self._due = None
+            self._missed = True
+            self.counts.misses += 1
+            self._act(self.policy.late)
+
+    def _act(self, method: Callable[..., Command | None], *arguments: object) -> None:
+        self._forward(self._ask(method, *arguments))
+
+    def _ask(self, method: Callable[..., Command | None], *arguments: object) -> Command | None:
+        """Call a method of the policy, and name the policy if the method fails."""
+        name = self.policy.name
+        try:
+            command = method(*arguments)
+        except Exception as error:
+            raise InputError(
+                f"policy {name!r} raised {summarize_error(error)}: fix it or choose another policy",
+                parameter="policy",
+            ) from error
+        if command is not None and not isinstance(command, Command):
+            raise InputError(
+                f"policy {name!r} returned {type(command).__name__}: return a Command or None",
+                parameter="policy",
+            )
+        return command
+
+    def _forward(self, command: Command | None) -> None:
+        if command is None or command == self._last:
+            return
+        self._last = command
+        self.counts.commands += 1
+        self._send(command)
+
+
+class Taxels:
+    """Tracker of the largest rise of a taxel's voltage above its unloaded level."""
+
+    def __init__(self, layout: Layout) -> None:
+        columns = layout.columns(ChannelKind.FORCE)
+        self._physical = Physical(layout, columns)
+        self._rest_samples = round(REST * layout.rate)
+        self._sum = np.zeros(len(columns))
+        self._count = 0
+
+    def begin(self) -> None:
+        """Measure the unloaded levels again, at the start of a closing with an empty hand."""
+        self._sum[:] = 0.0
+        self._count = 0
+
+    def update(self, data: NDArray[Any]) -> float:
+        """Process raw samples. Return the rise at the last one, V; 0 until the level is known."""
+        if not self._sum.size or not len(data):
+            return 0.0
+        if self._count < self._rest_samples:
+            volts = self._physical(data[: self._rest_samples - self._count])
+            self._sum += volts.sum(axis=0)
+            self._count += len(volts)
+            if self._count < self._rest_samples:
+                return 0.0
+        return float((self._physical(data[-1:])[0] - self._sum / self._count).max())

@@ -1,0 +1,130 @@
+"""Registries of hands and policies. To add an entry, write one file and add one line here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from firstcontact.core import InputError, Registry
+from firstcontact.grasp._grip import Grip
+from firstcontact.grasp._safe import SafeHand
+from firstcontact.grasp._separate import SeparateHand
+from firstcontact.grasp.hand import Hand
+from firstcontact.grasp.policy import Policy, Truth
+
+HANDS: Registry[type[Hand]] = Registry(
+    "hand",
+    "firstcontact.hands",
+    {
+        "print": "firstcontact.grasp._printing:PrintHand",
+        "twin": "firstcontact.streaming.twin:TwinHand",
+        "ability": "firstcontact.grasp._ability:AbilityHand",
+    },
+    base="firstcontact.grasp.hand:Hand",
+)
+_PAYLOAD = "firstcontact.grasp._payload_policies"
+_HOUSEHOLD = "firstcontact.grasp.household_policies"
+POLICIES: Registry[type[Policy]] = Registry(
+    "policy",
+    "firstcontact.policies",
+    {
+        "none": f"{_PAYLOAD}:NoModulation",
+        "force_feedback": f"{_PAYLOAD}:ForceFeedback",
+        "touch": f"{_PAYLOAD}:Touch",
+        "first_contact": f"{_PAYLOAD}:FirstContact",
+        "early_exit": f"{_PAYLOAD}:EarlyExit",
+        "blind": f"{_HOUSEHOLD}:Blind",
+        "stiffness": f"{_HOUSEHOLD}:ByStiffness",
+        "slip_reflex": f"{_HOUSEHOLD}:SlipReflex",
+        "stiffness_reflex": f"{_HOUSEHOLD}:StiffnessReflex",
+        "weight": f"{_HOUSEHOLD}:ByWeight",
+    },
+    default="first_contact",
+    base="firstcontact.grasp.policy:Policy",
+)
+
+
+def find_hand(hand: object) -> type[Hand] | Hand:
+    """Return the class of hands with a name, or the hand itself, without its wrapper."""
+    if isinstance(hand, str):
+        return HANDS.find(hand)
+    if not isinstance(hand, Hand):
+        raise InputError(
+            f"{hand!r} is no hand: give a name, or an instance of firstcontact.grasp.Hand",
+            parameter="hand",
+        )
+    return hand._hand if isinstance(hand, SafeHand) else hand
+
+
+def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
+    """Return a hand that is not open yet. It runs in a separate process if its class says so."""
+    made: Callable[[Any], Hand] = kind
+    with HANDS.calling(kind.name):
+        if kind.of_source is None:
+            return SeparateHand(kind, port) if kind.separate else made(port)
+        if source is None:
+            raise InputError(
+                f"the hand {kind.name!r} needs a source, which is missing: open the hand's "
+                "source and pass it"
+            )
+        return made(source)
+
+
+def open_hand(
+    hand: str | Hand, port: str | None = None, *, source: object = None, silence: float = 1.0
+) -> SafeHand:
+    """Return a hand with a watchdog. Open it with ``with``.
+
+    Parameters
+    ----------
+    hand
+        Name in :data:`HANDS`, or a hand that is not open yet.
+    port
+        Port of a named hand.
+    source
+        Open source that drives a named hand, for hands that need one. Keep it open as long as the
+        hand.
+    silence
+        Time without a call from the program after which the hand is released, s.
+
+    Raises
+    ------
+    InputError
+        No hand has that name, its port, source or package is missing, or ``silence`` is not above
+        0.
+    """
+    if isinstance(hand, SafeHand):
+        return hand
+    made = hand if isinstance(hand, Hand) else make_hand(HANDS.find(hand), port, source)
+    return SafeHand(made, silence=silence)
+
+
+def make_policy(
+    kind: type[Policy], grip: Grip, truth: Truth, settings: Mapping[str, float]
+) -> Policy:
+    """Return a policy with tuned settings for one pinch of an object."""
+    made: Callable[..., Policy] = kind
+    return made(grip, truth, **settings) if kind.needs_truth else made(grip, **settings)
+
+
+def live_policies() -> list[str]:
+    """Return the names of the policies for real hands, which need no knowledge of the object.
+
+    All plug-ins are included, because the needs of a plug-in are known only after its import.
+    """
+    built_in = POLICIES.builtin_names
+    return [
+        name for name in POLICIES.names if name not in built_in or not POLICIES[name].needs_truth
+    ]
+
+
+def live_policy(name: str, grip: Grip | None = None) -> Policy:
+    """Return a policy for a hand that does not know the object, or raise InputError."""
+    kind = POLICIES.find(name)
+    if kind.needs_truth:
+        raise InputError(
+            f"policy {name!r} must know the object in advance, so it is for simulations only: "
+            f"choose one of {', '.join(live_policies())}"
+        )
+    with POLICIES.calling(name):
+        return kind(grip or Grip())

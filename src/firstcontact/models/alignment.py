@@ -1,0 +1,179 @@
+"""Contacts at which training windows start, and the fitting of the contact detector."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import DETECTORS, Detector, general_detector, make_detector
+from firstcontact.contact.closing_start import (
+    closing_starts,
+    count_starts,
+    cut_closings,
+    describe_starts,
+)
+from firstcontact.contact.contacts import first_contact
+from firstcontact.contact.detector_file import is_pretrained
+from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core.jobs import Runner
+from firstcontact.core.text import counted
+from firstcontact.models.splits import inner_folds
+from firstcontact.signal import resample_dataset
+from firstcontact.signal.resampling import restore_contacts
+
+Places = NDArray[np.intp]
+Contacts = Literal["detected", "known"]
+
+_log = logging.getLogger("firstcontact.models")
+
+#: Largest distance of a contact that is placed right from the known one, s.
+TOLERANCE = 0.003
+#: Number of folds. A detector is fitted without one fold, and then finds the contacts of that fold.
+FOLDS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alignment:
+    """First contacts of pinches, at which their windows start."""
+
+    contacts: Sequence[Contact | None]
+    how: str
+
+
+def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
+    """Return True if signals start at known contacts instead of detected contacts."""
+    if contacts not in get_args(Contacts):
+        raise InputError(
+            f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
+        )
+    if contacts == "known" and all(p.first is None for p in dataset.pinches):
+        raise InputError(
+            'no pinch has a known first contact: use "detected", or import recordings with a '
+            "column 'first_contact'",
+            parameter="contacts",
+        )
+    return contacts == "known"
+
+
+def label_alignment(dataset: Dataset) -> Alignment:
+    """Return the contacts known from the strips or from labels."""
+    return Alignment([p.first for p in dataset.pinches], "known (strips or labels)")
+
+
+def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
+    """Return the first contacts that a detector finds after the start of each closing.
+
+    The detector gets the pinches at its own rate; the contacts have the sample numbers of
+    ``dataset``. ``how`` is added to the detector's name in the result's text.
+    """
+    rate = detector.rate
+    resampled = dataset if rate is None else resample_dataset(dataset, rate)
+    starts = closing_starts(resampled)
+    heard = cut_closings(resampled, starts).pinches
+    contacts = [first_contact(detector, pinch) for pinch in heard]
+    if rate is not None:
+        contacts = restore_contacts(contacts, dataset, rate)
+    return Alignment(
+        contacts, f"detected ({detector.name}{how}; {describe_starts(count_starts(starts))})"
+    )
+
+
+def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
+    """Return a detector that is fitted to these pinches."""
+    if name is not None:
+        return make_detector(name).fit(dataset)
+    if any(p.first is not None for p in dataset.pinches):
+        try:
+            return make_detector(DETECTORS.default).fit(dataset)
+        except InputError:
+            pass  # too little quiet before the contacts: nothing to learn a steady state from
+    return general_detector(dataset.layout)
+
+
+def choose_detector(
+    dataset: Dataset, name: str | None, is_known: bool, seed: int, runner: Runner
+) -> tuple[Detector, Alignment, str]:
+    """Return the detector for a rig, the contacts to learn from, and a sentence on the choice.
+
+    Without a name, the package's detector competes with one that is fitted to these pinches. The
+    fitted one is taken only if it places clearly more known contacts of held-out pinches: by more
+    than the standard error of the difference. Few pinches of flat blocks do not show how faint
+    other contacts are, so a fitted detector misses more of those.
+    """
+    fitted = fit_detector(dataset, name)
+    shipped = general_detector(dataset.layout)
+    if name is not None or not is_pretrained(shipped) or is_pretrained(fitted):
+        if is_known:
+            return fitted, label_alignment(dataset), ""
+        return fitted, found_as_live(dataset, fitted, seed, runner), ""
+    shipped_alignment = detect_alignment(dataset, shipped, " of the package")
+    try:
+        fitted_alignment = found_as_live(dataset, fitted, seed, runner)
+    except InputError:  # a part of the pinches has too few known contacts
+        reason = "the detector is that of the package: too few known contacts to compare it"
+        return shipped, label_alignment(dataset) if is_known else shipped_alignment, reason
+    by_fitted = _placed(dataset, fitted_alignment)
+    by_shipped = _placed(dataset, shipped_alignment)
+    gain = int(by_fitted.sum()) - int(by_shipped.sum())
+    takes_fitted = gain > np.sqrt(np.count_nonzero(by_fitted != by_shipped))
+    reason = (
+        f"the detector is {'fitted to these pinches' if takes_fitted else 'that of the package'}: "
+        f"of {counted(len(by_fitted), 'known contact')}, that of the package places "
+        f"{by_shipped.sum()} within 3 ms, and one fitted to your other pinches {by_fitted.sum()}"
+    )
+    _log.info("%s", reason)
+    detector, alignment = (
+        (fitted, fitted_alignment) if takes_fitted else (shipped, shipped_alignment)
+    )
+    return detector, label_alignment(dataset) if is_known else alignment, reason
+
+
+def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
+    """Return a mask of the known first contacts that were placed right, as scores count them."""
+    return np.array(
+        [
+            contact is not None
+            and contact.finger is pinch.first.finger
+            and abs(contact.sample - pinch.first.sample) / pinch.layout.rate <= TOLERANCE
+            for pinch, contact in zip(dataset.pinches, alignment.contacts, strict=True)
+            if pinch.first is not None
+        ]
+    )
+
+
+def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
+    """Return the contact of each pinch from a detector that was fitted to other sessions.
+
+    Whole sessions are held out, because a detector is too accurate on its own training pinches.
+    Without two named sessions, single pinches are held out. A detector that learns nothing from
+    these pinches is used as it is.
+    """
+    if not detector.learns or is_pretrained(detector):
+        return detect_alignment(dataset, detector)
+    starts = closing_starts(dataset)
+    dataset = cut_closings(dataset, starts)
+    sessions = dataset.sessions if "" not in dataset.sessions else None
+    contacts: list[Contact | None] = [None] * len(dataset)
+    folds = list(inner_folds(np.zeros(len(dataset)), sessions, seed, FOLDS))
+    answers = runner.map(_found_apart, folds, dataset, detector.name)
+    for (_, ask), answered in zip(folds, answers, strict=True):
+        for place, contact in zip(ask, answered, strict=True):
+            contacts[place] = contact
+    apart = "pinches" if sessions is None or len(np.unique(sessions)) < 2 else "sessions"
+    begin = describe_starts(count_starts(starts))
+    how = f"detected ({detector.name} that learned from other {apart}; {begin})"
+    return Alignment(contacts, how)
+
+
+def _found_apart(
+    fold: tuple[Places, Places], dataset: Dataset, detector: str
+) -> Sequence[Contact | None]:
+    """Fit a detector to one side of a fold. Return its contacts on the other side."""
+    learn, ask = fold
+    other = make_detector(detector).fit(dataset.take(learn))
+    return detect_alignment(dataset.take(ask), other).contacts

@@ -1,0 +1,171 @@
+"""Card (``model.json``) of a model folder, and digests of its training pinches.
+
+A digest is eight bytes of BLAKE2b of the piezo signals in V, as float32. Copies under other names,
+and complete exports that are imported again, have the same digest. Resampled, filtered, scaled or
+newly cut pinches have other digests, as have channels of other sensors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from hashlib import blake2b
+from typing import Annotated, Any, Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, Pinch
+from firstcontact.core.records import Count, Name, Notes
+from firstcontact.core.weights import Rate, Sha256
+from firstcontact.models.interval import Interval
+from firstcontact.models.window_model import Task
+
+#: Largest window that a model may require, in samples, and largest number of classes.
+Samples = Annotated[int, msgspec.Meta(ge=1, le=1_000_000)]
+Classes = Annotated[tuple[float, ...], msgspec.Meta(max_length=1000)]
+ShoreA = Annotated[float, msgspec.Meta(ge=0, le=100)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingData:
+    """Pinches that a model was trained on.
+
+    Parameters
+    ----------
+    source
+        Source in the recordings' headers: "twin", "real" and so on.
+    pinches
+        Number of pinches.
+    sessions, specimens
+        Names of the sessions and specimens, without repetitions. A specimen's name that several
+        objects share is followed by object and level.
+    target
+        Label that the model predicts.
+    levels
+        Distinct values of that label.
+    objects
+        Mean Shore A of each named object.
+    contacts
+        Text: how the contacts were found.
+    detector
+        Text: how the detector was chosen; "" if there was no choice.
+    seed
+        Random seed of the folds and the training.
+    notes
+        Changes to the data, one sentence each.
+    recorded_rate_hz
+        Rate before resampling to the model's rate, Hz; None if the pinches were not resampled.
+    """
+
+    source: Name = ""
+    pinches: Count = 0
+    sessions: tuple[Name, ...] = ()
+    specimens: tuple[Name, ...] = ()
+    target: Literal["shore_a", "hardness_rank"] = "shore_a"
+    levels: tuple[float, ...] = ()
+    objects: Mapping[Name, ShoreA] = field(default_factory=dict)
+    contacts: Notes = ""
+    detector: Notes = ""
+    seed: Count = 0
+    notes: tuple[Notes, ...] = ()
+    recorded_rate_hz: Rate | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingRecord:
+    """Record of the training of one predictor, for human readers only.
+
+    Parameters
+    ----------
+    pinches
+        Number of pinches that the predictor was fitted to or conditioned on.
+    split
+        Text: how the scored pinches were held out.
+    scores
+        Scores on data that the scored model was not trained on.
+    calibration
+        Text: how the interval was calibrated, and which share of truths it contained; or ``none``
+        and the reason why there is no interval.
+    training
+        Hyper-parameters and scaling that the training chose.
+    """
+
+    pinches: Count = 0
+    split: Notes = ""
+    scores: Mapping[Name, Any] = field(default_factory=dict)
+    calibration: Mapping[Name, Any] = field(default_factory=dict)
+    training: Mapping[Name, Any] = field(default_factory=dict)
+
+
+class PredictorCard(msgspec.Struct, frozen=True, kw_only=True, tag_field="takes"):
+    """Section of a card for one predictor: kind in the registry, sampling rate, and training."""
+
+    kind: Name
+    rate_hz: Rate
+    record: TrainingRecord
+
+
+class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
+    """Section of a card for a window model: windows, classes, and interval."""
+
+    task: Task
+    samples: Samples
+    channels: Annotated[int, msgspec.Meta(ge=1, le=2)]
+    channel_order: tuple[Name, ...]
+    classes: Classes = ()
+    interval: Interval | None = None
+
+
+class NetworkCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
+    """Section of a card for the network: level of its intervals."""
+
+    level: Annotated[float, msgspec.Meta(gt=0, lt=1)]
+
+
+class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
+    """Card of a model folder."""
+
+    sha256: Sha256 | None = None
+    trained_on: TrainingData = TrainingData()
+    predictors: Annotated[tuple[WindowCard | NetworkCard, ...], msgspec.Meta(max_length=100)]
+    detector: Sha256 | None = None
+    versions: Mapping[Name, Name] = msgspec.field(default_factory=dict)
+
+
+Digests = NDArray[np.uint64]
+
+#: Length of a digest, bytes. With 100,000 training and 100,000 test pinches, one run in a billion
+#: has a false match.
+SIZE = 8
+
+
+def pinch_digests(pinches: Sequence[Pinch]) -> Digests:
+    """Return the digest of each pinch, shape (pinches,)."""
+    return np.array([_digest(pinch) for pinch in pinches], dtype=np.uint64)
+
+
+def _digest(pinch: Pinch) -> int:
+    with np.errstate(over="ignore"):
+        volts = pinch.vibration().astype("<f4")
+    volts += np.float32(0.0)  # -0 and 0 are the same voltage
+    shape = np.array(volts.shape, dtype="<u8").tobytes()
+    hashed = blake2b(shape + volts.tobytes(), digest_size=SIZE).digest()
+    return int.from_bytes(hashed, "little")
+
+
+def to_array(digests: Digests) -> NDArray[np.uint8]:
+    """Return digests as an array of bytes for a file, ascending."""
+    return np.unique(digests).astype("<u8").view(np.uint8)
+
+
+def from_array(array: NDArray[Any] | None) -> Digests:
+    """Return the digests in a file's array. Raise InputError if the array is invalid."""
+    if array is None:
+        return np.zeros(0, np.uint64)
+    if array.dtype != np.uint8 or array.ndim != 1 or len(array) % SIZE:
+        raise InputError(
+            "the array 'pinches' does not hold digests of training pinches: train again"
+        )
+    return array.view("<u8").astype(np.uint64)

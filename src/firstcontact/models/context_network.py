@@ -1,0 +1,199 @@
+"""Weights of the network, and statistics of its training contacts. The chain computes the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.chain.image import Layer, Matrix
+from firstcontact.chain.touch import INPUTS, TRAITS
+from firstcontact.core import InputError
+from firstcontact.core.weights import LARGEST, take_array
+from firstcontact.models.rig import Rig
+
+Arrays = Mapping[str, NDArray[Any]]
+
+#: Largest magnitude of a term of a rig.
+_MOST = 1e6
+
+
+class ContextNetwork:
+    """Perceptron of thin layers, to which a rig adds a term.
+
+    A thin layer is ``out(into(x) + term) + bias``. Both matrices hold integers (int16), with a
+    scale for each row.
+
+    Parameters
+    ----------
+    arrays
+        ``LAYER.into.NAME`` and ``LAYER.out.NAME`` for each of ``THIN``, where NAME is ``weight`` or
+        ``scale``, and ``LAYER.out.bias``; ``NAME.weight`` of the layers ``token1``, ``token2``,
+        ``pool``, ``term`` and ``answer``, and ``NAME.bias`` of ``token1``, ``token2`` and
+        ``answer``; ``NAME.mean`` and ``NAME.sd`` for the names ``inputs``, ``token`` and
+        ``general``.
+    """
+
+    #: Number of standard deviations from the mean at which inputs are clipped.
+    FARTHEST: ClassVar[float] = 6.0
+    #: Number of components of the predicted mixture.
+    COMPONENTS: ClassVar[int] = 3
+    #: Thin layers, in order. The rig enters in the second.
+    THIN: ClassVar[tuple[str, ...]] = ("query1", "body1", "body2", "body3")
+
+    def __init__(self, arrays: Arrays) -> None:
+        self._arrays: dict[str, NDArray[Any]] = {}
+        for name, size in (("inputs", INPUTS), ("token", Rig.TOKEN), ("general", Rig.GENERAL)):
+            self._take(arrays, f"{name}.mean", size)
+            if not self._take(arrays, f"{name}.sd", size).min() >= 1 / LARGEST:
+                raise InputError(f"the array '{name}.sd' has values below {1 / LARGEST:g}")
+        width = INPUTS
+        for name in self.THIN:
+            directions = self._integers(arrays, f"{name}.into", width)
+            width = self._integers(arrays, f"{name}.out", directions)
+            self._take(arrays, f"{name}.out.bias", width)
+        self._take(arrays, "answer.weight", 3 * self.COMPONENTS, width)
+        self._take(arrays, "answer.bias", 3 * self.COMPONENTS)
+        width = Rig.TOKEN
+        for name in ("token1", "token2"):
+            width = len(self._take(arrays, f"{name}.weight", None, width))
+            self._take(arrays, f"{name}.bias", width)
+        heads = len(self._take(arrays, "pool.weight", None, width))
+        self._take(arrays, "term.weight", self.directions, (1 + heads) * width + Rig.GENERAL + 1)
+
+    def _take(self, arrays: Arrays, name: str, *shape: int | None) -> NDArray[Any]:
+        array = np.ascontiguousarray(take_array(arrays, name, *shape), dtype=np.float32)
+        self._arrays[name] = array
+        return array
+
+    def _integers(self, arrays: Arrays, name: str, columns: int) -> int:
+        """Check a matrix of integers with its scales. Return the number of its rows."""
+        weight = arrays.get(f"{name}.weight", np.zeros(0))
+        if weight.dtype != np.int16 or weight.ndim != 2 or weight.shape[1] != columns:
+            raise InputError(
+                f"the array '{name}.weight' is missing, or holds no 16-bit integers with {columns} "
+                "columns"
+            )
+        self._arrays[f"{name}.weight"] = weight
+        self._take(arrays, f"{name}.scale", len(weight))
+        return len(weight)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays of the constructor."""
+        return dict(self._arrays)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return an array of the constructor."""
+        return self._arrays[name]
+
+    @property
+    def directions(self) -> int:
+        """Number of values that a rig adds."""
+        return len(self["body1.into.weight"])
+
+    @property
+    def layers(self) -> list[Layer]:
+        """Thin layers, in order."""
+
+        def matrix(name: str) -> Matrix:
+            return Matrix(self[f"{name}.weight"], self[f"{name}.scale"])
+
+        return [
+            Layer(matrix(f"{n}.into"), matrix(f"{n}.out"), self[f"{n}.out.bias"]) for n in self.THIN
+        ]
+
+    def rig_term(self, tokens: NDArray[Any], general: NDArray[Any]) -> NDArray[np.float32]:
+        """Return what a rig adds in the second layer, at each stage."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            e = self._scaled("token", tokens)
+            for name in ("token1", "token2"):
+                e = e @ self[f"{name}.weight"].T + self[f"{name}.bias"]
+                e = e / (1 + np.exp(-np.maximum(e, -60)))
+            stages, levels, width = e.shape
+            pool = self["pool.weight"]
+            means = np.zeros((stages, 1 + len(pool), width))
+            if levels:  # the mean over the levels of Shore A, then weighted means
+                fit = e @ pool.T
+                share = np.exp(fit - fit.max(axis=1, keepdims=True))
+                share /= share.sum(axis=1, keepdims=True)
+                means[:, 0] = e.mean(axis=1)
+                means[:, 1:] = share.transpose(0, 2, 1) @ e
+            rig_wide = np.repeat(self._scaled("general", general)[None], stages, axis=0)
+            has_level = np.full((stages, 1), float(levels > 0))
+            described = np.concatenate([means.reshape(stages, -1), rig_wide, has_level], axis=1)
+            term: NDArray[np.float64] = described @ self["term.weight"].T.astype(np.float64)
+        if not (np.abs(term) < _MOST).all():
+            raise InputError("the network's numbers for a rig may overflow: train again")
+        return term.astype(np.float32)
+
+    def _scaled(self, name: str, x: NDArray[Any]) -> NDArray[np.float64]:
+        away = (x.astype(np.float32) - self[f"{name}.mean"]) / self[f"{name}.sd"]
+        out: NDArray[np.float64] = np.clip(away, -self.FARTHEST, self.FARTHEST).astype(np.float64)
+        return out
+
+
+#: Share of the training contacts that is marked out of range.
+FALSE_ALARMS = 0.01
+#: Added to the variance of each trait, so that small differences of gain between sessions do not
+#: count.
+_SHRINK = 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Familiar:
+    """Statistics of the traits of training contacts, at each stage."""
+
+    mean: NDArray[np.float64]
+    whitening: NDArray[np.float64]
+    limit: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        shapes = ((len(Rig.STAGES), TRAITS), (len(Rig.STAGES), TRAITS, TRAITS), (len(Rig.STAGES),))
+        if (self.mean.shape, self.whitening.shape, self.limit.shape) != shapes:
+            raise InputError(
+                "the shapes or values of the arrays that decide if a contact is out of range do "
+                "not fit together: make the model again"
+            )
+
+    @classmethod
+    def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:
+        """Fit centre, covariance and limit of the traits at each stage.
+
+        ``seen`` holds one array of traits per stage, shape (contacts, TRAITS).
+        """
+        means, whitenings, limits = [], [], []
+        for trait_values in seen:
+            mean = np.median(trait_values, axis=0)
+            covariance = np.cov(trait_values, rowvar=False) + _SHRINK * np.eye(TRAITS)
+            whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+            distance = _distance(trait_values - mean, whitening)
+            means.append(mean)
+            whitenings.append(whitening)
+            limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
+        return cls(np.array(means), np.array(whitenings), np.array(limits))
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays by name, for :meth:`from_arrays`."""
+        return {
+            "familiar.mean": self.mean,
+            "familiar.whitening": self.whitening.astype(np.float32),
+            "familiar.limit": self.limit,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
+        """Restore from arrays of :meth:`to_arrays`; InputError if they do not fit."""
+        shape = (len(Rig.STAGES), TRAITS)
+        mean = take_array(arrays, "familiar.mean", *shape)
+        whitening = take_array(arrays, "familiar.whitening", *shape, TRAITS)
+        limit = take_array(arrays, "familiar.limit", len(Rig.STAGES))
+        return cls(*(a.astype(np.float64) for a in (mean, whitening, limit)))
+
+
+def _distance(away: NDArray[np.float64], whitening: NDArray[np.float64]) -> NDArray[np.float64]:
+    whitened = away @ whitening.T
+    out: NDArray[np.float64] = np.sqrt((whitened * whitened).sum(axis=1))
+    return out

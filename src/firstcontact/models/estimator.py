@@ -1,0 +1,144 @@
+"""Base classes of estimators, and checks that all estimators share."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.display import SKY
+from firstcontact.models.window_model import Spec, Task, Values, WindowModel, Windows
+
+#: Windows, targets and sessions (or None) that a model is fitted to.
+TrainingSet = tuple[Windows, Values, NDArray[Any] | None]
+
+
+@dataclass(frozen=True)
+class EstimatorInfo:
+    """Base class of all estimators: attributes that commands, studies and reports read."""
+
+    #: Name on the command line, in files and in results.
+    name: ClassVar[str]
+    #: Title for readers, and colour in figures.
+    title: ClassVar[str]
+    colour: ClassVar[str] = SKY
+    #: Class of the models that it fits.
+    model: ClassVar[Any]
+    #: Supported tasks.
+    tasks: ClassVar[tuple[Task, ...]] = tuple(Task)
+    #: True for a baseline, which is only scored for comparison.
+    baseline: ClassVar[bool] = False
+    #: True if training is slow. Studies then run it last.
+    slow: ClassVar[bool] = False
+    #: True if its models are meant to transfer to other sensors.
+    moves: ClassVar[bool] = False
+    #: Number of folds for the interval of a final model.
+    folds: ClassVar[int] = 5
+    #: Largest number of sets in one call of :meth:`Estimator.fit_several`, which trains faster.
+    together: ClassVar[int] = 1
+    #: Modules that training needs beyond the base install, and the extra that contains them.
+    modules: ClassVar[tuple[str, ...]] = ()
+    extra: ClassVar[str] = ""
+    #: Settings for fast training, used in small studies and repeated trainings.
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({})
+
+    task: Task
+    rate: float
+
+
+@dataclass(frozen=True)
+class Estimator(EstimatorInfo, ABC):
+    """Estimator that fits a model to windows.
+
+    To add an estimator, write a subclass with the class attributes of :class:`EstimatorInfo` in a
+    new file, and add a line to :mod:`firstcontact.models.registry`.
+    """
+
+    @abstractmethod
+    def fit(
+        self,
+        X: Windows,
+        y: Values,
+        groups: NDArray[Any] | None = None,
+        seed: int = 0,
+    ) -> WindowModel:
+        """Fit a model to windows.
+
+        Parameters
+        ----------
+        X
+            Windows in V, shape (n, samples, channels).
+        y
+            Shore A, or another real target, shape (n,). For classification its distinct values are
+            the classes.
+        groups
+            Session of each window, shape (n,). Hyper-parameters are chosen on held-out sessions.
+        seed
+            Random seed. The same seed and data give the same model.
+        """
+
+    def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
+        """Fit a model to each of several sets of windows; by default one after the other."""
+        return [self.fit(*each, seed=seed) for each in sets]
+
+    def reference(self, model: Any, X: Windows, y: Values) -> Reference | None:
+        """Return the training library's own prediction, to compare times; by default None.
+
+        ``X`` and ``y`` are the training data of ``model``.
+        """
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """Prediction for one window by another library, to compare the times.
+
+    ``call(inputs[i])`` predicts window ``i`` with the library of this name.
+    """
+
+    name: str
+    call: Callable[[Any], object]
+    inputs: Sequence[Any]
+
+
+def target_scale(task: Task, y: Values) -> NDArray[np.float64]:
+    """Return mean and standard deviation for scaling targets; (0, 1) for classes."""
+    if task is Task.CLASSIFICATION:
+        return np.array([0.0, 1.0])
+    return np.array([y.mean(), y.std() or 1.0])
+
+
+def library_targets(task: Task, y: Values) -> NDArray[Any]:
+    """Return targets as scikit-learn accepts them: classes as numbers from 0."""
+    return np.unique(y, return_inverse=True)[1] if task is Task.CLASSIFICATION else y
+
+
+def training_spec(
+    task: Task, rate: float, X: Windows, y: Values, groups: NDArray[Any] | None
+) -> Spec:
+    """Return the model's specification. Raise InputError if the training data cannot be used."""
+    if X.ndim != 3 or len(X) < 2:
+        raise InputError(
+            f"training needs windows of shape (2 or more, samples, channels), got {X.shape}: "
+            "give it more pinches"
+        )
+    if y.shape != (len(X),) or (groups is not None and groups.shape != (len(X),)):
+        sessions = "none" if groups is None else groups.shape
+        raise InputError(
+            f"{len(X)} windows need {len(X)} targets and sessions, got targets of shape {y.shape} "
+            f"and sessions of shape {sessions}: give one of each per window"
+        )
+    if not np.isfinite(y).all():
+        raise InputError("some pinches have no target: leave out the pinches without a Shore A")
+    classes = tuple(float(c) for c in np.unique(y)) if task is Task.CLASSIFICATION else ()
+    if len(classes) == 1:
+        raise InputError("classification needs two classes or more: add pinches of another object")
+    spec = Spec(task, float(rate), X.shape[1], X.shape[2], classes)
+    spec.check(X)
+    return spec

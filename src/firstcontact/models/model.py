@@ -1,0 +1,300 @@
+"""Model of a rig, which holds a contact detector and predictors of stiffness.
+
+A model folder holds one such model. ``train`` and ``adapt`` return a model.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from firstcontact.contact import Detector, load_detector, save_detector
+from firstcontact.contact.detector_file import pretrained_detector
+from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core.files import given_path, replacing_folder
+from firstcontact.core.weights import DETECTOR_CARD
+from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
+from firstcontact.models._regressor import class_name
+from firstcontact.models.alignment import Contacts, at_known_contacts, detect_alignment
+from firstcontact.models.card import Digests, TrainingData
+from firstcontact.models.model_file import (
+    check_replaceable,
+    has_model,
+    model_folder,
+    pretrained,
+    read_model,
+    write_model,
+)
+from firstcontact.models.predictions import Predictions
+from firstcontact.signal import resample_dataset
+from firstcontact.signal.resampling import resample_contacts, restore_contacts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """Contact detector and stiffness predictors of one rig.
+
+    Parameters
+    ----------
+    detector
+        Fitted contact detector; None if its file is missing from the folder.
+    predictors
+        Window models, the shortest window first, and the network conditioned on the rig. The
+        estimator of the first entry predicts by default.
+    trained_on
+        Training data.
+    digests
+        Digests of the training pinches.
+    notes
+        Sentences about the training: held-out scores, and what was left out.
+    detector_data
+        Data that the detector was fitted to, for its card.
+    folder
+        Folder that the model was loaded from; None for a model that was just trained.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> model = fc.adapt()
+    >>> predictions = model.predict(data[:3], at=0.005)
+    >>> len(predictions), bool((predictions.low < predictions.high).all())
+    (3, True)
+    """
+
+    detector: Detector | None = None
+    predictors: tuple[Predictor, ...] = ()
+    trained_on: TrainingData = field(default_factory=TrainingData)
+    digests: Digests = field(default_factory=lambda: np.zeros(0, np.uint64))
+    notes: tuple[str, ...] = ()
+    detector_data: Mapping[str, Any] = field(default_factory=dict)
+    folder: Path | None = None
+
+    def __post_init__(self) -> None:
+        is_kind = isinstance(self.detector, type)
+        if self.detector is not None and (is_kind or not hasattr(self.detector, "constants")):
+            raise InputError(
+                f"the detector must be a fitted one, not {self.detector!r}: load one with "
+                "firstcontact.contact.load_detector(path)",
+                parameter="detector",
+            )
+
+    def __repr__(self) -> str:
+        parts = [f"detector={None if self.detector is None else self.detector.name!r}"]
+        for p in self.predictors:
+            at = f"at {1e3 * p.duration:.3g}" if isinstance(p, WindowPredictor) else "from 2 to 15"
+            parts.append(f"{p.name!r} {at} ms")
+        return f"Model({', '.join(parts)})"
+
+    @property
+    def windows(self) -> tuple[WindowPredictor, ...]:
+        """Window models, the shortest window first."""
+        return tuple(p for p in self.predictors if isinstance(p, WindowPredictor))
+
+    @property
+    def network(self) -> RigPredictor | None:
+        """Network conditioned on the rig; None without one."""
+        return next((p for p in self.predictors if isinstance(p, RigPredictor)), None)
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the signals that the model needs, Hz."""
+        if not self.predictors:
+            raise InputError(
+                "model: the folder holds a detector, but no model that predicts: train one with "
+                "an estimator"
+            )
+        return self.predictors[0].rate
+
+    @property
+    def estimators(self) -> tuple[str, ...]:
+        """Names of the estimators. The first one predicts by default."""
+        return tuple(dict.fromkeys(p.name for p in self.predictors))
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Elapsed times after a contact at which the default estimator predicts, s, ascending."""
+        chosen = [p for p in self.predictors if p.name == self.estimators[0]]
+        return tuple(sorted({moment for p in chosen for moment in p.moments}))
+
+    def predict(
+        self,
+        data: Dataset,
+        at: float | None = None,
+        contacts: Contacts | Sequence[Contact | None] = "detected",
+        *,
+        estimator: str | None = None,
+    ) -> Predictions:
+        """Predict the stiffness of each pinch.
+
+        The estimator that :func:`train` was asked for predicts; window models with the longest
+        window that fits into ``at``. As in live sessions, no sample after a known second contact is
+        used. There is no prediction if the window reaches the second contact.
+
+        Parameters
+        ----------
+        data
+            Pinches. They are resampled if their rate differs from the model's.
+        at
+            Longest signal after the contact to use, s; by default the longest that the model can
+            use. ``Predictions.elapsed`` is shorter if the second finger touched earlier.
+        contacts
+            "detected": predictions start at contacts that the detector finds, as in live use.
+            "known": they start at the contacts from strips or labels. Or the first contact of each
+            pinch, in the sample numbers of ``data``.
+        estimator
+            Name of another estimator to use; :attr:`estimators` lists them.
+
+        Raises
+        ------
+        InputError
+            ``at`` is out of range, ``contacts`` do not fit ``data``, or the model cannot predict.
+        """
+        require_dataset(data)
+        if len(self.estimators) > 1 or estimator is not None:
+            return self.only(estimator or self.estimators[0]).predict(data, at, contacts)
+        given = _given_contacts(contacts, data)
+        if not self.moments:
+            raise InputError(
+                "the model holds a detector only: train with an estimator", parameter="model"
+            )
+        latest = self.moments[-1] if at is None else at
+        first, last = self.moments[0], self.moments[-1]
+        if not first - 1e-9 <= latest <= 1.0:
+            raise InputError(
+                f"{latest:g} s is outside {first:.3g} to 1 s: give a time in this range (after "
+                f"{last:.3g} s the prediction stays the same)",
+                parameter="at",
+            )
+        resampled = resample_dataset(data, self.rate)
+        firsts: Sequence[Contact | None]
+        if given is None:
+            firsts = detect_alignment(resampled, self.own_detector).contacts
+            given = restore_contacts(firsts, data, self.rate)
+        else:
+            firsts = resample_contacts(given, data, self.rate)
+        out = Predictions.empty(firsts)
+        for predictor in self.predictors:
+            out = predictor.predict(resampled, firsts, latest).filled(out)
+        return replace(out, contacts=given, estimator=self.estimators[0])
+
+    def only(self, estimator: str) -> Model:
+        """Return the model with only the predictors of this estimator.
+
+        A regressor can be named by its class or as ``PACKAGE:NAME``. "network" returns the network
+        alone if the model averages it with a regression.
+        """
+        network, estimator = self.network, class_name(estimator)
+        parts = () if network is None else (replace(network, model=network.model.network_alone()),)
+        predictors = tuple(p for p in self.predictors if p.name == estimator)
+        predictors = predictors or tuple(p for p in parts if p.name == estimator)
+        if not predictors:
+            raise InputError(
+                f"the model has no {estimator!r}: choose {' or '.join(self.estimators)}"
+                if self.estimators
+                else "the model folder holds a detector only: train a model",
+                parameter="estimator",
+            )
+        return replace(self, predictors=predictors)
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Write the model folder atomically, and return it. An earlier model is replaced.
+
+        Raises
+        ------
+        InputError
+            ``folder`` cannot be written, or holds files that do not belong to a model.
+        """
+        folder = given_path(folder, "folder")
+        windows = [window.duration for window in self.windows]
+        check_replaceable(folder, windows, network=self.network is not None)
+        with replacing_folder(folder) as making:
+            self.write(making)
+        return folder
+
+    def write(self, folder: Path) -> None:
+        """Write the files of the model into an empty folder, as :meth:`save` does."""
+        if self.detector is not None:
+            save_detector(self.detector, folder, self.detector_data)
+        if self.predictors:
+            write_model(folder, self.predictors, self.trained_on, self.digests)
+
+    @property
+    def own_detector(self) -> Detector:
+        """Contact detector. Raise InputError if the model folder had none."""
+        if self.detector is None:
+            raise InputError(
+                f"{self.folder}: the folder has no detector: name a folder that `firstcontact "
+                "train` wrote"
+            )
+        return self.detector
+
+
+def _given_contacts(
+    contacts: Contacts | Sequence[Contact | None], data: Dataset
+) -> list[Contact | None] | None:
+    """Return the contact of each pinch; None if a detector shall find them."""
+    if isinstance(contacts, str):
+        is_known = at_known_contacts(contacts, data)
+        return [p.first for p in data.pinches] if is_known else None
+    given = list(contacts)
+    if len(given) != len(data):
+        raise InputError(
+            f"{len(given)} contacts are given for {len(data)} pinches: give one for each pinch, "
+            "None if it has no contact",
+            parameter="contacts",
+        )
+    return given
+
+
+def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -> Model:
+    """Load the model folder that ``train`` or ``adapt`` wrote. Nothing in it is executed.
+
+    Parameters
+    ----------
+    path
+        The folder.
+    detector
+        Contact detector to use instead of the one in the folder.
+
+    Raises
+    ------
+    InputError
+        A file is missing, damaged, or from another program or version.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> folder = fc.adapt().save("general")
+    >>> fc.load_model(folder)
+    Model(detector='logistic', 'network' from 2 to 15 ms)
+    """
+    folder = model_folder(path)
+    has_detector = (folder / DETECTOR_CARD).exists()
+    saved = read_model(folder) if has_model(folder) or not has_detector else None
+    if detector is None and has_detector:
+        detector = load_detector(folder)
+    if saved is None:
+        return Model(detector, folder=folder)
+    return Model(detector, saved.predictors, saved.trained_on, saved.digests, folder=folder)
+
+
+def require_dataset(data: object) -> None:
+    """Raise InputError if the value is not a dataset (but a path, for example), or is empty."""
+    if not isinstance(data, Dataset):
+        raise InputError(
+            f"the data must be a Dataset, not a {type(data).__name__}: make one with load(path)",
+            parameter="data",
+        )
+    if not len(data):
+        raise InputError("the data hold no pinch: give at least one", parameter="data")
+
+
+def shipped_model() -> Model:
+    """Return the package's model. It was trained on the twin and is not conditioned on a rig."""
+    return Model(pretrained_detector(), (RigPredictor(pretrained()),))

@@ -1,0 +1,221 @@
+"""Model folder: a typed card, all arrays in one safetensors file, the detector, but no code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import msgspec
+
+from firstcontact.contact.detector_file import DETECTOR_FORMAT, DETECTOR_WEIGHTS, card_digest
+from firstcontact.core import InputError
+from firstcontact.core.files import AnyPath, displaced_folder, given_path, read_regular
+from firstcontact.core.installation import require_extra
+from firstcontact.core.records import read_record
+from firstcontact.core.weights import (
+    DETECTOR_CARD,
+    LONGEST_CARD,
+    digest,
+    read_weights,
+    write_weights,
+)
+from firstcontact.core.weights import read_card as read_checked
+from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
+from firstcontact.models.card import (
+    Digests,
+    ModelCard,
+    NetworkCard,
+    TrainingData,
+    WindowCard,
+    from_array,
+    to_array,
+)
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.registry import model_kind
+from firstcontact.models.window_model import Arrays
+from firstcontact.signal import samples_in
+
+FORMAT = "firstcontact-model"
+#: Version of the format. It increases when older folders can no longer be read.
+FORMAT_VERSION = 3
+CARD = "model.json"
+WEIGHTS = "weights.safetensors"
+#: Array of the digests of the training pinches.
+PINCHES = "pinches"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SavedModel:
+    """Content of a model folder, except the detector."""
+
+    predictors: tuple[Predictor, ...]
+    trained_on: TrainingData
+    digests: Digests
+
+
+def write_model(
+    folder: Path, predictors: Sequence[Predictor], trained_on: TrainingData, digests: Digests
+) -> None:
+    """Write card and weights into a folder. The detector, if any, must already be in it."""
+    card = ModelCard(
+        trained_on=trained_on,
+        predictors=tuple(predictor.card() for predictor in predictors),
+        detector=card_digest(folder) if (folder / DETECTOR_CARD).exists() else None,
+    )
+    arrays = {
+        f"{number}.{name}": array
+        for number, predictor in enumerate(predictors)
+        for name, array in predictor.model.to_arrays().items()
+    }
+    if len(digests):
+        arrays[PINCHES] = to_array(digests)
+    tree = {"format": FORMAT, "format_version": FORMAT_VERSION, **msgspec.to_builtins(card)}
+    write_weights(folder / CARD, folder / WEIGHTS, tree, arrays, ModelCard)
+
+
+def has_model(folder: Path) -> bool:
+    """Return True if a folder holds a card."""
+    return (folder / CARD).exists()
+
+
+def read_model(folder: Path) -> SavedModel:
+    """Read card and weights of a folder. Nothing in them is executed."""
+    card = read_card(folder)
+    for part in card.predictors:
+        if isinstance(part, WindowCard):
+            try:
+                require_extra(model_kind(part.kind))
+            except InputError as error:
+                raise InputError(f"{folder / CARD}: {error}") from None
+    _check_detector(folder, card)
+    if card.sha256 is None:
+        raise InputError(f"{folder / CARD}: the field 'sha256' is missing: train again")
+    arrays = read_weights(folder / WEIGHTS, card.sha256, CARD)
+    try:
+        digests = from_array(arrays.pop(PINCHES, None))
+    except InputError as error:
+        raise InputError(f"{folder / WEIGHTS}: {error}: train again") from None
+    predictors = []
+    for number, part in enumerate(card.predictors):
+        start = f"{number}."
+        selected = {n.removeprefix(start): a for n, a in arrays.items() if n.startswith(start)}
+        predictors.append(_predictor(folder, part, selected))
+    return SavedModel(tuple(predictors), card.trained_on, digests)
+
+
+def read_card(path: AnyPath) -> ModelCard:
+    """Return the validated card of a model folder."""
+    folder = model_folder(path)
+    if not has_model(folder) and (aside := displaced_folder(folder)) is not None:
+        raise InputError(
+            f"{folder}: a training was killed while it replaced this folder: rename {aside}, "
+            f"which holds the folder's former content, to {folder.name}, or train again"
+        )
+    return read_checked(folder / CARD, "model", FORMAT, FORMAT_VERSION, ModelCard)
+
+
+def model_folder(path: AnyPath) -> Path:
+    """Return the folder of a model. The path is the folder or the card in it."""
+    folder = given_path(path, "model")
+    return folder.parent if folder.name == CARD else folder
+
+
+def _predictor(folder: Path, part: WindowCard | NetworkCard, arrays: Arrays) -> Predictor:
+    remedy = "train again"
+    try:
+        if isinstance(part, WindowCard):
+            return WindowPredictor.from_card(part, arrays)
+        remedy = "make it again with `firstcontact adapt`"
+        return RigPredictor.from_card(part, arrays)
+    except KeyError as error:
+        reason = f"the array '{error}' is missing"
+    except InputError as error:
+        reason = str(error)
+    except (ValueError, TypeError, IndexError, ArithmeticError):
+        reason = f"the arrays are not those of a model of kind {part.kind!r}"
+    raise InputError(f"{folder / WEIGHTS} and {CARD}: {reason}: {remedy}")
+
+
+def _check_detector(folder: Path, card: ModelCard) -> None:
+    """Refuse a detector that does not belong to the model."""
+    file = folder / DETECTOR_CARD
+    if card.detector is None or not file.exists():
+        return
+    try:
+        card_bytes = read_regular(file, LONGEST_CARD)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror}): check the file") from None
+    if digest(card_bytes) != card.detector:
+        raise InputError(
+            f"{file}: is not the detector that {folder / CARD} was trained with: "
+            "copy the whole folder again, or train again"
+        )
+
+
+def pretrained() -> InContextModel:
+    """Return the network of the package, which is not conditioned on a rig yet."""
+    [predictor] = read_model(pretrained_folder()).predictors
+    assert isinstance(predictor, RigPredictor)
+    return predictor.model
+
+
+def pretrained_folder() -> Path:
+    """Return the folder of the pre-trained network."""
+    return Path(str(files("firstcontact.models"))) / "pretrained"
+
+
+@dataclass(frozen=True, slots=True)
+class _Format:
+    """Card of which only the field ``format`` is read."""
+
+    format: str
+
+
+def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> bool:
+    """Refuse a folder with files that the new model would not replace."""
+    if not out.is_dir():
+        return False
+    for path in sorted(out.iterdir()):
+        if path.name not in (CARD, WEIGHTS, DETECTOR_CARD, DETECTOR_WEIGHTS) or path.is_dir():
+            raise _foreign(path)
+    _check_format(out / CARD, FORMAT)
+    _check_format(out / DETECTOR_CARD, DETECTOR_FORMAT)
+    if has_model(out):
+        _check_made_again(out, windows, network)
+    return any(out.iterdir())
+
+
+def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> None:
+    try:
+        parts = read_card(out).predictors
+    except InputError:
+        return  # damaged: nothing is lost
+    former = [part for part in parts if isinstance(part, WindowCard)]
+    lost = [p for p in former if p.samples not in [samples_in(s, p.rate_hz) for s in windows]]
+    if len(former) == len(windows) == 1:
+        lost = []  # one window replaces another
+    if lost or (len(former) < len(parts) and not network):
+        raise InputError(
+            f"{out}: the folder holds a model that the new one would not replace: choose "
+            "another folder, or remove the old model"
+        )
+
+
+def _check_format(path: Path, expected: str) -> None:
+    if not path.exists():
+        return
+    try:
+        card = read_record(read_regular(path, LONGEST_CARD), _Format, "", "", LONGEST_CARD)
+    except InputError:
+        raise _foreign(path) from None
+    if card.format != expected:
+        raise _foreign(path)
+
+
+def _foreign(path: Path) -> InputError:
+    return InputError(
+        f"{path.parent} would be replaced, but it holds {path.name}, which no training wrote: "
+        "choose another folder, or move that file away"
+    )

@@ -1,0 +1,391 @@
+"""Pre-trained network as an estimator, conditioned on a summary of a rig's pinches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Dataset, Finger, InputError
+from firstcontact.core.display import GREEN
+from firstcontact.core.physics import is_same_rate
+from firstcontact.core.text import counted, percent
+from firstcontact.models._predictors import RigPredictor
+from firstcontact.models.alignment import Alignment
+from firstcontact.models.card import TrainingRecord
+from firstcontact.models.estimator import EstimatorInfo
+from firstcontact.models.in_context import InContextModel
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.registry import ESTIMATORS
+from firstcontact.models.rig import Rig
+from firstcontact.models.splits import inner_folds
+from firstcontact.models.touches import Touches
+from firstcontact.models.training import DURATION, LabelledTouches
+from firstcontact.models.window_model import Task, Values
+from firstcontact.signal import samples_in
+
+#: Smallest number of pinches with which a finger is conditioned separately. Against both fingers as
+#: one rig, the error on objects of 10 hands of the twin (12 rigs of another structure) changes by
+#: +0.8 ± 0.4 (+0.1 ± 0.2) Shore A with 4 pinches of each finger, and by +0.1 ± 0.1 (-0.2 ± 0.1)
+#: with 8: ``python docs/measure_fingers.py``.
+LEAST_OF_FINGER = 8
+#: Largest number of pinches of a level of Shore A. The network was trained with about this many. On
+#: held-out sessions, twenty-five times as many gave equal scores.
+MOST_OF_LEVEL = 20
+#: Number of folds in which the conditioning schemes are compared.
+FOLDS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adapted:
+    """Model conditioned on a rig, with its held-out scores."""
+
+    model: InContextModel
+    scheme: str
+    scores: Mapping[str, float]
+    mean_rmse: float = float("nan")
+    check: IntervalCheck | None = None
+    notes: tuple[str, ...] = ()
+    split: str = ""
+
+    @property
+    def rmse(self) -> float:
+        """Return the RMSE of the model on held-out pinches; NaN without any."""
+        alone = self.scores.get(self.scheme, float("nan"))
+        return self.scores.get(self.model.kind, alone)
+
+    @property
+    def refusal(self) -> str:
+        """Return the reason why the model is useless for this rig; "" if it is useful.
+
+        The network must be useful on its own, even if a regression fits the rig's pinches well,
+        because the regression has seen no other objects.
+        """
+        if not self.scores:
+            return ""
+        rmse = max(self.rmse, self.scores[self.scheme])
+        if rmse < self.mean_rmse:
+            return ""
+        return (
+            f"on held-out pinches the RMSE is {rmse:.1f} Shore A, and always predicting their mean "
+            f"scores {self.mean_rmse:.1f}: the model does not work for this rig. Check the Shore A "
+            "labels, the contacts, and that the sensor touches objects as a fingertip does, or use "
+            "`firstcontact train`"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IntervalCheck:
+    """Check of a model's intervals on held-out pinches of the rig."""
+
+    n: int
+    coverage: float
+    scales: NDArray[np.float64]
+
+
+def adapt_network(
+    base: InContextModel,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None = None,
+    seed: int = 0,
+) -> Adapted:
+    """Condition a pre-trained network on a rig.
+
+    Each finger with enough pinches is a rig of its own, unless both fingers as one rig predict
+    held-out pinches better by more than the standard error of the difference. Intervals are widened
+    if they cover too few held-out pinches.
+    """
+    lasting = touches.answerable
+    longest, shore_a = touches.take(lasting), shore_a[lasting]
+    sessions = None if sessions is None else sessions[lasting]
+    if len(np.unique(shore_a)) < 2 or len(longest) < 4:
+        raise InputError(
+            "a rig needs 4 pinches and 2 values of Shore A, but the recordings have "
+            f"{len(longest)} and {len(np.unique(shore_a))}: record pinches of more flat blocks"
+        )
+
+    def conditioner(scheme: str) -> Condition:
+        return lambda touches, shore_a: base.conditioned_on(
+            {f: rig for f, (rig, _) in known_rigs(touches, shore_a, scheme, seed).items()}
+        )
+
+    tested = {
+        scheme: held_out
+        for scheme in WAYS
+        if (held_out := score_held_out(conditioner(scheme), longest, shore_a, sessions, seed))
+        is not None
+    }
+    if not tested and sessions is not None:
+        made = adapt_network(base, longest, shore_a, None, seed)
+        return replace(made, split="held out: random pinches, because each session has one level")
+    scores = {scheme: root_mean_square(held_out.errors) for scheme, held_out in tested.items()}
+    has_enough = len(known_rigs(longest, shore_a, WAYS[1], seed)) > 1
+    one, each = (tested[scheme] for scheme in WAYS)
+    best = WAYS[has_enough and not _is_clearly_worse(each, one, sessions)]
+    check = tested[best].check(base.level, touches.rate)
+    model = conditioner(best)(longest, shore_a).widened(check.scales)
+    return Adapted(model, best, scores, root_mean_square(tested[best].from_mean), check)
+
+
+#: Conditioning schemes: all fingers together, or each finger alone.
+WAYS = ("one", "each finger")
+
+
+def _is_clearly_worse(one: HeldOut, other: HeldOut, sessions: NDArray[np.str_] | None) -> bool:
+    """Return True if the first squared errors exceed the others by more than a standard error."""
+    groups = one.rows if sessions is None else sessions[one.rows]
+    excess = np.bincount(np.unique(groups, return_inverse=True)[1], one.errors**2 - other.errors**2)
+    return len(excess) > 1 and bool(excess.sum() > np.sqrt(len(excess)) * excess.std(ddof=1))
+
+
+#: Function from contacts and their Shore A to a model of the rig.
+Condition = Callable[[Touches, Values], InContextModel]
+
+
+def known_rigs(
+    touches: Touches, shore_a: Values, scheme: str, seed: int
+) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
+    """Return the rigs of labelled contacts, and the positions of the contacts used for each."""
+
+    def rig(members: NDArray[np.intp]) -> tuple[Rig, NDArray[np.intp]]:
+        chosen = members[_choose_pinches(shore_a[members], seed)]
+        return Rig.fit(touches.take(chosen), shore_a[chosen]), chosen
+
+    rigs = {Rig.ANY: rig(np.arange(len(touches)))}
+    if scheme == WAYS[1]:
+        for finger in range(len(Finger)):
+            positions = np.flatnonzero(touches.fingers == finger)
+            if len(positions) >= LEAST_OF_FINGER and len(np.unique(shore_a[positions])) > 1:
+                rigs[finger] = rig(positions)
+    return rigs
+
+
+def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
+    """Return ascending positions of at most ``MOST_OF_LEVEL`` pinches of each level."""
+    rng = np.random.default_rng(seed)
+    chosen = []
+    for level in np.unique(shore_a):
+        positions = np.flatnonzero(shore_a == level)
+        chosen.append(rng.permutation(positions)[:MOST_OF_LEVEL])
+    return np.sort(np.concatenate(chosen))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldOut:
+    """Errors of predictions for held-out pinches of a rig."""
+
+    errors: Values
+    from_mean: Values
+    ratios: Values
+    rows: NDArray[np.intp]
+
+    def check(self, level: float, rate: float) -> IntervalCheck:
+        """Check the intervals by split conformal prediction at each time (Lei et al. 2018)."""
+        n = len(self.errors)
+        rank = min(ceil((n + 1) * level), n)
+        needed = np.sort(self.ratios, axis=1)[:, rank - 1]
+        scales = np.maximum(np.interp(Rig.STAGES, Rig.scored_stages(rate), needed), 1.0)
+        return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
+
+
+def score_held_out(
+    condition: Condition,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None,
+    seed: int,
+) -> HeldOut | None:
+    """Predict held-out pinches of a rig. Return None if none can be held out."""
+    parts = []
+    for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
+        if len(np.unique(shore_a[learn])) < 2 or not len(ask):
+            continue
+        model = condition(touches.take(learn), shore_a[learn])
+        test_touches, truth = touches.take(ask), shore_a[ask]
+        errors = model.predict(test_touches).value - truth
+        ratios = []
+        for ms in Touches.SCORED_MS:
+            early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
+            predictions = model.predict(early)
+            half = model.half_widths(predictions.spread, early.valid)
+            ratios.append(np.abs(predictions.value - truth) / half)
+        parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios), ask))
+    if not parts:
+        return None
+    return HeldOut(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
+
+
+def root_mean_square(errors: Values) -> float:
+    """Return the root mean square of errors."""
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+@dataclass(frozen=True)
+class NetworkEstimator(EstimatorInfo):
+    """Network that was trained on simulated rigs and is conditioned on one rig.
+
+    It learns from whole contacts instead of windows, and no weights are trained: the pinches of the
+    rig become an input of the network.
+    """
+
+    name: ClassVar[str] = InContextModel.kind
+    title: ClassVar[str] = "Network"
+    colour: ClassVar[str] = GREEN
+    tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
+    model: ClassVar[Any] = InContextModel
+
+    def fit_contacts(self, labelled: LabelledTouches, seed: int = 0) -> Adapted:
+        """Condition the network on labelled contacts; ``seed`` chooses the held-out ones."""
+        return self.fit_touches(labelled.touches, labelled.shore_a, labelled.named_sessions, seed)
+
+    def fit_touches(
+        self,
+        touches: Touches,
+        shore_a: Values,
+        sessions: NDArray[np.str_] | None = None,
+        seed: int = 0,
+    ) -> Adapted:
+        """Condition the pre-trained network on contacts; see :func:`adapt_network`."""
+        return adapt_network(pretrained(), touches, shore_a, sessions, seed)
+
+
+def rig_estimators() -> dict[str, type[NetworkEstimator]]:
+    """Return the registered estimators that learn from whole contacts, by name."""
+    return {n: entry for n, entry in ESTIMATORS.items() if issubclass(entry, NetworkEstimator)}
+
+
+class UnknownRigError(InputError):
+    """Error for pinches that are too few to describe a rig."""
+
+
+def check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
+    """Refuse options that the network does not support. The InputError names the parameter."""
+    base = pretrained()
+    is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
+    refusals = {
+        "task": (task != Task.REGRESSION, "regression"),
+        "windows": (tuple(windows) != (DURATION,), "predictions from 2 to 15 ms after a contact"),
+        "level": (level != base.level, f"intervals of the level {base.level:g}"),
+        "rate": (is_other_rate, f"samples at {base.rate:g} Hz"),
+    }
+    for parameter, (is_refused, supported) in refusals.items():
+        if is_refused:
+            raise InputError(
+                f"the network supports only {supported}: leave out the {parameter}",
+                parameter=parameter,
+            )
+
+
+def condition(
+    dataset: Dataset, seed: int, contacts: Alignment, kind: type[NetworkEstimator]
+) -> tuple[RigPredictor, list[str]]:
+    """Return the network conditioned on the rig of these pinches, and sentences about the result.
+
+    ``contacts`` holds the contact of each pinch. ``kind`` is the network alone, or an estimator
+    that is built on it. Raise UnknownRigError if the pinches are too few to describe a rig.
+    """
+    base = pretrained()
+    if not is_same_rate(dataset.layout.rate, base.rate):
+        raise UnknownRigError(
+            f"the network takes samples at {base.rate:g} Hz, but these pinches have "
+            f"{dataset.layout.rate:g} Hz",
+            parameter="data",
+        )
+    if not np.isfinite(dataset.shore_a).any():
+        raise UnknownRigError(
+            "no pinch has a Shore A, which the network needs: record with --shore-a, or with a "
+            "plan that has a column shore, or import labels with a column shore_a",
+            parameter="data",
+        )
+    labelled = LabelledTouches.cut(dataset, contacts.contacts)
+    try:
+        made = kind(Task.REGRESSION, base.rate).fit_contacts(labelled, seed)
+    except InputError as error:
+        raise UnknownRigError(error.message, parameter="data") from None
+    if made.refusal:
+        raise UnknownRigError(made.refusal, parameter="data")
+    usable = labelled.take(labelled.touches.answerable)
+    record = TrainingRecord(pinches=len(usable), scores=_held_out_scores(made))
+    sentences = [
+        _rig_sentence(usable.shore_a, made),
+        *_speed_sentences(usable.touches, made),
+        *made.notes,
+        *_check_sentences(base, made),
+    ]
+    return RigPredictor(made.model, record), sentences
+
+
+def _rig_sentence(shore_a: Values, made: Adapted) -> str:
+    """Return a sentence on the pinches that describe the rig."""
+    levels, counts = np.unique(shore_a, return_counts=True)
+    per = " and finger" if made.scheme == WAYS[1] else ""
+    limit = f"; at most {MOST_OF_LEVEL} of each level{per} are used"
+    return (
+        f"the network learns the rig from {counted(len(shore_a), 'pinch')} of "
+        f"{counted(len(levels), 'Shore A level')}{limit * bool(counts.max() > MOST_OF_LEVEL)}"
+    )
+
+
+def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
+    """Return a sentence on how measured closing speeds are used; [] if none was measured."""
+    is_measured = np.isfinite(touches.speeds)
+    if not is_measured.any():
+        return []
+    pinches = counted(int(is_measured.sum()), "pinch")
+    error = f"{percent(root_mean_square(np.nan_to_num(touches.speed_errors[is_measured])))} error"
+    speeds = made.model.rigs[Rig.ANY].speeds
+    if speeds is None:
+        return [
+            f"closing speeds were measured in {pinches} and are not used: their {error} is too "
+            "large for speeds that differ so little"
+        ]
+    return [
+        f"closing speeds were measured in {pinches} ({error}); the model uses them: they differ "
+        f"by {percent(speeds.spread)}"
+    ]
+
+
+def _held_out_scores(made: Adapted) -> dict[str, float]:
+    scores = {f"held out, {scheme}": score for scheme, score in made.scores.items()}
+    if made.check is not None:
+        scores["held out, always the mean"] = made.mean_rmse
+        scores["held out, least coverage"] = made.check.coverage
+        scores["intervals widened"] = float(made.check.scales.max())
+    return {name: round(score, 3) for name, score in scores.items()}
+
+
+def _check_sentences(base: InContextModel, made: Adapted) -> list[str]:
+    """Return sentences on the held-out errors and intervals."""
+    if made.check is None:
+        return ["errors and intervals are not checked: too few pinches to hold some out"]
+    words = dict(zip(WAYS, ("both fingers as one rig", "each finger as its own rig"), strict=True))
+    compared = ", ".join(
+        f"{made.scores[scheme]:.2f} with {words[scheme]}"
+        for scheme in WAYS
+        if scheme in made.scores
+    )
+    sentences = [made.split] if made.split else []
+    sentences.append(
+        f"held-out pinches: rmse of the network {compared}, {made.mean_rmse:.2f} Shore A if the "
+        f"mean is always predicted; used: {words[made.scheme]}"
+    )
+    if (kind := made.model.kind) in made.scores:
+        alone = made.scores[made.scheme]
+        advice = (
+            f"; the network alone had a lower error ({alone:.2f}): make the model with `train ... "
+            "--estimator network`, or use `live --estimator network`"
+        ) * (made.rmse > alone)
+        sentences.append(f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice}")
+    widest = made.check.scales.max()
+    widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "not widened"
+    sentences.append(
+        f"intervals: at every time they held the truth of {percent(made.check.coverage)} or more "
+        f"of {counted(made.check.n, 'held-out pinch')} (wanted: {100 * base.level:.0f} %): "
+        f"{widened}"
+    )
+    return sentences

@@ -1,0 +1,137 @@
+"""Predictions of stiffness, and the pooled prediction from several pinches of one object."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import nan
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact
+from firstcontact.models.interval import SHORE_A
+from firstcontact.models.touches import Touches
+from firstcontact.models.window_model import Values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Predictions:
+    """Predicted stiffness with interval, one per pinch or contact; NaN without a prediction.
+
+    Parameters
+    ----------
+    value
+        Shore A, a hardness rank, or the class, shape (n,).
+    spread
+        Predicted standard deviation of each value, shape (n,); NaN without one.
+    low, high
+        Ends of the interval in the same unit, shape (n,); equal to the value without an interval.
+    out_of_range
+        Mask of contacts that are unlike the training data, shape (n,).
+    elapsed
+        Length of the signal after the contact from which the value was predicted, s, shape (n,).
+    contacts
+        First contact of each pinch, in the sample numbers of the predicted data (None without
+        one); empty if the predictions were made from single contacts.
+    estimator
+        Name of the estimator that predicted; "" if the predictions were made from single contacts.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> predictions: fc.Predictions = fc.adapt().predict(data[:2], at=0.003)
+    >>> predictions.elapsed.round(3).tolist()
+    [0.003, 0.003]
+    """
+
+    value: Values
+    spread: Values
+    low: Values
+    high: Values
+    out_of_range: NDArray[np.bool_]
+    elapsed: Values
+    contacts: Sequence[Contact | None] = ()
+    estimator: str = ""
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    @property
+    def columns(self) -> tuple[NDArray[Any], ...]:
+        """Arrays with one value for each prediction."""
+        return self.value, self.spread, self.low, self.high, self.out_of_range, self.elapsed
+
+    @classmethod
+    def empty(cls, contacts: Sequence[Contact | None]) -> Self:
+        """Return predictions that are NaN for all of these contacts."""
+        value, spread, low, high, elapsed = (np.full(len(contacts), nan) for _ in range(5))
+        is_out = np.zeros(len(contacts), np.bool_)
+        return cls(value, spread, low, high, is_out, elapsed, contacts)
+
+    def put(self, rows: NDArray[Any], predictions: Predictions) -> None:
+        """Replace the predictions at these positions, or where a mask is true."""
+        for column, new in zip(self.columns, predictions.columns, strict=True):
+            column[rows] = new
+
+    def take(self, rows: NDArray[Any]) -> Predictions:
+        """Return the predictions at these positions, or where a mask is true. Drop ``contacts``."""
+        return _of_columns([column[rows] for column in self.columns], ())
+
+    def filled(self, other: Predictions) -> Predictions:
+        """Return the predictions, with missing ones taken from ``other``."""
+        missing = np.isnan(self.value)
+        pairs = zip(self.columns, other.columns, strict=True)
+        return _of_columns([np.where(missing, b, a) for a, b in pairs], self.contacts)
+
+
+class ContactPredictor(Protocol):
+    """Interface of models that predict stiffness from the signal after contacts."""
+
+    def predict(self, touches: Touches) -> Predictions:
+        """Return a prediction for each contact, from its samples before the second contact."""
+        ...
+
+
+def _of_columns(columns: list[Any], contacts: Sequence[Contact | None]) -> Predictions:
+    value, spread, low, high, out_of_range, elapsed = columns
+    return Predictions(value, spread, low, high, out_of_range, elapsed, contacts)
+
+
+#: Share of a pinch's error that all pinches of the object have in common, as a standard deviation:
+#: the contribution of specimen, label, session and rig. Measured by ``firstcontact pretrain`` on
+#: random rigs outside the training, with 5 pinches of each object in one session ("same object" in
+#: the network's card): 0.88 to 0.89 at 3 to 15 ms.
+SHARED = 0.89
+
+
+@dataclass(frozen=True, slots=True)
+class Combined:
+    """Pooled prediction from several pinches of one object."""
+
+    value: float
+    low: float
+    high: float
+    half_width: float
+    pinches: int
+
+
+def combine(values: Sequence[float], half_widths: Sequence[float]) -> Combined:
+    """Average the predictions for pinches of one object, weighted by precision.
+
+    Weights are inverse squares of the half widths. The error of each pinch has two independent
+    parts. One part, a share ``SHARED`` of the half width, is common to all pinches of the object.
+    Only the other part shrinks with the number of pinches. So the interval never becomes narrower
+    than ``SHARED`` times the interval of a single pinch.
+    """
+    value, half = np.asarray(values, np.float64), np.asarray(half_widths, np.float64)
+    weight = half**-2
+    mean = float(weight @ value / weight.sum())
+    n = len(value)
+    single = n / weight.sum()
+    width = float(np.sqrt(single * (SHARED**2 + (1 - SHARED**2) / n)))
+    least, most = SHORE_A
+    low, high = (min(max(mean + sign * width, least), most) for sign in (-1, 1))
+    return Combined(mean, low, high, width, n)

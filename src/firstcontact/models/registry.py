@@ -1,0 +1,103 @@
+"""Registry of estimators. To add an estimator, write one file and add one line here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from firstcontact.core import InputError, Registry
+
+# The help of a command lists the names, and does not wait for NumPy.
+if TYPE_CHECKING:
+    from firstcontact.models.estimator import Estimator, EstimatorInfo
+    from firstcontact.models.window_model import Task, WindowModel
+
+ESTIMATORS: Registry[type[EstimatorInfo]] = Registry(
+    "estimator",
+    "firstcontact.estimators",
+    {
+        "train_mean": "firstcontact.models._baselines:TrainMean",
+        "peak": "firstcontact.models._baselines:Peak",
+        "svm": "firstcontact.models.svm:Svm",
+        "cnn": "firstcontact.models._cnn:Cnn",
+        "log_spectrum": "firstcontact.models._log_spectrum:LogSpectrum",
+        "network": "firstcontact.models.network_estimator:NetworkEstimator",
+        "combined": "firstcontact.models.combined:CombinedEstimator",
+    },
+    default="svm",
+    base="firstcontact.models.estimator:EstimatorInfo",
+    maker="firstcontact.models._regressor:named_estimator",
+)
+
+
+def window_estimators() -> dict[str, type[Estimator]]:
+    """Return the registered estimators that learn from windows, by name."""
+    from firstcontact.models.estimator import Estimator
+
+    return {name: entry for name, entry in ESTIMATORS.items() if issubclass(entry, Estimator)}
+
+
+def model_kind(kind: str) -> type[WindowModel]:
+    """Return the class of window models with this ``kind`` in their cards."""
+    from firstcontact.models._regressor import RegressorModel  # its imports are slow
+    from firstcontact.models.estimator import Estimator
+
+    if kind == RegressorModel.kind:
+        return RegressorModel
+    # The package's own kinds come first, so that no plug-in is imported for them.
+    for entry in ESTIMATORS.values():
+        if issubclass(entry, Estimator) and entry.model.kind == kind:
+            model: type[WindowModel] = entry.model
+            return model
+    kinds = ", ".join(entry.model.kind for entry in window_estimators().values())
+    raise InputError(f"the kind of model {kind!r} is unknown (known: {kinds})")
+
+
+def anytime_kind(kind: str) -> Any:
+    """Return the class of any-time models with this ``kind`` in their cards."""
+    from firstcontact.models.estimator import Estimator
+
+    for entry in ESTIMATORS.values():
+        if not issubclass(entry, Estimator) and entry.model.kind == kind:
+            return entry.model
+    raise InputError(f"the kind of network {kind!r} is unknown: install the package that made it")
+
+
+def find_estimator(estimator: object) -> type[EstimatorInfo]:
+    """Return the class of an estimator.
+
+    ``estimator`` is a name in :data:`ESTIMATORS`; ``PACKAGE:NAME`` of a class to import; an
+    estimator class; or a regressor or classifier with scikit-learn's interface, as a class or as an
+    instance such as a pipeline.
+    """
+    from firstcontact.models._regressor import regressor_estimator
+    from firstcontact.models.estimator import EstimatorInfo
+
+    if isinstance(estimator, str):
+        return ESTIMATORS.find(estimator)
+    if isinstance(estimator, type) and issubclass(estimator, EstimatorInfo):
+        return estimator
+    return regressor_estimator(estimator)
+
+
+def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -> Estimator:
+    """Return an unfitted estimator that learns from windows with this rate, Hz.
+
+    ``estimator`` is as in :func:`find_estimator`, and ``options`` are values of its further fields,
+    such as those in its ``quick``. Raise InputError if there is no such estimator, it does not
+    learn from windows, or does not support the task.
+    """
+    from firstcontact.models.estimator import Estimator
+
+    entry = find_estimator(estimator)
+    with ESTIMATORS.calling(entry.name):
+        if not issubclass(entry, Estimator):
+            raise InputError(
+                f"{entry.name} cannot be fitted to windows, because it needs whole contacts: use "
+                "firstcontact.train or firstcontact.adapt",
+                parameter="estimator",
+            )
+        if task not in entry.tasks:
+            raise InputError(
+                f"{entry.name} does not support {task}: choose {' or '.join(entry.tasks)}"
+            )
+        return entry(task, rate, **options)

@@ -1,0 +1,389 @@
+"""Support vector machine with a radial basis function kernel: scikit-learn trains it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations, product
+from math import log, nan, sqrt
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.display import BLUE
+from firstcontact.core.kernel import RbfKernel
+from firstcontact.models.estimator import (
+    Estimator,
+    Reference,
+    library_targets,
+    target_scale,
+    training_spec,
+)
+from firstcontact.models.splits import inner_folds
+from firstcontact.models.window_model import (
+    TARGET,
+    ArrayCheck,
+    ArraysModel,
+    Spec,
+    Task,
+    Values,
+    WindowModel,
+    Windows,
+)
+
+#: Weight of the level relative to a sample of the shape, all with unit variance. With 74 samples
+#: the level then carries about a tenth of all variance.
+LEVEL_WEIGHT = 3.0
+#: Smallest and largest sum of squares of a window (V²). Outside them float32 holds too few digits
+#: of the power, and the level is NaN.
+LEAST_POWER, MOST_POWER = 1e-30, 1e38
+#: Decision above which the first class of a pair wins. Kernel values below exp(-87) are 0 in C but
+#: not in NumPy. Their weighted sum stays below this value, so both choose the same class even
+#: if a pair's bias is 0.
+LEAST_DECISION = 1e-30
+#: Numbers of support vectors of the models that :meth:`SvmModel.smaller` yields.
+SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
+
+
+def loudness_level(X: Windows) -> NDArray[np.float64]:
+    """Return mean and standard deviation of the log RMS of windows (n, samples, channels)."""
+    flat = X.reshape(len(X), -1).astype(np.float64)
+    loud = 0.5 * np.log((flat**2).mean(axis=1))
+    return np.array([loud.mean(), loud.std() or 1.0])
+
+
+def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return windows divided by their RMS, and their standardised log RMS.
+
+    A sensor's gain affects the level only, not the shape.
+    """
+    flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
+    power = np.einsum("ij,ij->i", flat, flat)
+    power[~((power > LEAST_POWER) & (power < MOST_POWER))] = np.nan
+    rms = np.sqrt(power / flat.shape[1])
+    loud = (np.log(rms) - level[0]) * (LEVEL_WEIGHT / level[1])
+    return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
+
+
+class SvmModel(ArraysModel):
+    """Window model of support vectors with a radial basis function kernel.
+
+    One window costs one :class:`RbfKernel` row and one small product, in float32.
+    """
+
+    kind: ClassVar[str] = "svm"
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {
+        "level": ArrayCheck((2,), positive=1),
+        "vectors": ArrayCheck(("vectors", "shape and level")),
+        "weights": ArrayCheck(("decisions", "vectors")),
+        "bias": ArrayCheck(("decisions",)),
+        "target": TARGET,
+        "parameters": ArrayCheck((3,), positive=1),
+    }
+
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        level, vectors, weights, bias, _, self.parameters = self._arrays.values()
+        k = len(spec.classes)
+        self._level, self._slope = float(level[0]), LEVEL_WEIGHT / float(level[1])
+        self._kernel = RbfKernel(vectors.astype(np.float32), float(self.parameters[1]))
+        self._weights = np.ascontiguousarray(weights, dtype=np.float32)
+        self._bias = bias.astype(np.float32)
+        pairs = np.array(list(combinations(range(k), 2)), dtype=np.intp).reshape(-1, 2)
+        self._first, self._second = pairs[:, 0].copy(), pairs[:, 1].copy()
+
+    @classmethod
+    def sizes(cls, spec: Spec) -> dict[str, int]:
+        """Return lengths by their names; see :meth:`ArraysModel.sizes`."""
+        k = len(spec.classes)
+        decisions = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
+        return {"shape and level": spec.samples * spec.channels + 1, "decisions": decisions}
+
+    @property
+    def notes(self) -> Mapping[str, Any]:
+        """Return the hyper-parameters of the search, and the number of support vectors."""
+        c, gamma, epsilon = (float(p) for p in self.parameters)
+        chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._kernel)}
+        return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
+
+    def outputs(self, X: Windows) -> NDArray[np.float32]:
+        """Return the decision values for windows (n, samples, channels), shape (n, rows)."""
+        inputs = shape_and_level(X, self._arrays["level"])
+        decisions: NDArray[np.float32] = self._kernel.rows(inputs) @ self._weights.T + self._bias
+        return decisions
+
+    def output(self, window: Windows) -> NDArray[np.float32]:
+        """Return the decision values for one window (samples, channels), shape (rows,)."""
+        flat = window.ravel()
+        power = float(flat.dot(flat))
+        # If float32 cannot hold the power, there is no level and no decision.
+        if not LEAST_POWER < power < MOST_POWER:
+            return np.full(self._bias.shape, nan, dtype=np.float32)
+        rms = sqrt(power / len(flat))
+        loud = (log(rms) - self._level) * self._slope
+        inputs = np.empty(len(flat) + 1, dtype=np.float32)
+        np.multiply(flat, 1.0 / rms, out=inputs[:-1], casting="same_kind")
+        inputs[-1] = loud
+        kernel = self._kernel.row(inputs, len(flat) + loud * loud)  # the shape's norm is known
+        decisions: NDArray[np.float32] = self._weights.dot(kernel) + self._bias
+        return decisions
+
+    def constants(self) -> dict[str, float | NDArray[Any]]:
+        """Return the fields of ``fc_svm`` in C that hold this model's arithmetic."""
+        a, k = self._arrays, len(self.spec.classes)
+        vectors, gamma = a["vectors"].astype(np.float64), float(self.parameters[1])
+        arrays = {
+            "scaled": 2 * gamma * vectors,
+            "norms": -gamma * (vectors * vectors).sum(axis=1),
+            "weights": a["weights"],
+            "bias": a["bias"],
+        }
+        return {
+            "samples": self.spec.samples,
+            "channels": self.spec.channels,
+            "vectors": len(vectors),
+            "decisions": len(a["bias"]),
+            "class_count": k,
+            "level": self._level,
+            "slope": self._slope,
+            "least_power": LEAST_POWER,
+            "most_power": MOST_POWER,
+            "gamma": gamma,
+            **{name: array.astype(np.float32).ravel() for name, array in arrays.items()},
+            "least_decision": LEAST_DECISION,
+            "mean": self.target[0],
+            "scale": self.target[1],
+            **({"classes": np.array(self.spec.classes)} if k else {}),
+        }
+
+    def smaller(self, X: Windows) -> Iterator[SvmModel]:
+        """Yield models with fewer support vectors, fitted to windows, the smallest first."""
+        level, vectors, weights, bias, target, parameters = self._arrays.values()
+        inputs = shape_and_level(X, level)
+        for chosen, fitted, offset in _reduced_sets(vectors, float(parameters[1]), weights, inputs):
+            narrow = fitted.astype(np.float32), (bias + offset).astype(np.float32)
+            yield SvmModel(self.spec, level, vectors[chosen], *narrow, target, parameters)
+
+    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
+        """Return the class that wins most pairs."""
+        winners = np.where(outputs > LEAST_DECISION, self._first, self._second)
+        votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
+        return np.asarray(votes.argmax(axis=1))
+
+
+#: Regularisation: share of the kernel's mean square that is added to keep weights small.
+_RIDGE = 1e-8
+
+
+def _reduced_sets(
+    vectors: NDArray[Any],
+    gamma: float,
+    weights: NDArray[Any],
+    inputs: NDArray[Any],
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
+    """Yield reduced sets of several sizes: fewer vectors, with refitted weights."""
+    wide = vectors.astype(np.float64)
+    kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
+    wanted = kernel @ weights.T.astype(np.float64)
+    mean = wanted.mean(axis=0)
+    left = wanted - mean
+    columns = kernel - kernel.mean(axis=0)
+    chosen: list[int] = []
+    for size in [s for s in SIZES if s < len(wide)]:
+        while len(chosen) < size:
+            power = np.maximum((columns**2).sum(axis=0), 1e-12)
+            gain = ((columns.T @ left) ** 2).sum(axis=1) / power
+            gain[chosen] = -1.0
+            best = int(gain.argmax())
+            chosen.append(best)
+            axis = columns[:, best] / np.sqrt(power[best])
+            left = left - np.outer(axis, axis @ left)
+            columns = columns - np.outer(axis, axis @ columns)
+        part = kernel[:, chosen]
+        middle = part.mean(axis=0)
+        away = part - middle
+        gram = away.T @ away + _RIDGE * len(away) * np.eye(size)
+        fitted = np.linalg.solve(gram, away.T @ (wanted - mean))
+        yield np.array(chosen, np.intp), fitted.T, mean - middle @ fitted
+
+
+#: Default number of windows for the search.
+SEARCH_WINDOWS = 800
+#: Largest number of windows for the final model. The time of a fit grows with the square of it.
+MOST_WINDOWS = 5_000
+#: Candidates of the search. gamma is a multiple of 1 / inputs (each input has unit variance),
+#: epsilon is in standard deviations of the target.
+C_GRID = (1.0, 10.0, 100.0)
+GAMMA_GRID = (0.1, 0.3, 1.0, 3.0)
+EPSILON_GRID = (0.3, 0.15, 0.05)
+#: Loss, relative to the lowest, up to which a candidate counts as best. The first such candidate is
+#: taken: wide tubes and small C come first, because they need fewer support vectors.
+TOLERANCE = 1.02
+#: Stopping criterion of the solver in the search. Ten times the usual one ranks candidates equally.
+SEARCH_ACCURACY = 1e-2
+
+
+@dataclass(frozen=True)
+class Svm(Estimator):
+    """Estimator: SVC (one against one) or SVR on the shape and the level of a window."""
+
+    name: ClassVar[str] = "svm"
+    title: ClassVar[str] = "SVM"
+    colour: ClassVar[str] = BLUE
+    model: ClassVar[type[WindowModel]] = SvmModel
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"search_windows": 400})
+
+    search_windows: int = SEARCH_WINDOWS
+
+    def fit(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
+    ) -> SvmModel:
+        """Fit with hyper-parameters from :func:`search`; see :meth:`Estimator.fit`."""
+        spec = training_spec(self.task, self.rate, X, y, groups)
+        chosen = _sample(self.task, y)
+        X, y = X[chosen], y[chosen]
+        groups = None if groups is None else groups[chosen]
+        level = loudness_level(X)
+        inputs = shape_and_level(X, level)
+        target = target_scale(self.task, y)
+        scaled = (y - target[0]) / target[1]
+        parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
+        machine = svm_machine(self.task, parameters).fit(inputs, library_targets(self.task, scaled))
+        return _model(spec, level, machine, target, np.array(parameters))
+
+    def reference(self, model: SvmModel, X: Windows, y: Values) -> Reference:
+        """Return scikit-learn's machine, fitted again with the same parameters."""
+        arrays = model.to_arrays()
+        mean, deviation = arrays["target"]
+        chosen = _sample(self.task, y)
+        X, y = X[chosen], y[chosen]
+        inputs = shape_and_level(X, arrays["level"])
+        c, gamma, epsilon = (float(p) for p in arrays["parameters"])
+        targets = library_targets(self.task, (y - mean) / deviation)
+        machine = svm_machine(self.task, (c, gamma, epsilon)).fit(inputs, targets)
+        return Reference("scikit-learn predict", machine.predict, list(inputs[:, None, :]))
+
+
+def _sample(task: Task, y: Values) -> NDArray[np.intp]:
+    """Return the indices of the windows that the model is fitted to, ascending."""
+    if len(y) <= MOST_WINDOWS:
+        return np.arange(len(y))
+    order = np.random.default_rng(0).permutation(len(y))
+    chosen = order[:MOST_WINDOWS]
+    if task is Task.CLASSIFICATION:
+        chosen = np.union1d(chosen, order[np.unique(y[order], return_index=True)[1]])
+    return np.sort(chosen)
+
+
+def svm_machine(task: Task, parameters: tuple[float, float, float]) -> Any:
+    """Return an untrained SVC or SVR with these C, gamma and epsilon."""
+    from sklearn.svm import SVC, SVR
+
+    c, gamma, epsilon = parameters
+    if task is Task.CLASSIFICATION:
+        return SVC(C=c, gamma=gamma)
+    return SVR(C=c, gamma=gamma, epsilon=epsilon)
+
+
+def search(
+    task: Task,
+    inputs: NDArray[np.float32],
+    y: Values,
+    groups: NDArray[Any] | None,
+    seed: int,
+    most: int = SEARCH_WINDOWS,
+) -> tuple[float, float, float]:
+    """Choose C, gamma and epsilon on three grouped folds of at most ``most`` windows."""
+    from sklearn import config_context
+
+    rng = np.random.default_rng(seed)
+    chosen = np.sort(rng.permutation(len(y))[:most])
+    inputs, y = inputs[chosen], y[chosen]
+    folds = [
+        (train, validation)
+        for train, validation in inner_folds(y, None if groups is None else groups[chosen], seed)
+        if len(np.unique(y[train])) > 1
+    ]
+    y = library_targets(task, y)
+    gammas = [multiple / inputs.shape[1] for multiple in GAMMA_GRID]
+    # The widest tube is first: see TOLERANCE.
+    epsilons = EPSILON_GRID if task is Task.REGRESSION else (0.0,)
+    if not folds:
+        return C_GRID[0], gammas[0], epsilons[0]
+    distances = _squared_distances(inputs)
+    losses = {}
+    with config_context(assume_finite=True, skip_parameter_validation=True):  # many short fits
+        for gamma in gammas:
+            kernel = np.exp(-gamma * distances)
+            sides = [
+                (kernel[np.ix_(train, train)], y[train], kernel[np.ix_(ask, train)], y[ask])
+                for train, ask in folds
+            ]
+            for epsilon, c in product(epsilons, C_GRID):
+                parameters = c, gamma, epsilon
+                losses[parameters] = np.mean([_loss(task, parameters, *side) for side in sides])
+    candidates = [(c, gamma, epsilon) for epsilon, c, gamma in product(epsilons, C_GRID, gammas)]
+    least = min(losses.values())
+    return next(each for each in candidates if losses[each] <= TOLERANCE * least)
+
+
+def _squared_distances(inputs: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return the squared distance of each pair of inputs, shape (n, n)."""
+    x = inputs.astype(np.float64)
+    squares = np.einsum("ij,ij->i", x, x)
+    distances: NDArray[np.float64] = squares[:, None] + squares - 2.0 * (x @ x.T)
+    return np.maximum(distances, 0.0)
+
+
+def _loss(
+    task: Task,
+    parameters: tuple[float, float, float],
+    kernel: NDArray[np.float64],
+    y: Values,
+    asked_kernel: NDArray[np.float64],
+    truth: Values,
+) -> float:
+    """Return the error rate or RMSE of a candidate on one fold."""
+    machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
+    predicted = machine.fit(kernel, y).predict(asked_kernel)
+    if task is Task.CLASSIFICATION:
+        return float(np.mean(predicted != truth))
+    return float(np.sqrt(np.mean((predicted - truth) ** 2)))
+
+
+def _model(
+    spec: Spec,
+    level: NDArray[np.float64],
+    machine: Any,
+    target: NDArray[np.float64],
+    parameters: NDArray[np.float64],
+) -> SvmModel:
+    """Return a model of this package from scikit-learn's machine."""
+    weights, bias = machine.dual_coef_, machine.intercept_
+    if spec.task is Task.CLASSIFICATION:
+        if len(spec.classes) == 2:  # only here a positive value means the second class
+            weights, bias = -weights, -bias
+        weights = _one_against_one(weights, machine.n_support_)
+    return SvmModel(
+        spec,
+        level,
+        machine.support_vectors_.astype(np.float32),
+        weights.astype(np.float32),
+        bias.astype(np.float32),
+        target,
+        parameters,
+    )
+
+
+def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
+    """Return a row of weights for each pair of classes, from libsvm's packed coefficients."""
+    end = np.cumsum(counts)
+    start = end - counts
+    pairs = list(combinations(range(len(counts)), 2))
+    rows = np.zeros((len(pairs), dual.shape[1]))
+    for row, (i, j) in zip(rows, pairs, strict=True):
+        row[start[i] : end[i]] = dual[j - 1, start[i] : end[i]]
+        row[start[j] : end[j]] = dual[i, start[j] : end[j]]
+    return rows

@@ -1,0 +1,236 @@
+"""Contacts with their signal so far, and optional hints: closing speed and object radius.
+
+The baseline of a signal is its mean shortly before the contact. Valid samples are those that a
+prediction may use: they end before the second contact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ChannelKind, ClosingSpeed, Contact, Dataset, Finger, InputError, Pinch
+from firstcontact.core.layout import FINGERTIP_WINDOW
+from firstcontact.core.text import parse_float
+from firstcontact.signal import DeviceSmoothing, samples_in
+from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
+
+Signals = NDArray[np.float32]
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Touches:
+    """Contacts of single fingers, with signals and hints. Arrays share their first axis.
+
+    Parameters
+    ----------
+    signals
+        Vibration in V as the device sends it, with the baseline removed, shape (n, samples). Each
+        signal lasts from ``BEFORE`` before the contact to ``LONGEST`` after it. Samples after
+        ``valid`` are ignored.
+    valid
+        Number of valid samples from the contact on, up to the second contact, shape (n,).
+    fingers
+        Number of the finger, -1 if unknown, shape (n,).
+    speeds
+        Closing speed measured by the hand, m/s, NaN if unknown, shape (n,).
+    speed_errors
+        Relative standard error of these speeds; NaN stands for an exact speed, shape (n,).
+    radii
+        Radius of the object at the contact, m; infinite for a flat object, NaN if unknown, shape
+        (n,).
+    rate
+        Sampling rate, Hz.
+    """
+
+    #: Length of the signal before the contact that is used, s. It contains the motor's noise.
+    BEFORE: ClassVar[float] = 0.040
+    #: Earliest and latest time after the contact for predictions, and time between two, s.
+    SHORTEST: ClassVar[float] = 0.002
+    LONGEST: ClassVar[float] = FINGERTIP_WINDOW
+    STEP: ClassVar[float] = 0.001
+    #: Times after the contact at which predictions are scored, ms.
+    SCORED_MS: ClassVar[tuple[int, ...]] = (2, 3, 5, 8, 15)
+
+    signals: Signals
+    valid: NDArray[np.intp]
+    fingers: NDArray[np.intp]
+    speeds: Values
+    speed_errors: Values
+    radii: Values
+    rate: float
+
+    def __len__(self) -> int:
+        return len(self.signals)
+
+    @classmethod
+    def from_signals(
+        cls, signals: Signals, valid: NDArray[np.intp], fingers: NDArray[np.intp], rate: float
+    ) -> Touches:
+        """Return the contacts with unknown speed and radius."""
+        unknown = np.full(len(signals), np.nan)
+        return cls(signals, valid, fingers, unknown, unknown.copy(), unknown.copy(), rate)
+
+    @classmethod
+    def cut(
+        cls, dataset: Dataset, contacts: Sequence[Contact | None]
+    ) -> tuple[Touches, NDArray[np.intp]]:
+        """Cut the contacts of pinches.
+
+        ``contacts`` holds the first contact of each pinch, None if unknown. Return the contacts
+        that have a usable signal, and the positions of their pinches in the dataset. Samples from
+        the known second contact on are not valid.
+        """
+        rate = dataset.layout.rate
+        longest = samples_in(cls.LONGEST, rate)
+        signals, fingers, positions, speeds = [], [], [], []
+        for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
+            signal = None if first is None else _signal(pinch, first)
+            if first is None or signal is None:
+                continue
+            signals.append(signal)
+            fingers.append(finger_number(first.finger))
+            positions.append(place)
+            speeds.append(speed_inputs(pinch.closing_speed))
+        width = samples_in(cls.BEFORE, rate) + longest
+        touches = cls.from_signals(
+            np.array(signals, np.float32).reshape(-1, width),
+            np.minimum(valid_samples(dataset, contacts), longest)[positions],
+            np.array(fingers, np.intp),
+            rate,
+        )
+        values, errors = np.array(speeds, np.float64).reshape(-1, 2).T
+        return replace(touches, speeds=values, speed_errors=errors), np.array(positions, np.intp)
+
+    @classmethod
+    def cut_signal(cls, volts: NDArray[Any], start: int, rate: float) -> Signals | None:
+        """Return the signal of one contact with its baseline removed, shape (samples,).
+
+        ``volts`` is one vibration channel as the device sends it, and ``start`` the position of the
+        contact in it. Missing samples after the contact become zeros. Return None if there are too
+        few samples before or after the contact, a value is not finite, or the signal is constant.
+        """
+        lead, longest = samples_in(cls.BEFORE, rate), samples_in(cls.LONGEST, rate)
+        segment = volts[max(start - lead, 0) : start + longest]
+        if start < lead or len(segment) < lead + samples_in(cls.SHORTEST, rate):
+            return None
+        if not np.isfinite(segment).all() or np.ptp(segment) == 0.0:
+            return None
+        quiet_end = lead - samples_in(BASELINE_GUARD, rate)
+        out = np.zeros(lead + longest, np.float32)
+        out[: len(segment)] = segment - float(
+            segment[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean()
+        )
+        return out
+
+    @classmethod
+    def lengths(cls, rate: float) -> tuple[int, int]:
+        """Return the smallest and largest number of samples that a prediction uses."""
+        return samples_in(cls.SHORTEST, rate), samples_in(cls.LONGEST, rate)
+
+    @classmethod
+    def moments(cls, rate: float) -> tuple[int, ...]:
+        """Return the numbers of samples after a contact at which the network predicts."""
+        first, last = round(cls.SHORTEST / cls.STEP), round(cls.LONGEST / cls.STEP)
+        return tuple(samples_in(n * cls.STEP, rate) for n in range(first, last + 1))
+
+    @property
+    def answerable(self) -> NDArray[np.bool_]:
+        """Mask of the contacts with enough valid samples for a prediction, shape (n,)."""
+        return self.valid >= self.lengths(self.rate)[0]
+
+    @property
+    def lead(self) -> int:
+        """Number of samples before each contact."""
+        return samples_in(self.BEFORE, self.rate)
+
+    @property
+    def waves(self) -> Signals:
+        """Signals from the contacts on, shape (n, samples)."""
+        return self.signals[:, self.lead :]
+
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """Arrays that the chain reads."""
+        hints = self.speeds, self.speed_errors, self.radii
+        return self.signals, self.valid, self.fingers, *hints
+
+    def take(self, rows: NDArray[Any]) -> Touches:
+        """Return the contacts at these positions, or where a mask is true."""
+        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}
+        return Touches(rate=self.rate, **arrays)
+
+    def until(self, samples: int) -> Touches:
+        """Return the contacts with their valid samples limited to this number."""
+        return replace(self, valid=np.minimum(self.valid, samples))
+
+
+def speed_inputs(measured: ClosingSpeed | None) -> tuple[float, float]:
+    """Return a speed, m/s, and its relative error for :class:`Touches`; NaN without a speed."""
+    if measured is None:
+        return math.nan, math.nan
+    return measured.speed, measured.error / measured.speed
+
+
+def valid_samples(dataset: Dataset, contacts: Sequence[Contact | None]) -> NDArray[np.intp]:
+    """Return the number of samples after each first contact in which only that finger touches."""
+    out = np.zeros(len(dataset), np.intp)
+    for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
+        if first is not None:
+            end = pinch.first_sample + len(pinch.data)
+            end = end if pinch.second is None else min(end, pinch.second.sample)
+            out[place] = max(end - first.sample, 0)
+    return out
+
+
+def finger_number(finger: Finger | None) -> int:
+    """Return the number of a finger; -1 for None."""
+    return -1 if finger is None else list(Finger).index(finger)
+
+
+def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
+    columns = pinch.layout.columns(ChannelKind.VIBRATION, contact.finger)
+    if not columns:
+        return None
+    volts = pinch.layout.physical(pinch.data, columns)
+    smooth = DeviceSmoothing(pinch.layout, columns).update(volts)
+    return Touches.cut_signal(smooth[:, 0], contact.sample - pinch.first_sample, pinch.layout.rate)
+
+
+#: Shape hint of a flat object.
+FLAT = "flat"
+#: Smallest and largest radius of a hint, mm. The training had no smaller radii, and objects with
+#: larger radii are as good as flat.
+LEAST, MOST = 5.0, 200.0
+
+
+def parse_radius(text: str) -> float:
+    """Return the radius, m, that a hint states: infinite for "flat", NaN for an empty hint."""
+    word = text.strip().lower()
+    if not word:
+        return math.nan
+    if word == FLAT:
+        return math.inf
+    try:
+        radius = parse_float(word.removesuffix("mm"))
+    except ValueError:
+        radius = math.nan
+    if not LEAST <= radius <= MOST:
+        raise InputError(
+            f"the shape of the object {text.strip()!r} is not known: give {FLAT}, or a radius "
+            f"from {LEAST:g} to {MOST:g} mm"
+        )
+    return radius / 1000
+
+
+def radius_text(radius: float | None) -> str:
+    """Return a radius as the text of a hint; "" for None or NaN."""
+    if radius is None or math.isnan(radius):
+        return ""
+    return FLAT if math.isinf(radius) else f"radius {1000 * radius:g} mm"

@@ -1,0 +1,433 @@
+"""Labelled windows and contacts, held-out predictions, and the final model with its interval."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact, Dataset, InputError, Label
+from firstcontact.core.jobs import Runner
+from firstcontact.core.layout import FINGERTIP_WINDOW
+from firstcontact.core.text import counted, percent
+from firstcontact.models.interval import (
+    SHORE_A,
+    Interval,
+    conformal_interval,
+    held_out_coverage,
+    refusal,
+)
+from firstcontact.models.registry import ESTIMATORS, find_estimator, make_estimator
+from firstcontact.models.scores import (
+    ClassificationScores,
+    TaskScores,
+    classification_scores,
+    regression_scores,
+)
+from firstcontact.models.splits import Group, Split, by_session, inner_folds
+from firstcontact.models.touches import Touches
+from firstcontact.models.window_model import Task, Values, WindowModel, Windows
+from firstcontact.signal import contact_windows
+
+#: Default length of a window, s.
+DURATION = FINGERTIP_WINDOW
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledWindows:
+    """Windows with their targets and groups. All arrays share their first axis.
+
+    Parameters
+    ----------
+    X
+        Windows in V, shape (n, samples, 1).
+    y
+        Target: Shore A, a hardness rank or a class, shape (n,).
+    sessions, specimens, objects
+        Session, specimen and object of each window, shape (n,).
+    test
+        Mask of the windows with role ``test``, shape (n,).
+    rows
+        Position of each window's pinch in the dataset, shape (n,).
+    rate
+        Sampling rate of the windows, Hz.
+    """
+
+    X: Windows
+    y: Values
+    sessions: NDArray[np.str_]
+    specimens: NDArray[np.str_]
+    objects: NDArray[np.str_]
+    test: NDArray[np.bool_]
+    rows: NDArray[np.intp]
+    rate: float
+
+    def __len__(self) -> int:
+        return len(self.X)
+
+    @property
+    def has_sessions(self) -> bool:
+        """True if all sessions are known and there are two or more."""
+        return _tells_apart(self.sessions)
+
+    @property
+    def named_sessions(self) -> NDArray[np.str_] | None:
+        """Session of each window; None unless all have a name."""
+        return self.sessions if (self.sessions != "").all() else None
+
+    @property
+    def clusters(self) -> NDArray[np.str_]:
+        """Cluster of each window for the bootstrap: its session, else specimen, else pinch."""
+        return resampling_clusters(self.sessions, self.specimens)
+
+    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
+        """Return the windows at these positions, or where a mask is true."""
+        arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}
+        return replace(self, **arrays)
+
+
+def resampling_clusters(
+    sessions: NDArray[np.str_], specimens: NDArray[np.str_]
+) -> NDArray[np.str_]:
+    """Return the cluster of each pinch for the bootstrap, which draws whole clusters."""
+    for names in (sessions, specimens):
+        if _tells_apart(names):
+            return names
+    return np.arange(len(sessions)).astype(np.str_)
+
+
+def _tells_apart(names: NDArray[np.str_]) -> bool:
+    return len(np.unique(names)) > 1 and bool((names != "").all())
+
+
+def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
+    """Return a unique specimen name for each pinch, shape (pinches,).
+
+    People number the specimens of each object, or name all specimens after the material. So a name
+    with several objects, levels or ranks means several specimens; object and level are then
+    appended to the name.
+    """
+    labels = [pinch.label for pinch in dataset.pinches]
+    kinds: dict[str, set[tuple[str, ...]]] = {}
+    for label in labels:
+        kinds.setdefault(label.specimen, set()).add(_kind(label))
+    names = [
+        label.specimen if len(kinds[label.specimen]) == 1 else full_specimen(label)
+        for label in labels
+    ]
+    return np.array(names, dtype=np.str_)
+
+
+def full_specimen(label: Label) -> str:
+    """Return the name of a specimen with its object and level."""
+    return f"{label.specimen or 'unnamed'} ({', '.join(_kind(label)) or 'unknown'})"
+
+
+def _kind(label: Label) -> tuple[str, ...]:
+    level = label.hardness_rank if label.shore_a is None else label.shore_a
+    return tuple(s for s in (label.object, "" if level is None else f"{level:g}") if s)
+
+
+def labelled_windows(
+    dataset: Dataset,
+    contacts: Sequence[Contact | None],
+    duration: float,
+    target: Values,
+) -> LabelledWindows:
+    """Return the windows of the pinches with a contact, a complete window and a target.
+
+    ``contacts`` holds the contact at which the window of each pinch starts, None if there is none;
+    ``duration`` is in s, and ``target`` has shape (pinches,), NaN if unknown.
+    """
+    return label_windows(dataset, *contact_windows(dataset, contacts, duration), target)
+
+
+def label_windows(
+    dataset: Dataset, X: Windows, has_window: NDArray[np.bool_], target: Values
+) -> LabelledWindows:
+    """Return the windows of :func:`firstcontact.signal.contact_windows` that have a target."""
+    has_target = np.isfinite(target[has_window])
+    positions = np.flatnonzero(has_window)[has_target]
+    return LabelledWindows(
+        X[has_target],
+        target[positions],
+        dataset.sessions[positions],
+        dataset.specimens[positions],
+        dataset.objects[positions],
+        dataset.test[positions],
+        positions,
+        dataset.layout.rate,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledTouches:
+    """Contacts with objects of known Shore A. All arrays share their first axis.
+
+    Parameters
+    ----------
+    touches
+        Contacts.
+    shore_a
+        Shore A of the object, shape (n,).
+    rows
+        Positions of their pinches in the dataset, shape (n,).
+    sessions, specimens
+        Session and specimen of each contact, "" if unnamed, shape (n,).
+    """
+
+    touches: Touches
+    shore_a: Values
+    rows: NDArray[np.intp]
+    sessions: NDArray[np.str_]
+    specimens: NDArray[np.str_]
+
+    def __len__(self) -> int:
+        return len(self.touches)
+
+    @classmethod
+    def cut(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
+        """Return the labelled contacts of a dataset, given each pinch's first contact."""
+        touches, rows = Touches.cut(dataset, contacts)
+        labelled = np.isfinite(dataset.shore_a[rows])
+        rows = rows[labelled]
+        return cls(
+            touches.take(labelled),
+            dataset.shore_a[rows],
+            rows,
+            dataset.sessions[rows],
+            distinct_specimens(dataset)[rows],
+        )
+
+    def take(self, rows: NDArray[Any]) -> LabelledTouches:
+        """Return the contacts at these positions, or where a mask is true."""
+        arrays = [getattr(self, f.name)[rows] for f in fields(self)[1:]]
+        return LabelledTouches(self.touches.take(rows), *arrays)
+
+    @property
+    def named_sessions(self) -> NDArray[np.str_] | None:
+        """Session of each contact; None unless there are several and all have a name."""
+        return self.sessions if _tells_apart(self.sessions) else None
+
+    @property
+    def clusters(self) -> NDArray[np.str_]:
+        """Cluster of each contact: its specimen, or its pinch if the specimen has no name."""
+        return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """Description of one training, and the windows to predict with the trained model."""
+
+    model: object
+    task: Task
+    learn: LabelledWindows
+    ask: Windows
+    seed: int
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def fit_model(fit: Fit) -> WindowModel:
+    """Train the model that a :class:`Fit` describes."""
+    return fit_models([fit])[0]
+
+
+def fit_models(fits: Sequence[Fit]) -> Sequence[WindowModel]:
+    """Train the models of several :class:`Fit` that differ in their windows only."""
+    fit = fits[0]
+    estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
+    sets = [(f.learn.X, f.learn.y, f.learn.named_sessions) for f in fits]
+    with ESTIMATORS.calling(estimator.name):
+        models = list(estimator.fit_several(sets, seed=fit.seed))
+        if len(models) != len(sets):
+            raise TypeError(f"fit_several returned {len(models)} models for {len(sets)} sets")
+        for model in models:
+            if not isinstance(model, WindowModel):
+                raise TypeError(f"{type(model).__name__} was returned by fit, but is no model")
+    return models
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """Estimator, task, data, splits and options of a held-out prediction."""
+
+    model: object
+    task: Task
+    data: LabelledWindows
+    splits: Sequence[Split]
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
+    """Return a prediction for each window, by a model that did not learn from its pinch."""
+    return [answers for answers, _ in held_out_with_spread(runner, questions, seed)]
+
+
+def held_out_with_spread(
+    runner: Runner, questions: Sequence[Question], seed: int
+) -> list[tuple[Values, Values | None]]:
+    """Return the predictions of :func:`held_out`, each with its predicted standard deviation."""
+    jobs = []
+    for number, question in enumerate(questions):
+        for split in question.splits:
+            split.check(question.data.sessions, question.data.specimens)
+        # Weights depend on which sets train together, so jobs do not depend on the number of
+        # workers.
+        places, size = range(len(question.splits)), find_estimator(question.model).together
+        jobs += [(number, places[i : i + size]) for i in range(0, len(places), size)]
+    # Read-only views of mappings, as estimators declare them, cannot be pickled.
+    plain = [replace(question, options=dict(question.options)) for question in questions]
+    answers = runner.map(_held_out, jobs, plain, seed)
+    out = [np.full((2, len(q.data)), np.nan) for q in questions]
+    has_spread = dict.fromkeys(range(len(questions)), True)
+    for (number, places), by_place in zip(jobs, answers, strict=True):
+        for place, (predicted, spread) in zip(places, by_place, strict=True):
+            test_rows = questions[number].splits[place].test
+            out[number][0, test_rows] = predicted
+            has_spread[number] &= spread is not None
+            out[number][1, test_rows] = np.nan if spread is None else spread
+    return [
+        (predictions[0], predictions[1] if has_spread[number] else None)
+        for number, predictions in enumerate(out)
+    ]
+
+
+def _held_out(
+    job: tuple[int, range], questions: Sequence[Question], seed: int
+) -> list[tuple[Values, Values | None]]:
+    """Return predictions for the test sides of some splits of a question."""
+    question = questions[job[0]]
+    fits = []
+    for split in (question.splits[place] for place in job[1]):
+        learn, ask = question.data.take(split.train), question.data.X[split.test]
+        fits.append(Fit(question.model, question.task, learn, ask, seed, question.options))
+    models = fit_models(fits)
+    return [(m.predict(f.ask), m.spread(f.ask)) for m, f in zip(models, fits, strict=True)]
+
+
+Target = Literal["shore_a", "hardness_rank"]
+#: Unit of the errors of each target.
+UNITS: dict[Target, str] = {"shore_a": "Shore A", "hardness_rank": "ranks"}
+#: Smallest number of pinches for training and held-out scores.
+LEAST = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FinalModel:
+    """Trained model with its held-out scores and its interval."""
+
+    model: WindowModel
+    scores: TaskScores
+    split: str
+    interval: Interval | None
+    conformal: Mapping[str, Any]
+
+
+def train_final_model(
+    data: LabelledWindows,
+    model: object,
+    task: Task,
+    seed: int,
+    level: float,
+    runner: Runner,
+    shore: bool = True,
+) -> FinalModel:
+    """Train a model on all examples, with held-out scores and an interval."""
+    if len(data) < LEAST:
+        raise InputError(
+            f"{len(data)} labelled pinches are too few to train a model and to score it: record "
+            f"{LEAST} or more"
+        )
+    levels = np.unique(data.y)
+    if len(levels) < 2:
+        raise InputError(
+            f"all {len(data)} usable pinches have the label {levels[0]:g}: record pinches of "
+            "another object",
+            parameter="data",
+        )
+    estimator = find_estimator(model)
+    splits, words = _splits(data, estimator.folds, seed)
+    question = Question(model, task, data, splits)
+    answers, spreads = held_out_with_spread(runner, [question], seed)[0]
+    [final] = runner.map(fit_model, [Fit(model, task, data, data.X[:0], seed)])
+    has_prediction = np.isfinite(answers)
+    data, answers = data.take(has_prediction), answers[has_prediction]
+    spreads = None if spreads is None else spreads[has_prediction]
+    score: Callable[..., TaskScores] = (
+        regression_scores if task == Task.REGRESSION else classification_scores
+    )
+    scores = score(data.y, answers, data.clusters, seed)
+    reason = (
+        refusal(data.y, data.sessions, level)
+        if task == Task.REGRESSION
+        else "a classification predicts one of its classes"
+    )
+    interval: Interval | None = None
+    conformal: dict[str, Any] = {"none": reason}
+    if not reason:
+        limits = SHORE_A if shore else None
+        folds = np.zeros(len(has_prediction), dtype=np.intp)
+        for number, split in enumerate(splits):
+            folds[split.test] = number
+        folds = folds[has_prediction]
+        interval = conformal_interval(answers, data.y, level, limits, spreads)
+        conformal = {
+            "pinches": len(data),
+            "sessions": len(np.unique(data.sessions)),
+            "folds": len(splits),
+            "held_out": held_out_coverage(answers, data.y, folds, level, limits, spreads),
+        }
+    return FinalModel(final, scores, words, interval, conformal)
+
+
+def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
+    """Return folds that hold out whole sessions, and their description."""
+    if data.has_sessions:
+        splits = by_session(data.sessions, data.y, seed, folds)
+        words = f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"
+    else:
+        learn, ask = next(inner_folds(data.y, None, seed, k=5))
+        shares = frozenset({Group.SESSION, Group.SPECIMEN})
+        splits = [Split("random fifth", learn, ask, shares)]
+        words = "random pinches; without two known sessions the scores are too good"
+    usable = [split for split in splits if len(np.unique(data.y[split.train])) > 1]
+    if not usable:
+        raise InputError(
+            "with any session held out, the other pinches have only one Shore A or class: record "
+            "every object in two sessions or more",
+            parameter="data",
+        )
+    if left := len(splits) - len(usable):
+        words += f"; {counted(left, 'fold')} not scored: only one Shore A or class is left"
+    splits = usable
+    if any(np.setdiff1d(data.y[split.test], data.y[split.train]).size for split in splits):
+        words += "; a level of one fold alone is predicted without having been learned"
+    return splits, words
+
+
+def scores_in_words(scores: TaskScores, target: Target) -> str:
+    """Return scores as one line of text, errors in the unit of the target."""
+    pinches, unit = counted(scores.n, "pinch"), UNITS[target]
+    if isinstance(scores, ClassificationScores):
+        return f"accuracy {percent(scores.accuracy)}, {pinches}"
+    return (
+        f"rmse {scores.rmse:.2f} {unit}, mae {scores.mae:.2f} {unit}, "
+        f"mse {scores.mse:.2f} {unit}², bias {scores.bias:.2f} {unit}, {pinches}"
+    )
+
+
+def interval_in_words(final: FinalModel, target: Target) -> str:
+    """Format the interval and its held-out coverage on one line."""
+    if final.interval is None:
+        return f"no interval: {final.conformal['none']}"
+    checked = final.conformal["held_out"]
+    if not checked:
+        return f"interval at level {final.interval.level:g}: too few pinches to check it on"
+    return (
+        f"held out, interval from other folds: the interval at level {final.interval.level:g} "
+        f"held the truth in {percent(checked['coverage'])} of {checked['n']} pinches, mean "
+        f"width {checked['mean_width']:.1f} {UNITS[target]}"
+    )

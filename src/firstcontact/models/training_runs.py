@@ -1,0 +1,467 @@
+"""Training and adaptation of the models of a rig, from labelled pinches."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import DETECTORS, Detector, make_detector
+from firstcontact.contact.detector_file import is_pretrained, pretrained_detector
+from firstcontact.core import Dataset, InputError
+from firstcontact.core.display import Progress, progress_steps
+from firstcontact.core.installation import require_extra
+from firstcontact.core.jobs import Runner, parallel, worker_count
+from firstcontact.core.records import LONGEST_NAME, to_tree
+from firstcontact.core.text import counted
+from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
+from firstcontact.models.alignment import (
+    Alignment,
+    Contacts,
+    at_known_contacts,
+    choose_detector,
+    fit_detector,
+)
+from firstcontact.models.card import Digests, TrainingData, TrainingRecord, pinch_digests
+from firstcontact.models.combined import CombinedEstimator
+from firstcontact.models.estimator import Estimator, EstimatorInfo
+from firstcontact.models.model import Model, require_dataset
+from firstcontact.models.model_file import pretrained
+from firstcontact.models.network_estimator import (
+    NetworkEstimator,
+    UnknownRigError,
+    check_network,
+    condition,
+)
+from firstcontact.models.registry import ESTIMATORS, find_estimator
+from firstcontact.models.training import (
+    DURATION,
+    LabelledWindows,
+    Target,
+    distinct_specimens,
+    interval_in_words,
+    labelled_windows,
+    scores_in_words,
+    train_final_model,
+)
+from firstcontact.models.window_model import Task, Values
+from firstcontact.recording.settings import check_rate
+from firstcontact.signal import resample_dataset, samples_in
+
+#: Estimator of :func:`adapt`, and of :func:`train` besides the window models.
+RIG_ESTIMATOR: type[NetworkEstimator] = CombinedEstimator
+MOST_SEEDS = 1 << 32
+
+_log = logging.getLogger("firstcontact.models")
+
+
+def train(
+    data: Dataset,
+    estimator: object = None,
+    *,
+    detector: str | None = None,
+    task: Task | str = Task.REGRESSION,
+    contacts: Contacts = "detected",
+    windows: float | Sequence[float] = (DURATION,),
+    level: float = 0.9,
+    rate: float | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Progress = None,
+) -> Model:
+    """Train a contact detector and stiffness models from labelled pinches.
+
+    Held-out sessions give scores and intervals; the returned model is then fitted to all pinches.
+    If the labels are Shore A, the network is conditioned on the same pinches, and averaged with a
+    regression on them. The estimator that you name predicts by default.
+
+    Parameters
+    ----------
+    data
+        Pinches. Pinches with role "test" are ignored.
+    estimator
+        Name in the registry of estimators; ``PACKAGE:NAME`` of a scikit-learn regressor or
+        classifier; or a regressor or classifier itself, as a class or an instance. skops saves it
+        and accepts types of scikit-learn only. "combined" makes the model of :func:`adapt`,
+        "network" the same without the regression. None trains "svm", and the network predicts by
+        default, unless you choose a task or windows.
+    detector
+        Name of the contact detector to fit. None chooses between the package's detector and the
+        default one, fitted to these pinches, by the contacts of held-out pinches.
+    task
+        "regression" of Shore A, or "classification" into the levels of ``data``.
+    contacts
+        Windows start at "detected" contacts, as in live use, or at "known" contacts from strips or
+        labels. The detector did not learn from the session of a pinch, or not from the pinch if
+        sessions are unknown.
+    windows
+        Length of the window after the contact, s, or several; each gives one model.
+    level
+        Coverage of the intervals of window models.
+    rate
+        Sampling rate to which the pinches are resampled, Hz. The default is the network's rate for
+        labels in Shore A, otherwise the pinches' own rate.
+    seed
+        Random seed of folds, hyper-parameter search and training.
+    workers
+        Number of processes; 0 means one per core.
+    progress
+        True shows a bar; a function is called with the number of steps just finished.
+
+    Returns
+    -------
+    Model
+        Detector and models; ``notes`` hold the held-out scores.
+
+    Raises
+    ------
+    InputError
+        A parameter is out of range, or the pinches are too few or have no labels.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> model = fc.train(data, "svm", windows=[0.015])
+    >>> model
+    Model(detector='logistic', 'svm' at 15 ms, 'combined' from 2 to 15 ms)
+    >>> model.predict(data[:3]).estimator
+    'svm'
+    """
+    plan = _make_plan(estimator, task, windows, level, rate, seed)
+    recorded = training_pinches(data)
+    dataset, notes = _resampled(recorded, plan.model_rate(recorded))
+    plan.check_sizes(dataset.layout.rate)
+    with (
+        parallel(worker_count(workers)) as runner,
+        progress_steps(progress, 3 + len(plan.durations), "step", "training") as step,
+    ):
+        is_known = at_known_contacts(contacts, dataset)
+        chosen, aligned, reason = choose_detector(dataset, detector, is_known, seed, runner)
+        step(2)
+        windowed, sentences = _train_windows(plan, dataset, aligned, runner, step)
+        networks, remarks = _condition_network(plan, dataset, aligned)
+        step(1)
+    predictors = [*windowed, *networks] if plan.is_explicit else [*networks, *windowed]
+    digests = pinch_digests(recorded.pinches)
+    notes += [*sentences, *remarks, *filter(None, [reason]), *_closing_notes(predictors, digests)]
+    record = _training_data(dataset, aligned, reason, seed)
+    _log.info("detector %s, models %s", chosen.name, ", ".join(p.name for p in predictors))
+    return Model(
+        chosen, tuple(predictors), record, digests, tuple(notes), detector_data(chosen, dataset)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """Checked options of one training."""
+
+    estimator: object
+    kind: type[EstimatorInfo]
+    task: Task
+    durations: tuple[float, ...]
+    level: float
+    rate: float | None
+    seed: int
+    #: True if the user chose an estimator, a task or windows, which then predict by default.
+    is_explicit: bool
+
+    @property
+    def learns_windows(self) -> bool:
+        return issubclass(self.kind, Estimator)
+
+    def model_rate(self, data: Dataset) -> float | None:
+        """Return the rate to resample to, Hz. The network and the detector share one stream."""
+        if self.rate is None and (_has_shore_a(data) or not self.learns_windows):
+            return pretrained().rate
+        return self.rate
+
+    def check_sizes(self, rate: float) -> None:
+        """Refuse two windows with the same number of samples at this rate, Hz."""
+        sizes = [samples_in(length, rate) for length in self.durations]
+        if len(set(sizes)) < len(sizes):
+            raise InputError(
+                f"two lengths of windows have the same number of samples at {rate:g} Hz: leave one "
+                "of them out",
+                parameter="windows",
+            )
+
+
+def _make_plan(
+    estimator: object,
+    task: Task | str,
+    windows: float | Sequence[float],
+    level: float,
+    rate: float | None,
+    seed: int,
+) -> _Plan:
+    """Check the options of a training. The InputError names the parameter."""
+    durations: list[float] = np.atleast_1d(windows).tolist()
+    is_explicit = estimator is not None or task != Task.REGRESSION or durations != [DURATION]
+    estimator = ESTIMATORS.default if estimator is None else estimator
+    kind = find_estimator(estimator)
+    require_extra(kind)
+    _check(durations, level, seed, rate)
+    if task not in tuple(Task):
+        raise InputError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
+    if not issubclass(kind, Estimator):
+        check_network(task, durations, level, rate)
+        durations = []
+    lengths = tuple(sorted(durations))
+    return _Plan(estimator, kind, Task(task), lengths, level, rate, seed, is_explicit)
+
+
+def _train_windows(
+    plan: _Plan, dataset: Dataset, aligned: Alignment, runner: Runner, step: Callable[[int], object]
+) -> tuple[list[Predictor], list[str]]:
+    """Train a model for each window length. Return predictors, and sentences on their scores."""
+    cuts = [(length, _cut(dataset, aligned, length)) for length in plan.durations]
+    predictors: list[Predictor] = []
+    sentences = []
+    for length, cut in cuts:
+        target, _ = _target(dataset)
+        final = train_final_model(
+            cut, plan.estimator, plan.task, plan.seed, plan.level, runner, target == "shore_a"
+        )
+        final.model.to_arrays()  # a model that cannot be saved is refused before more are trained
+        record = TrainingRecord(
+            pinches=len(cut),
+            split=f"scores: {final.split}; the saved model learned from all pinches",
+            scores=to_tree(final.scores),
+            calibration=final.conformal,
+        )
+        predictors.append(WindowPredictor(final.model, final.interval, record))
+        sentences += [
+            f"{plan.kind.name} ({plan.task}), {1e3 * length:g} ms: {counted(len(cut), 'pinch')}",
+            f"held out ({final.split}): {scores_in_words(final.scores, target)}",
+            interval_in_words(final, target),
+        ]
+        step(1)
+    return predictors, sentences
+
+
+def _condition_network(
+    plan: _Plan, dataset: Dataset, aligned: Alignment
+) -> tuple[list[Predictor], list[str]]:
+    """Condition the network on pinches with Shore A labels.
+
+    Return its predictor in a list (empty without labels), and lines for the report.
+    """
+    if plan.learns_windows and not _has_shore_a(dataset):
+        return [], []
+    rig_kind = plan.kind if issubclass(plan.kind, NetworkEstimator) else RIG_ESTIMATOR
+    try:
+        network, sentences = condition(dataset, plan.seed, aligned, rig_kind)
+    except UnknownRigError as error:
+        if not plan.learns_windows:
+            raise
+        _log.info("no network: %s", error.message)
+        return [], [f"no network: {error.message}"]
+    prefix = "network: " if plan.learns_windows else ""
+    return [network], [prefix + line for line in sentences]
+
+
+def _closing_notes(predictors: Sequence[Predictor], digests: Digests) -> list[str]:
+    """Return notes on the default predictor, and on pinches that occur twice."""
+    notes = []
+    if len(names := list(dict.fromkeys(p.name for p in predictors))) > 1:
+        notes.append(f"{names[0]} predicts by default; {names[1]} if you name it as estimator")
+    if copies := len(digests) - len(np.unique(digests)):
+        notes.append(
+            f"warning: {counted(copies, 'pinch')} with the samples of another pinch, so held-out "
+            "scores may be too good: train without copies"
+        )
+    return notes
+
+
+def _has_shore_a(dataset: Dataset) -> bool:
+    return bool(np.isfinite(dataset.shore_a).any())
+
+
+def train_detector(
+    data: Dataset, detector: str | None = None, *, rate: float | None = None
+) -> Model:
+    """Train a contact detector alone, from pinches with known contacts."""
+    dataset, notes = _resampled(training_pinches(data), rate)
+    fitted = fit_detector(dataset, detector)
+    return Model(fitted, notes=tuple(notes), detector_data=detector_data(fitted, dataset))
+
+
+def adapt(
+    data: Dataset | None = None,
+    *,
+    estimator: str | None = None,
+    detector: str | None = None,
+    seed: int = 0,
+    progress: Progress = None,
+) -> Model:
+    """Make a model of a rig from a few pinches of rubber blocks of known Shore A.
+
+    The pre-trained network is conditioned on the rig and averaged with a regression on its pinches.
+    With fewer than 20 pinches or 3 levels the network predicts alone.
+
+    Parameters
+    ----------
+    data
+        Pinches. Pinches with role "test" are ignored. None gives a model that knows no rig.
+    estimator
+        Name of an any-time estimator, such as "network" or that of a plug-in; None for "combined".
+    detector
+        Name of the contact detector to fit. None takes the package's detector, unless a fitted one
+        places clearly more contacts of held-out pinches.
+    seed
+        Random seed of the folds that hold pinches out.
+    progress
+        As in :func:`train`. The steps are the detector, the contacts and the network.
+
+    Returns
+    -------
+    Model
+        Detector and network; ``notes`` hold the held-out scores.
+
+    Raises
+    ------
+    InputError
+        The pinches do not describe a rig, or the model predicts them no better than their mean.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> model = fc.adapt(data)
+    >>> model.notes[0]
+    'the network learns the rig from 59 pinches of 5 Shore A levels'
+    """
+    _check((DURATION,), 0.9, seed, None)
+    if estimator is not None and issubclass(find_estimator(estimator), Estimator):
+        raise InputError(
+            f"{estimator} learns from windows: use `firstcontact train --estimator {estimator}`",
+            parameter="estimator",
+        )
+    if data is None:
+        if estimator is not None:
+            raise InputError("an estimator adapts to recordings: give some", parameter="data")
+        fallback = pretrained_detector()
+        if detector is not None and detector != fallback.name:
+            if DETECTORS.find(detector).learns:
+                raise InputError(
+                    f"{detector} must be trained before contacts can be detected: give recordings "
+                    "for its training",
+                    parameter="detector",
+                )
+            fallback = make_detector(detector)
+        return Model(fallback, (RigPredictor(pretrained()),))
+    chosen = estimator or RIG_ESTIMATOR.name
+    return train(data, chosen, detector=detector, seed=seed, progress=progress)
+
+
+def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
+    """Describe the data that a detector was fitted to, for its card."""
+    if not detector.learns:
+        return {}
+    if is_pretrained(detector):
+        return {"source": "package"}
+    return {
+        "source": dataset.source,
+        "pinches": sum(p.first is not None for p in dataset.pinches),
+        "sessions": sorted({str(s) for s in dataset.sessions}),
+    }
+
+
+def check_windows(windows: Sequence[float]) -> None:
+    """Refuse impossible window lengths, s. InputError names the parameter."""
+    if not windows or not all(0.001 <= length <= 1.0 for length in windows):
+        raise InputError(
+            "the lengths of windows must lie between 1 ms and 1 s", parameter="windows"
+        )
+
+
+def check_seed(seed: int) -> None:
+    """Refuse a random seed outside scikit-learn's range. InputError names the parameter."""
+    if not 0 <= seed < MOST_SEEDS:
+        raise InputError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
+
+
+def _check(windows: Sequence[float], level: float, seed: int, rate: float | None) -> None:
+    check_windows(windows)
+    check_seed(seed)
+    if not 0.5 <= level <= 0.99:
+        raise InputError(
+            "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
+        )
+    if rate is not None:
+        check_rate("rate", rate)
+
+
+def training_pinches(data: Dataset) -> Dataset:
+    """Return the pinches without role "test". Raise InputError if there are none."""
+    require_dataset(data)
+    dataset = data.take(~data.test)
+    if not len(dataset):
+        raise InputError(
+            'all pinches have role "test": record some of role "train"', parameter="data"
+        )
+    return dataset
+
+
+def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
+    """Resample pinches if their rate differs. Return them with a note on the resampling."""
+    check_rate("data: the rate", dataset.layout.rate)
+    resampled = dataset if rate is None else resample_dataset(dataset, rate)
+    return resampled, list(resampled.notes[len(dataset.notes) :])
+
+
+def _cut(dataset: Dataset, aligned: Alignment, length: float) -> LabelledWindows:
+    target, values = _target(dataset)
+    cut = labelled_windows(dataset, aligned.contacts, length, values)
+    if len(cut) < 2:
+        raise InputError(
+            f"{len(cut)} of {len(dataset)} pinches have a contact, a whole window of "
+            f"{1e3 * length:g} ms and a {target}: record or import longer pinches",
+            parameter="data",
+        )
+    return cut
+
+
+def _target(dataset: Dataset) -> tuple[Target, Values]:
+    targets: dict[Target, Values] = {
+        "shore_a": dataset.shore_a,
+        "hardness_rank": dataset.hardness_rank,
+    }
+    for name, values in targets.items():
+        if np.isfinite(values).any():
+            return name, values
+    raise InputError(
+        "no pinch has a label 'shore_a' or 'hardness_rank': record or import pinches with one of "
+        "them",
+        parameter="data",
+    )
+
+
+def _training_data(dataset: Dataset, aligned: Alignment, detector: str, seed: int) -> TrainingData:
+    target, values = _target(dataset)
+    has_value = np.isfinite(values)
+    names = _names(dataset.objects[has_value & (dataset.objects != "")])
+    shore = {name: float(values[(dataset.objects == name) & has_value].mean()) for name in names}
+    return TrainingData(
+        source=dataset.source,
+        pinches=len(dataset),
+        sessions=_names(dataset.sessions),
+        specimens=_names(distinct_specimens(dataset)),
+        target=target,
+        levels=tuple(np.unique(values[has_value]).tolist()),
+        objects=shore if target == "shore_a" else {},
+        contacts=aligned.how,
+        detector=detector,
+        seed=seed,
+        notes=dataset.notes,
+        recorded_rate_hz=dataset.recorded_rate,
+    )
+
+
+def _names(names: NDArray[np.str_]) -> tuple[str, ...]:
+    return tuple(sorted({str(name)[:LONGEST_NAME] for name in names}))

@@ -1,0 +1,304 @@
+"""Window models: specification, and checks of inputs and outputs around their arithmetic."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from math import isfinite
+from types import EllipsisType
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.physics import is_same_rate
+
+Arrays = dict[str, NDArray[Any]]
+Windows = NDArray[np.float32]
+Values = NDArray[np.float64]
+
+
+class Task(StrEnum):
+    """Learning task of an estimator."""
+
+    REGRESSION = "regression"
+    CLASSIFICATION = "classification"
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """Specification of a window model.
+
+    Parameters
+    ----------
+    task
+        Task. Regression predicts any real number, classification one of ``classes``.
+    rate
+        Sampling rate of the windows, Hz.
+    samples, channels
+        Shape of one window.
+    classes
+        Values of the classes in ascending order; empty for regression.
+
+    Examples
+    --------
+    >>> spec = Spec(Task.REGRESSION, rate=4936.0, samples=74)
+    >>> round(1e3 * spec.duration)
+    15
+    """
+
+    task: Task
+    rate: float
+    samples: int
+    channels: int = 1
+    classes: tuple[float, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Length of the window, s."""
+        return self.samples / self.rate
+
+    def require_rate(self, rate: float) -> None:
+        """Raise InputError if the rate (Hz) of windows differs by more than 1 %."""
+        if not is_same_rate(rate, self.rate):
+            raise InputError(
+                f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: train a "
+                f"model for this rate with `firstcontact train --rate {rate:g}`"
+            )
+
+    def check_one(self, window: NDArray[Any]) -> None:
+        """Raise InputError if the model cannot use a window.
+
+        Its shape is not (samples, channels), a value is not finite, or a channel is constant (an
+        unplugged sensor).
+        """
+        if window.shape != (self.samples, self.channels):
+            raise InputError(
+                f"the model takes windows of {self.samples} samples and {self.channels} "
+                f"channel(s), shape ({self.samples}, {self.channels}), not {window.shape}: "
+                f"cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
+            )
+        for channel in window.T:
+            # NaN fails both comparisons, an infinity the second one.
+            if not 0.0 < np.maximum.reduce(channel) - np.minimum.reduce(channel) < np.inf:
+                raise InputError(
+                    "the window is constant or has values that are not finite: "
+                    "check the sensor's plug and leave this pinch out"
+                )
+
+    def check(self, X: NDArray[Any]) -> None:
+        """Raise InputError for the first of the windows (n, samples, channels) it cannot use."""
+        if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
+            raise InputError(
+                f"the model takes windows of shape (n, {self.samples}, {self.channels}), "
+                f"not {X.shape}: cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
+            )
+        bad = np.flatnonzero(~usable(X))
+        if len(bad):
+            raise InputError(
+                f"window {bad[0]} ({len(bad)} in all) is constant or has values that are not "
+                "finite: check the sensor's plug and leave these pinches out"
+            )
+
+
+def usable(X: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return a mask of windows (n, samples, channels) that are finite and vary, shape (n,)."""
+    if X.shape[1] == 0:
+        return np.zeros(len(X), dtype=np.bool_)
+    with np.errstate(invalid="ignore", over="ignore"):
+        span = X.max(axis=1) - X.min(axis=1)
+    good: NDArray[np.bool_] = ((span > 0) & (span < np.inf)).all(axis=1)
+    return good
+
+
+#: Limit on predictions. No target is as large, and squares of errors stay finite.
+LARGEST = 1e9
+
+
+class WindowModel(ABC):
+    """Trained window model: arrays and arithmetic, without the training library.
+
+    This base class refuses unusable windows before the arithmetic, and outputs that are not finite
+    after it.
+    """
+
+    #: Name of the runtime in model files.
+    kind: ClassVar[str]
+    #: Modules that the model needs beyond the base install, and the extra that contains them.
+    modules: ClassVar[tuple[str, ...]] = ()
+    extra: ClassVar[str] = ""
+    #: Specification of its inputs and predictions.
+    spec: Spec
+    #: Mean and scale that convert the outputs of a regression to predictions.
+    target: tuple[float, float] = (0.0, 1.0)
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator in results and messages."""
+        return self.kind
+
+    @property
+    @abstractmethod
+    def notes(self) -> Mapping[str, Any]:
+        """Return hyper-parameters and scaling that the training chose, JSON-ready, for the card."""
+
+    @abstractmethod
+    def outputs(self, X: Windows) -> NDArray[Any]:
+        """Return outputs for usable windows (n, samples, channels), shape (n, outputs).
+
+        There is one output for regression, and the input of :meth:`choose` for classification.
+        """
+
+    def output(self, window: Windows) -> NDArray[Any]:
+        """Return outputs for one window (samples, channels), shape (outputs,), for fast use."""
+        return np.asarray(self.outputs(window[None])[0])
+
+    def spread(self, X: Windows) -> Values | None:
+        """Return the standard deviation that the model predicts for each prediction, or None.
+
+        Windows (n, samples, channels) must be usable. The values have shape (n,), are above 0 and
+        in the unit of the prediction. The half widths of conformal intervals are then multiples of
+        these values.
+        """
+        return None
+
+    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
+        """Return the number of the predicted class for finite outputs (n, outputs), shape (n,)."""
+        return np.asarray(outputs.argmax(axis=1))
+
+    @abstractmethod
+    def to_arrays(self) -> Arrays:
+        """Return all arrays that predictions depend on."""
+
+    @classmethod
+    @abstractmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """Restore from arrays of :meth:`to_arrays`; InputError if they do not fit together."""
+
+    def predict(self, X: Windows) -> Values:
+        """Return predictions for windows (n, samples, channels), shape (n,).
+
+        Raise InputError if a window cannot be used, or its prediction is not finite.
+        """
+        self.spec.check(X)
+        with np.errstate(all="ignore"):  # predictions that overflow are refused below
+            outputs = self.outputs(X)
+            sure = np.isfinite(outputs).all(axis=1)
+            if self.spec.task is Task.REGRESSION:
+                mean, scale = self.target
+                answers = outputs[:, 0].astype(np.float64) * scale + mean
+                sure &= np.abs(answers) < LARGEST
+            else:
+                answers = np.array(self.spec.classes)[self.choose(outputs)]
+        bad = np.flatnonzero(~sure)
+        if len(bad):
+            raise InputError(f"window {bad[0]} ({len(bad)} in all): {_NO_ANSWER}")
+        return answers
+
+    def predict_one(self, window: Windows) -> float:
+        """Return the prediction of :meth:`predict` for one window (samples, channels), but fast."""
+        with np.errstate(all="ignore"):
+            self.spec.check_one(window)
+            output = self.output(window)
+            if self.spec.task is Task.REGRESSION:
+                mean, scale = self.target
+                answer = float(output[0]) * scale + mean
+                sure = abs(answer) < LARGEST
+            else:
+                answer = self.spec.classes[int(self.choose(output[None])[0])]
+                sure = isfinite(float(np.add.reduce(output)))
+        if not sure:
+            raise InputError(_NO_ANSWER)
+        return answer
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayCheck:
+    """Declared array of a model.
+
+    Parameters
+    ----------
+    shape
+        Length of each axis: a number or a name. A name stands for a length from
+        :meth:`ArraysModel.sizes`, or for any length that is the same in all arrays.
+    positive
+        Index of values that must be above 0; ``...`` means all values, None means none.
+    dtype
+        Type of the values; by default finite floating-point numbers.
+    """
+
+    shape: tuple[int | str, ...]
+    positive: int | slice | EllipsisType | None = None
+    dtype: type[np.generic] = np.floating
+
+    def is_met(self, array: NDArray[Any], sizes: dict[str, int]) -> bool:
+        """Return True if an array has the declared type, shape and values.
+
+        The length of a name in the shape is taken from ``sizes``. If ``sizes`` lacks the name, the
+        length is added there.
+        """
+        if array.ndim != len(self.shape) or not np.issubdtype(array.dtype, self.dtype):
+            return False
+        for size, wanted in zip(array.shape, self.shape, strict=True):
+            if size != (wanted if isinstance(wanted, int) else sizes.setdefault(wanted, size)):
+                return False
+        if self.dtype is np.floating and not np.isfinite(array).all():
+            return False
+        return self.positive is None or bool((array[self.positive] > 0).all())
+
+
+class ArraysModel(WindowModel):
+    """Window model whose constructor takes a spec and its declared arrays, in order.
+
+    An array ``target`` holds mean and scale of the targets of a regression. The constructor raises
+    InputError if an array is not as declared.
+    """
+
+    #: Arrays in files, by name.
+    declared: ClassVar[Mapping[str, ArrayCheck]]
+
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        self.spec = spec
+        self._arrays = dict(zip(self.declared, arrays, strict=True))
+        sizes = self.sizes(spec)
+        for name, check in self.declared.items():
+            array = self._arrays[name]
+            if not check.is_met(array, sizes):
+                shape = ", ".join(str(size) for size in check.shape)
+                raise InputError(
+                    f"the array '{name}' of a model of kind {self.kind!r} is invalid (shape "
+                    f"{array.shape}): its shape must be ({shape}), its values finite, and its "
+                    "factors above 0: train again"
+                )
+        if "target" in self._arrays:
+            mean, scale = self._arrays["target"]
+            self.target = float(mean), float(scale)
+
+    @classmethod
+    def sizes(cls, spec: Spec) -> dict[str, int]:
+        """Return the lengths that the spec determines, by their names in the declared shapes.
+
+        ``inputs`` is the number of values in a window; ``outputs`` is the number of classes, or 1.
+        """
+        return {"inputs": spec.samples * spec.channels, "outputs": len(spec.classes) or 1}
+
+    def to_arrays(self) -> Arrays:
+        """Return the constructor's arrays, by name."""
+        return dict(self._arrays)
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """Build the model from the arrays that :meth:`to_arrays` returned."""
+        return cls(spec, *(arrays[name] for name in cls.declared))
+
+
+#: Declared mean and scale of the targets.
+TARGET = ArrayCheck((2,), positive=1)
+
+_NO_ANSWER = (
+    "the prediction is not a finite number below 1e9: leave this pinch out, or train the model "
+    "again"
+)

@@ -1,0 +1,227 @@
+"""Conversion between recordings and datasets."""
+
+from __future__ import annotations
+
+import filecmp
+import math
+import os
+import re
+from bisect import bisect_right
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from firstcontact.core import Block, Dataset, InputError, Pinch
+from firstcontact.core.files import AnyPath, files_below, given_path
+from firstcontact.recording._reader import Recording, read_recording
+from firstcontact.recording._writer import RecordingWriter
+from firstcontact.recording.messages import Header, PinchMark
+
+#: Largest sum of the lengths of all marked pinches, as a multiple of the recording's length. A
+#: hand's closings do not overlap so much.
+_OVERLAP = 8
+
+
+def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
+    """Load all pinches of one recording, of several recordings, or of a folder and its subfolders.
+
+    The samples keep their type. The dataset's notes include those of the headers, and list damage
+    and omissions. If there are several files, unreadable files are skipped and named in the notes,
+    and so are copies of a file. A file that is named twice is read once. One recording at a time is
+    in memory, besides all pinches.
+
+    Raises
+    ------
+    InputError
+        No recording or no whole pinch was found, the only file cannot be read, or two recordings
+        differ in layout, rate or source.
+    """
+    paths = [given_path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
+    named = [file for p in paths for file in find_recordings(p)]
+    files = list({os.path.realpath(file): file for file in named}.values())
+    alike: dict[Hashable, list[Path]] = {}  # files that may be copies of each other
+    pinches: list[Pinch] = []
+    notes: dict[str, None] = {}
+    losses: list[str] = []
+    assumed = False
+    first: tuple[Path, Header] | None = None
+    for file in files:
+        try:
+            recording = read_recording(file)
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            losses.append(f"left out, since it cannot be read: {error}")
+            continue
+        header = recording.header
+        first = first or (file, header)
+        _check_same_kind(*first, file, header)
+        earlier = alike.setdefault((header.session, recording.samples, recording.pinches[:1]), [])
+        copied = next((f for f in earlier if filecmp.cmp(f, file, shallow=False)), None)
+        if copied is not None:
+            losses.append(f"{file}: left out, since it is a copy of {copied}")
+            continue
+        earlier.append(file)
+        assumed |= header.session_assumed
+        notes |= dict.fromkeys(header.notes.splitlines())
+        losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
+        # A pinch that is longer than the recording spans missing samples, and overlaps no others.
+        lengths = [mark.end - mark.first_sample for mark in recording.pinches]
+        if sum(n for n in lengths if n <= recording.samples) > _OVERLAP * recording.samples:
+            losses.append(f"{file.name}: its pinches overlap too much and are left out")
+            continue
+        for mark in recording.pinches:
+            pinch = cut(recording, mark)
+            if pinch is None:
+                losses.append(
+                    f"{file.name}: pinch {mark.number} has missing samples and is left out"
+                )
+            else:
+                # A view would keep the whole recording in memory.
+                pinches.append(replace(pinch, data=pinch.data.copy()))
+    if first is None or not pinches:
+        name = ", ".join(map(str, paths)) or "an empty list of recordings"
+        reason = f" ({losses[0]})" if losses else ""
+        raise InputError(
+            f"{name} holds no whole pinch{reason}: record some with their marks, or use "
+            "`firstcontact import` or `firstcontact simulate`"
+        )
+    return Dataset(
+        tuple(pinches),
+        first[1].source,
+        (*notes, *losses),
+        losses=tuple(losses),
+        sessions_assumed=assumed,
+    )
+
+
+def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
+    """Return the samples of a pinch, or None if any of them is missing."""
+    data = _within(recording.stretches, mark.epoch, mark.first_sample, mark.end)
+    if data is None:
+        return None
+    groups = {}
+    for group in recording.header.layout.groups:
+        pace = group.layout.rate / recording.header.layout.rate
+        first, end = (math.ceil(sample * pace) for sample in (mark.first_sample, mark.end))
+        samples = _within(recording.groups[group.name], mark.epoch, first, end)
+        if samples is not None:
+            groups[group.name] = Block(samples, first, mark.epoch)
+    label = mark.label
+    if not label.session:
+        label = replace(label, session=recording.header.session)
+    header = recording.header
+    return Pinch(
+        data,
+        header.layout,
+        label,
+        mark.first_sample,
+        mark.truth,
+        mark.motor_start,
+        header.calibration,
+        groups,
+        mark.closing_speed,
+    )
+
+
+def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDArray[Any] | None:
+    """Return the samples ``first`` to ``end`` of an epoch, or None if any of them is missing."""
+    place = bisect_right(stretches, (epoch, first), key=lambda s: (s.epoch, s.first_sample))
+    stretch = stretches[place - 1] if place else None
+    if stretch is None or stretch.epoch != epoch or end > stretch.end:
+        return None
+    return stretch.data[first - stretch.first_sample : end - stretch.first_sample]
+
+
+def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple[Path, ...]:
+    """Write one recording per session into an existing folder.
+
+    Parameters
+    ----------
+    dataset
+        Pinches. Those of a session keep their order. A pinch whose samples do not follow the
+        samples before it begins a new epoch.
+    directory
+        Folder for the files. A file's name consists of a number and the session, so names sort in
+        the order of the sessions.
+    header
+        Header of every file, to which the session is added.
+
+    Returns
+    -------
+    tuple of Path
+        Paths of the files, in the order of the sessions' first pinches.
+    """
+    by_session = pinches_by_session(dataset)
+    digits = max(3, len(str(len(by_session) - 1)))
+    files = []
+    for number, (session, pinches) in enumerate(by_session.items()):
+        readable = re.sub(r"[^\w.-]+", "-", session)[:40] or "session"
+        file = Path(directory) / f"{number:0{digits}d}_{readable}.mcap"
+        with RecordingWriter(file, replace(header, session=session)) as writer:
+            for pinch in pinches:
+                writer.pinch(pinch)
+        files.append(file)
+    return tuple(files)
+
+
+def pinches_by_session(dataset: Dataset) -> dict[str, list[Pinch]]:
+    """Return the pinches of each session, in the order of the sessions' first pinches."""
+    by_session: dict[str, list[Pinch]] = {}
+    for pinch in dataset.pinches:
+        by_session.setdefault(pinch.label.session, []).append(pinch)
+    return by_session
+
+
+def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
+    """Renumber the pinches one after the other, with a gap of one sample between them."""
+    numbered = []
+    start = 0
+    for pinch in pinches:
+        numbered.append(shifted(pinch, start - pinch.first_sample))
+        start += len(pinch.data) + 1
+    return tuple(numbered)
+
+
+def shifted(pinch: Pinch, by: int) -> Pinch:
+    """Return a pinch with ``by`` added to its sample numbers. Its groups keep their numbers."""
+    truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
+    motor = None if pinch.motor_start is None else pinch.motor_start + by
+    return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)
+
+
+def find_recordings(path: Path) -> list[Path]:
+    """Return the file itself, or all recordings in a folder and below, sorted by name.
+
+    Temporary files of running or killed commands are skipped.
+
+    Raises
+    ------
+    InputError
+        The folder holds no recording.
+    """
+    if not path.is_dir():
+        return [path]
+    files = files_below(path, ".mcap")
+    if not files:
+        raise InputError(
+            f"{path} holds no recording (*.mcap): make some with `firstcontact simulate` or "
+            "`firstcontact import`"
+        )
+    return files
+
+
+def _check_same_kind(first: Path, a: Header, path: Path, b: Header) -> None:
+    for field, one, two in (
+        ("rate", f"{a.layout.rate:g} Hz", f"{b.layout.rate:g} Hz"),
+        ("layout", a.layout, b.layout),
+        ("source", a.source, b.source),
+    ):
+        if one != two:
+            detail = "" if field == "layout" else f" ({two}, not {one})"
+            raise InputError(
+                f"{path}: its {field} differs from that of {first}{detail}: study them separately"
+            )

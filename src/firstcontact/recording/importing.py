@@ -1,0 +1,158 @@
+"""Import of data in other formats: choice of an importer, and atomic writing of recordings."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Collection
+from dataclasses import replace
+from itertools import chain
+from pathlib import Path
+
+from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core.files import AnyPath, given_path, resolved, temporary_path
+from firstcontact.core.installation import require_extra
+from firstcontact.recording._formats import IMPORTERS, Importer
+from firstcontact.recording.dataset import pinches_by_session, write_dataset
+from firstcontact.recording.messages import Header
+
+_log = logging.getLogger("firstcontact.recording")
+
+
+def import_path(
+    path: AnyPath,
+    out: AnyPath,
+    rate: float | None = None,
+    source: str | None = None,
+    sensor: VibrationSensor | None = None,
+    events: AnyPath | None = None,
+    channels: AnyPath | None = None,
+    labels: AnyPath | None = None,
+) -> Dataset:
+    """Import a file or folder into a new folder of recordings.
+
+    Parameters
+    ----------
+    path
+        Path of the data.
+    out
+        Folder for the recordings, which must be missing or empty.
+    rate, source, sensor
+        Rate in Hz, source ("twin", "real", "synthetic" or "unknown") and sensor, for a file that
+        does not state them.
+    events
+        Table of the contacts in long files.
+    channels
+        Table of a file's signals, for a file whose signals have other names than ours.
+    labels
+        Table of the labels of a folder's files, if it lies outside the folder.
+
+    Returns
+    -------
+    Dataset
+        The imported data, session by session as written. Its notes list assumptions.
+
+    Raises
+    ------
+    InputError
+        The data cannot be used or state another source, or ``out`` is not empty. Nothing was
+        written.
+    """
+    path, out = given_path(path), resolved(given_path(out, "out"))
+    try:
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise InputError(f"{out} exists and is not an empty folder: choose another one")
+    except OSError as error:
+        raise _unwritable(out, error) from error
+    named = {"events": events, "channels": channels, "labels": labels}
+    tables = {name: Path(table) for name, table in named.items() if table is not None}
+    importer = find_importer(path, rate, tables)
+    if sensor is not None and "sensor" not in importer.options:
+        raise InputError(f"{path} states its sensor: leave --sensor out")
+    require_extra(importer)
+    given = {"sensor": sensor, **dict.fromkeys(named), **tables}
+    options = {name: value for name, value in given.items() if name in importer.options}
+    _log.info("importing %s as %s", path, importer.name)
+    with IMPORTERS.calling(importer.name):
+        dataset = importer.read(path, rate, **options)
+        if not isinstance(dataset, Dataset):
+            raise TypeError(f"{type(dataset).__name__} is not a Dataset")
+    dataset = _with_source(dataset, path, source)
+    first = dataset.pinches[0]
+    name = path.name.encode("utf-8", "replace").decode()
+    header = Header(
+        first.layout,
+        dataset.source,
+        str(first.data.dtype),
+        notes="\n".join((f"imported from {name}", *dataset.notes)),
+        session_assumed=dataset.sessions_assumed,
+    )
+    try:
+        with temporary_path(out) as temporary:
+            temporary.mkdir()
+            write_dataset(dataset, temporary, header)
+            temporary.replace(out)  # fails if the folder is not empty any more
+    except OSError as error:
+        raise _unwritable(out, error) from error
+    except InputError as error:
+        # The writer's message names a temporary file that no longer exists.
+        if isinstance(error.__cause__, OSError):
+            raise _unwritable(out, error.__cause__) from error
+        raise
+    written = chain.from_iterable(pinches_by_session(dataset).values())
+    return replace(dataset, pinches=tuple(written))
+
+
+def find_importer(path: Path, rate: float | None = None, tables: Collection[str] = ()) -> Importer:
+    """Return the first importer that accepts a path, a rate in Hz and tables, such as "events".
+
+    If no importer accepts a folder, the first importer for folders is returned, because its error
+    message names what the folder lacks.
+
+    Raises
+    ------
+    InputError
+        No importer accepts the path with these options.
+    """
+    if not path.exists():
+        raise InputError(f"{path} does not exist: check the path")
+    importer = None
+    for name in IMPORTERS:  # plug-ins after the first that accepts the path are not imported
+        with IMPORTERS.calling(name):
+            if IMPORTERS[name].accepts(path, tables):
+                importer = IMPORTERS[name]
+                break
+    if importer is None and tables:
+        options = " and ".join(f"--{name}" for name in tables)
+        able = [i.title for i in IMPORTERS.values() if set(tables) <= set(i.options)]
+        remedy = f"give {' or '.join(able)}, or leave {options} out" if able else "leave one out"
+        raise InputError(f"{options} does not apply to {path}: {remedy}")
+    if importer is None and path.is_dir():
+        if not any(path.iterdir()):
+            raise InputError(f"{path} is an empty folder: check the path")
+        importer = next((i for i in IMPORTERS.values() if i.marker is not None), None)
+    if rate is not None and (importer is None or "rate" not in importer.options):
+        titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
+        raise InputError(f"{path} states its rate: leave --rate out (it is for {titles})")
+    if importer is None:
+        hint = ": it is a recording already" if path.suffix == ".mcap" else ""
+        *first, last = (i.title for i in IMPORTERS.values())
+        raise InputError(f"{path} cannot be imported{hint}: give {', '.join(first)}, or {last}")
+    return importer
+
+
+def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
+    """Return the dataset with its source: the one that the file states, or else the user's."""
+    if source is not None and dataset.source not in ("unknown", source):
+        raise InputError(
+            f"{path} states the source {dataset.source}, but --source is {source}: leave "
+            "--source out, or correct the file"
+        )
+    dataset = replace(dataset, source=source or dataset.source)
+    if dataset.source != "unknown":
+        return dataset
+    note = "the source of the data is unknown: import them with --source to state it"
+    return replace(dataset, notes=(*dataset.notes, note))
+
+
+def _unwritable(out: Path, error: OSError) -> InputError:
+    return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")

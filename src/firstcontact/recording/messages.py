@@ -1,0 +1,266 @@
+"""Messages of a recording: header, samples, marks of pinches, and markers (texts).
+
+A message with samples is encoded as ROS 2 CDR, so that viewers can plot it. The page
+docs/reference/recording-format.md describes its bytes and the fields of the others.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import asdict, dataclass, field, replace
+from typing import Annotated, Any
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from firstcontact.core import (
+    Block,
+    Calibration,
+    ClosingSpeed,
+    Contact,
+    Finger,
+    InputError,
+    Label,
+    Layout,
+)
+from firstcontact.core.records import Count, Name, Notes, read_record
+
+#: Name and version of the format. Readers refuse others.
+FORMAT = "firstcontact.recording"
+VERSION = 2
+#: Versions that readers accept. In version 1 all vibration channels are piezos.
+_VERSIONS = (1, VERSION)
+#: Sources of samples.
+SOURCES = ("twin", "real", "synthetic", "unknown")
+#: Sample types of recordings, little-endian.
+DTYPES = {"int16": "<i2", "int32": "<i4", "float32": "<f4"}
+#: Largest sample number: beyond any device, and exact in floats and JSON.
+LAST_SAMPLE = 1 << 53
+#: Longest text of a marker, characters.
+LONGEST_TEXT = 20_000
+#: Longest mark or marker, bytes.
+LONGEST_MARK = 1 << 17
+#: Largest float sample: its squares and sums stay finite in 32 bits.
+LARGEST = 1e12
+#: Note of importers from before ``session_assumed`` existed.
+_OLD_ASSUMPTION = "no session column: all pinches were taken as one session"
+_CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+#: Encoding, first sample, epoch, channels, number of values.
+_PREFIX = struct.Struct("<4sQIHxxI")
+
+Sample = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
+Epoch = Annotated[int, Meta(ge=0, lt=1 << 32)]
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """Header of a recording. "" means unknown.
+
+    Parameters
+    ----------
+    layout, calibration
+        Columns with rate and units, and calibration of the fingertips, if measured.
+    source
+        "twin", "real", "synthetic" or "unknown".
+    dtype
+        Type of the samples: "int16", "int32" or "float32".
+    sensor, hand, firmware, session, notes
+        Names, and notes of the operator.
+    created
+        ISO 8601 time; empty if the same seed must give the same bytes.
+    session_assumed
+        True if no session was named, so that the importer treated all pinches as one session.
+    """
+
+    layout: Layout
+    source: Annotated[str, Meta(pattern=f"^({'|'.join(SOURCES)})$")] = "unknown"
+    dtype: Annotated[str, Meta(pattern=f"^({'|'.join(DTYPES)})$")] = "int16"
+    sensor: Name = ""
+    hand: Name = ""
+    firmware: Name = ""
+    session: Name = ""
+    notes: Notes = ""
+    created: Name = ""
+    calibration: Calibration | None = None
+    session_assumed: bool = False
+
+    def __post_init__(self) -> None:
+        if fault := self.layout.fault:
+            raise ValueError(f"the field 'layout' has {fault}")
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the header as a tree for JSON, with the name and version of the format."""
+        tree = {"format": FORMAT, "version": VERSION, **asdict(self)}
+        if self.calibration is None:
+            del tree["calibration"]
+        if not self.session_assumed:
+            del tree["session_assumed"]
+        return {**tree, "layout": self.layout.to_json()}
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """Fields that identify a header and its version."""
+
+    format: str = ""
+    version: int | None = None
+
+
+def read_header(data: bytes, origin: str) -> Header:
+    """Return the header in a message."""
+    remedy = "write the file again from its source"
+    data = data.rstrip(b" ")
+    head = read_record(data, _Head, origin, remedy)
+    if head.format != FORMAT:
+        raise InputError(
+            f"{origin} is not the header of a firstcontact recording: bring other data in with "
+            "`firstcontact import`"
+        )
+    if head.version not in _VERSIONS:
+        raise InputError(
+            f"{origin} has format version {head.version!r}, but this reader knows {VERSION}: "
+            "install the firstcontact that wrote it"
+        )
+    header = read_record(data, Header, origin, remedy)
+    assumed = header.session_assumed or _OLD_ASSUMPTION in header.notes.splitlines()
+    return replace(header, session_assumed=assumed)
+
+
+@dataclass(frozen=True, slots=True)
+class PinchMark:
+    """Position of a pinch in a recording, with its labels and contacts.
+
+    Parameters
+    ----------
+    number
+        Number of the pinch in the recording, from 0. A gap shows a lost mark.
+    first_sample, end, epoch
+        Device sample numbers of the pinch's first sample, and of the first sample after the pinch;
+        epoch of both.
+    label, truth
+        Label of the pinched object, and known contacts in time order.
+    motor_start
+        Device sample number at which the motor starts to close the hand; None if unknown.
+    found, found_by
+        Contacts that a detector marked during the recording, as hints for labelling, and its name.
+    closing_speed
+        Closing speed before the first contact, as the hand measured it; None if unknown.
+    """
+
+    number: int
+    first_sample: int
+    end: int
+    epoch: int = 0
+    label: Label = field(default_factory=Label)
+    truth: tuple[Contact, ...] = ()
+    motor_start: int | None = None
+    found: tuple[Contact, ...] = ()
+    found_by: str = ""
+    closing_speed: ClosingSpeed | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the mark as a tree for JSON."""
+        tree = {
+            "number": self.number,
+            "first_sample": self.first_sample,
+            "end": self.end,
+            "epoch": self.epoch,
+            "label": self.label.to_json(),
+            "truth": [{"finger": c.finger, "sample": c.sample} for c in self.truth],
+        }
+        if self.motor_start is not None:
+            tree["motor_start"] = self.motor_start
+        if self.found:
+            tree["found"] = [{"finger": c.finger, "sample": c.sample} for c in self.found]
+            tree["found_by"] = self.found_by
+        if self.closing_speed is not None:
+            tree["closing_speed"] = asdict(self.closing_speed)
+        return tree
+
+
+@dataclass(frozen=True, slots=True)
+class _Touch:
+    """Contact in a stored mark."""
+
+    finger: Finger | None
+    sample: Sample
+
+
+@dataclass(frozen=True, slots=True)
+class _StoredMark:
+    """Pinch mark as a recording stores it; see :class:`PinchMark`."""
+
+    number: Count
+    first_sample: Sample
+    end: Sample
+    epoch: Epoch
+    label: Label
+    truth: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))]
+    motor_start: Sample | None = None
+    found: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))] = ()
+    found_by: Name = ""
+    closing_speed: ClosingSpeed | None = None
+
+    def __post_init__(self) -> None:
+        if self.end <= self.first_sample:
+            raise ValueError(
+                f"the pinch ends at sample {self.end}, but begins at sample {self.first_sample}"
+            )
+        samples = [c.sample for c in self.truth]
+        fingers = [c.finger for c in self.truth if c.finger is not None]
+        if samples != sorted(samples) or len(set(fingers)) < len(fingers):
+            raise ValueError(
+                "the pinch has two contacts of one finger, or contacts that are not in the order "
+                "of time"
+            )
+        samples += [c.sample for c in self.found]
+        samples += [] if self.motor_start is None else [self.motor_start]
+        if not all(self.first_sample <= sample < self.end for sample in samples):
+            raise ValueError("a contact or the motor's start is outside of the pinch's samples")
+
+
+def read_mark(data: bytes, origin: str) -> PinchMark:
+    """Return the pinch mark in a message."""
+    stored = read_record(data, _StoredMark, origin, "mark the pinch again", LONGEST_MARK)
+    fields = {name: getattr(stored, name) for name in PinchMark.__slots__}
+    for name in ("truth", "found"):
+        fields[name] = tuple(Contact(c.finger, c.sample, c.sample) for c in fields[name])
+    return PinchMark(**fields)
+
+
+@dataclass(frozen=True, slots=True)
+class Marker:
+    """Text of the operator or of a device, attached to a sample."""
+
+    sample: Sample
+    text: Annotated[str, Meta(max_length=LONGEST_TEXT)]
+    epoch: Epoch = 0
+
+
+def read_marker(data: bytes, origin: str) -> Marker:
+    """Return the marker in a message."""
+    return read_record(data, Marker, origin, "mark the sample again", LONGEST_MARK)
+
+
+def block_schema(dtype: str) -> bytes:
+    """Return the ros2msg schema of messages with samples."""
+    return f"uint64 first_sample\nuint32 epoch\nuint16 channels\n{dtype}[] data\n".encode()
+
+
+def block_message(block: Block, dtype: str) -> bytes:
+    """Return a message with samples. The block's data must already have the type ``dtype``."""
+    values = np.ascontiguousarray(block.data, dtype=DTYPES[dtype])
+    head = (block.first_sample, block.epoch, values.shape[1], values.size)
+    return _PREFIX.pack(_CDR_LITTLE_ENDIAN, *head) + values.tobytes()
+
+
+def read_block(data: bytes, dtype: str) -> Block:
+    """Return the block in a message. Its data are a view of ``data``."""
+    if len(data) < _PREFIX.size:
+        raise ValueError("a message with samples is too short")
+    kind, first_sample, epoch, channels, count = _PREFIX.unpack_from(data)
+    values: NDArray[np.generic] = np.frombuffer(data, DTYPES[dtype], offset=_PREFIX.size)
+    if kind != _CDR_LITTLE_ENDIAN or not channels or values.size != count or count % channels:
+        raise ValueError("a message with samples has another length than it declares")
+    return Block(values.reshape(-1, channels), first_sample, epoch)

@@ -1,0 +1,160 @@
+"""Plot of a pinch: vibration, force and strips of both fingers over time.
+
+Names from recordings are drawn as plain text, in characters that the font has.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from firstcontact.core import ChannelKind, Finger, Pinch, finger_name
+from firstcontact.core.files import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Settings for :func:`matplotlib.rc_context` that draw text literally, dollar signs included.
+PLAIN: Any = {"text.parse_math": False, "text.usetex": False, "font.family": "DejaVu Sans"}
+#: Longest name in a figure; longer ones are cut.
+MOST = 28
+#: Colour of each finger, distinct for colour-blind readers.
+COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e", None: "#0b6e99"}
+#: Longest title, characters.
+TITLE = 80
+_QUIET = "#8a8f98"
+_HEIGHTS = {ChannelKind.VIBRATION: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRIP: 0.9}
+
+
+def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
+    """Draw all channels of a pinch into an image file.
+
+    Parameters
+    ----------
+    pinch
+        Pinch to draw. Time counts from its first contact, if known.
+    title
+        Title of the picture.
+    path
+        Path of a .png, .svg or .pdf file. An existing file is replaced.
+    """
+    from matplotlib import rc_context
+
+    # Names and units come from the recording. They must be drawn as text, not as formulas.
+    with rc_context(PLAIN), replacing(path) as temporary:
+        figure = _figure(pinch, title)
+        figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
+
+
+def _figure(pinch: Pinch, title: str) -> Figure:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    kinds = [kind for kind in _HEIGHTS if pinch.layout.columns(kind)]
+    heights = [_HEIGHTS[kind] for kind in kinds]
+    figure = Figure(figsize=(9.0, 1.1 + sum(heights)), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(len(kinds), 1, sharex=True, squeeze=False, height_ratios=heights)
+    zero = pinch.first.sample if pinch.first else pinch.first_sample
+    number = pinch.first_sample + np.arange(len(pinch.data))
+    time = (number - zero) / pinch.layout.rate * 1e3
+    contact_times = [(c.sample - zero) / pinch.layout.rate * 1e3 for c in pinch.truth]
+    for kind, axes in zip(kinds, grid[:, 0], strict=True):
+        _DRAW[kind](axes, pinch, time)
+        for contact, at in zip(pinch.truth, contact_times, strict=True):
+            axes.axvline(at, color=COLOURS[contact.finger], lw=1, ls=(0, (4, 3)), zorder=0)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.margins(x=0)
+        axes.grid(axis="y", color=_QUIET, alpha=0.2, lw=0.6)
+    grid[0, 0].margins(y=0.14)  # space for the names above the highest peak
+    for contact, at, word, side in zip(
+        pinch.truth, contact_times, ("first", "second"), ("right", "left"), strict=False
+    ):
+        grid[0, 0].annotate(
+            f"{word}: {finger_name(contact.finger)}",
+            (at, 1.0), xycoords=("data", "axes fraction"),
+            xytext=(-4 if side == "right" else 4, -2), textcoords="offset points",
+            ha=side, va="top", fontsize=9, color=COLOURS[contact.finger],
+        )  # fmt: skip
+    figure.align_ylabels(grid[:, 0])
+    grid[0, 0].legend(loc="upper left", frameon=False, ncols=2)
+    since = "first contact" if pinch.first else "the start of the pinch"
+    grid[-1, 0].set_xlabel(f"time since {since} (ms)")
+    figure.suptitle(figure_label(title, TITLE), x=0.02, ha="left", fontsize=12, fontweight="bold")
+    return figure
+
+
+def _vibration(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    values = pinch.vibration()
+    for i, finger in enumerate(pinch.layout.vibration_fingers):
+        axes.plot(time, values[:, i], color=COLOURS[finger], lw=0.9, label=finger_name(finger))
+    first = pinch.layout.vibration[0]
+    axes.set_ylabel(f"{first.sensor} ({figure_label(first.unit, 12)})")
+
+
+def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    unit = ""
+    for finger in Finger:
+        columns = pinch.layout.columns(ChannelKind.FORCE, finger)
+        if not columns:
+            continue
+        values = pinch.force(finger)
+        axes.plot(time, values, color=COLOURS[finger], lw=0.6, alpha=0.35)
+        axes.plot(time, values.mean(axis=1), color=COLOURS[finger], lw=1.6)
+        unit = figure_label(pinch.layout.column_channels[columns[0]].unit, 12)
+    axes.set_ylabel(f"force ({unit})" if unit else "force (raw)")
+    axes.text(
+        0.012, 0.95, "thin: taxels, thick: their mean", transform=axes.transAxes,
+        va="top", fontsize=8, color=_QUIET,
+    )  # fmt: skip
+
+
+def _strip(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
+    for finger in Finger:
+        if not pinch.layout.columns(ChannelKind.STRIP, finger):
+            continue
+        closed = pinch.strip(finger)[:, 0] > 0.5
+        level = -float(finger)
+        axes.fill_between(
+            time, level - 0.3, level + 0.3, where=closed.tolist(), color=COLOURS[finger],
+            step="post", lw=0,
+        )  # fmt: skip
+    axes.set_yticks([0.0, -1.0], [finger_name(finger) for finger in Finger])
+    axes.set_ylim(-1.6, 0.6)
+    axes.set_ylabel("strip closed")
+
+
+_DRAW = {ChannelKind.VIBRATION: _vibration, ChannelKind.FORCE: _force, ChannelKind.STRIP: _strip}
+
+
+def figure_label(name: str, most: int = MOST) -> str:
+    """Return a name from a recording as text for a figure.
+
+    The text has one line and bounded length. A character that the font lacks becomes a number such
+    as U+82F9. The report's tables show the original name.
+
+    Parameters
+    ----------
+    name
+        Any text.
+    most
+        Largest number of characters.
+    """
+    glyphs = _glyphs()
+    out = ""
+    for character in " ".join(name[: 4 * most].split()):
+        is_drawable = ord(character) in glyphs and character.isprintable()
+        out += character if is_drawable else f"U+{ord(character):04X}"
+    return out if len(out) <= most and len(name) <= 4 * most else f"{out[: most - 1]}…"
+
+
+@lru_cache(maxsize=1)
+def _glyphs() -> frozenset[int]:
+    """Return the characters that the figures' font has."""
+    from matplotlib.font_manager import findfont, get_font
+
+    return frozenset(get_font(findfont(PLAIN["font.family"])).get_charmap())

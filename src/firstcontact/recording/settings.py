@@ -1,0 +1,289 @@
+"""Settings, samples and layouts of imported files whose signals have our names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import (
+    Channel,
+    ChannelKind,
+    Finger,
+    InputError,
+    Layout,
+    VibrationSensor,
+    finger_name,
+)
+from firstcontact.core.layout import (
+    ADC_COUNTS,
+    ADC_VOLTS,
+    FINGERTIP_RATE,
+    FINGERTIP_SMOOTHING,
+    PIEZO_OFFSET_VOLTS,
+    TAXELS,
+)
+from firstcontact.core.records import read_record
+from firstcontact.core.text import parse_float
+from firstcontact.recording.messages import LARGEST
+from firstcontact.recording.untrusted import as_text, one_of, quote
+
+#: Settings of all pinches of a file. The rate and the sensor's unit are required, and the axis for
+#: vectors.
+SETTINGS = (
+    "sample_rate_hz",
+    *(f"{sensor}_unit" for sensor in VibrationSensor),
+    "force_unit",
+    "smoothing_alpha",
+    "source",
+    "axis",
+)
+#: Setting of exported files: the layout as JSON, if the names of the columns do not state it.
+LAYOUT = "firstcontact_layout"
+#: Lowest rate, Hz, at which 15 ms of a contact are still informative.
+LOWEST_RATE = 2_000.0
+#: Highest rate, Hz. A higher one is probably in a wrong unit.
+HIGHEST_RATE = 1_000_000.0
+#: Units of a vibration channel, with scale and offset of ``(raw - offset) * scale``.
+UNITS = {
+    "V": (1.0, 0.0),
+    "counts": (ADC_VOLTS / ADC_COUNTS, PIEZO_OFFSET_VOLTS * ADC_COUNTS / ADC_VOLTS),
+    "full scale": (1.0, 0.0),
+    "m/s2": (1.0, 0.0),
+    "Pa": (1.0, 0.0),
+}
+#: Units of a force channel, in volts per step, and the largest voltage of a taxel, V.
+FORCE_UNITS = {"V": 1.0, "counts": ADC_VOLTS / ADC_COUNTS}
+FORCE_MOST = 10.0
+#: Largest RMS of a vibration's rounding errors, as a share of its own RMS.
+ROUNDING = 1e-3
+
+
+def check_rate(origin: str, rate: Any) -> float:
+    """Return a sampling rate, Hz. Raise an InputError outside of 2 kHz to 1 MHz."""
+    try:
+        value = parse_float(as_text(rate))
+    except ValueError:
+        value = math.nan
+    if not LOWEST_RATE <= value <= HIGHEST_RATE:
+        raise InputError(
+            f"{origin} is {quote(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
+            "give the rate in Hz; recordings need 2 kHz or more"
+        )
+    return value
+
+
+@dataclass(frozen=True, slots=True)
+class FileSettings:
+    """Settings that hold for all pinches of an imported file."""
+
+    sensor: VibrationSensor
+    rate: float
+    unit: str
+    smoothing_alpha: float = 1.0
+    axis: int | None = None  # axis of vectors, if stated
+    force_unit: str = "V"
+
+
+def note_smoothing(layout: Layout) -> list[str]:
+    """Return a note on smoothing that differs from a fingertip's, if any."""
+    first, rate = layout.vibration[0], layout.rate
+    alpha = first.smoothing_alpha
+    if alpha == 1.0 or (alpha == FINGERTIP_SMOOTHING and rate == FINGERTIP_RATE):
+        return []
+    return [
+        f"the {first.sensor} was smoothed before (alpha {alpha:g} at {rate:g} Hz) and is not "
+        f"smoothed again, so it differs from a fingertip's (alpha {FINGERTIP_SMOOTHING:g} at "
+        f"{FINGERTIP_RATE:g} Hz)"
+    ]
+
+
+def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
+    """Return the sensor whose signal a file holds, by the name of the signal."""
+    sensors = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(names)]
+    if not sensors:
+        raise InputError(f"{origin} has no {remedy}")
+    if len(sensors) > 1:
+        raise InputError(
+            f"{origin} has {sensors[0]} and {sensors[1]} signals, but a recording has one kind of "
+            "sensor: import them separately"
+        )
+    return sensors[0]
+
+
+def read_settings(origin: str, given: Mapping[str, Any], sensor: VibrationSensor) -> FileSettings:
+    """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``."""
+    unit_name = f"{sensor}_unit"
+    for name in ("sample_rate_hz", unit_name):
+        if name not in given:
+            raise InputError(f"{origin} does not state '{name}': add it")
+    alpha = as_text(given.get("smoothing_alpha", "1"))
+    try:
+        smoothing = parse_float(alpha)
+    except ValueError:
+        smoothing = math.nan
+    if not 0 < smoothing <= 1:
+        raise InputError(
+            f"{origin}: 'smoothing_alpha' is {quote(alpha)} and must be above 0 and at most 1 "
+            "(not smoothed)"
+        )
+    axis = as_text(given["axis"]) if "axis" in given else None
+    if axis is not None and not (axis.isdecimal() and len(axis) <= 2):
+        raise InputError(f"{origin}: 'axis' is {quote(axis)} and must be a whole number from 0 on")
+    return FileSettings(
+        sensor,
+        check_rate(f"{origin}: 'sample_rate_hz'", given["sample_rate_hz"]),
+        one_of(origin, unit_name, given[unit_name], UNITS),
+        smoothing,
+        None if axis is None else int(axis),
+        one_of(origin, "force_unit", given.get("force_unit", "V"), FORCE_UNITS),
+    )
+
+
+def read_layout(origin: str, text: Any) -> Layout:
+    """Return the layout that an exported file states, from its JSON."""
+    place, remedy = f"{origin}: '{LAYOUT}'", "export the recordings again"
+    layout = read_record(as_text(text).encode(), Layout, place, remedy)
+    if layout.fault:
+        raise InputError(f"{place} has {layout.fault}: {remedy}")
+    check_rate(f"{place}: rate", layout.rate)
+    return layout
+
+
+def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Convert integers to int16 or int32, and floats to float32."""
+    if values.dtype.kind not in "iuf":
+        raise InputError(f"{origin} holds {values.dtype} and must hold integers or floats")
+    if not values.size:
+        raise InputError(f"{origin} is empty: give at least one sample of one pinch")
+    if values.dtype.kind in "iu":
+        low, high = int(values.min()), int(values.max())
+        for dtype in (np.int16, np.int32):
+            if np.iinfo(dtype).min <= low and high <= np.iinfo(dtype).max:
+                return values.astype(dtype, copy=False)
+        raise InputError(f"{origin} holds integers beyond 32 bits: scale them or give floats")
+    with np.errstate(over="ignore", invalid="ignore"):
+        single = values.astype(np.float32, copy=False)
+    usable = np.abs(single) <= LARGEST
+    if not usable.all():
+        at = tuple(int(i) for i in np.argwhere(~usable)[0])
+        raise InputError(
+            f"{origin} is NaN, infinite or beyond {LARGEST:g} at index {at}: cut or repair the "
+            "pinch"
+        )
+    return single
+
+
+def is_rounded_away(pinches: Sequence[NDArray[Any]]) -> bool:
+    """Return True if float32 cannot hold a vibration, such as a small one on a large offset."""
+    if pinches[0].dtype.kind != "f" or pinches[0].dtype.itemsize <= 4:
+        return False
+    errors = [(values - values.astype(np.float32)).var(axis=0) for values in pinches]
+    variance = np.mean([values.var(axis=0) for values in pinches], axis=0)
+    return bool((np.max(errors, axis=0) > ROUNDING**2 * variance).any())
+
+
+def check_vibration(
+    origin: str, values: NDArray[Any], pinches: Sequence[NDArray[Any]] = ()
+) -> NDArray[Any]:
+    """Convert a vibration as :func:`check_samples` does. ``pinches`` are its parts, if several."""
+    samples = check_samples(origin, values)
+    if is_rounded_away(pinches or [values]):
+        raise InputError(
+            f"{origin} has a vibration that is too small for 32-bit floats beside values of "
+            f"{float(np.abs(values).max()):.6g}: subtract the offset, the same one in all files"
+        )
+    return samples
+
+
+def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
+    """Raise an error if forces exceed what a taxel can give, because their unit must be wrong."""
+    most = float(np.abs(values.astype(np.float64)).max(initial=0.0))
+    if most * FORCE_UNITS[unit] > FORCE_MOST:
+        allowed = "counts (10 bits over 3.3 V)" if unit == "V" else "V"
+        raise InputError(
+            f"{origin} reaches {most:g} {unit}, but a taxel gives at most {FORCE_MOST:g} V: set "
+            f"'force_unit' to {allowed}, convert force to volts, or leave it out"
+        )
+
+
+def common_type(parts: Sequence[NDArray[Any]]) -> np.dtype[Any]:
+    """Return the type of samples that holds all these samples."""
+    kinds = {part.dtype.type for part in parts}
+    return np.dtype(next((t for t in (np.float32, np.int32) if t in kinds), np.int16))
+
+
+def joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Return columns side by side, in a type that holds all of them."""
+    dtype = common_type(parts)
+    return np.concatenate([p.astype(dtype, copy=False) for p in parts], axis=-1)
+
+
+def make_layout(
+    settings: FileSettings,
+    sensors: int,
+    *,
+    scale: float | None = None,
+    axes: int = 1,
+    force: bool = False,
+    strip: bool = False,
+) -> Layout:
+    """Return the layout of imported data: vibration, then force (index, thumb), then strip.
+
+    Parameters
+    ----------
+    settings
+        Settings of the sensor.
+    sensors
+        Number of sensors. Two belong to index finger and thumb. A single piezo belongs to the
+        index finger; any other single sensor belongs to no finger.
+    scale
+        Units per raw step, if the unit alone does not determine it.
+    axes
+        Number of columns of each sensor.
+    force, strip
+        ``force`` is True if 12 force columns follow, 6 for each finger. ``strip`` is True if 2
+        strip columns follow.
+
+    Raises
+    ------
+    InputError
+        A vector has no axis for detectors, or one that does not exist.
+    """
+    sensor, axis = settings.sensor, settings.axis
+    if axes > 1 and (axis is None or axis >= axes):
+        raise InputError(
+            f"the {sensor} has {axes} axes, but 'axis', the axis that detectors use, is "
+            f"{('missing' if axis is None else axis)}: give a number from 0 to {axes - 1}"
+        )
+    step, zero = UNITS[settings.unit]
+    alone = sensors == 1 and sensor is not VibrationSensor.PIEZO
+    channels = [
+        Channel(
+            sensor if finger is None else f"{sensor}_{finger_name(finger)}",
+            ChannelKind.VIBRATION,
+            finger,
+            "V" if settings.unit == "counts" else settings.unit,
+            step if scale is None else scale,
+            zero,
+            sensor=sensor,
+            smoothing_alpha=settings.smoothing_alpha,
+            axes=axes,
+            axis=(axis or 0) if axes > 1 else 0,
+        )
+        for finger in ([None] if alone else list(Finger)[:sensors])
+    ]
+    if force:
+        volts = FORCE_UNITS[settings.force_unit]
+        channels += [
+            Channel(f"force_{finger_name(f)}_{k}", ChannelKind.FORCE, f, "V", volts, 0.0, taxel=k)
+            for f in Finger
+            for k in range(TAXELS)
+        ]
+    if strip:
+        channels += [Channel(f"strip_{finger_name(f)}", ChannelKind.STRIP, f, "") for f in Finger]
+    return Layout(tuple(channels), settings.rate)

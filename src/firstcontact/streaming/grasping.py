@@ -1,0 +1,319 @@
+"""Bridge from live events to a grasp policy, from its commands to a hand, and requests to it."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from threading import Lock
+
+from firstcontact.contact import SlipDetector
+from firstcontact.core import Block, Command, Estimate, InputError, Layout
+from firstcontact.core.text import counted
+from firstcontact.device.clock import TransportDelay
+from firstcontact.grasp import Hand, Policy, SafeHand
+from firstcontact.grasp.hand import Begins
+from firstcontact.grasp.loop import GraspLoop, Taxels
+from firstcontact.streaming.events import (
+    Ask,
+    ClosingStart,
+    ContactEvent,
+    ContactWithdrawn,
+    Event,
+    HandCommand,
+    PinchDone,
+)
+
+#: Name of the origin of a release that follows a silence of the samples or of this program.
+SILENCE = "silence"
+
+_log = logging.getLogger("firstcontact.streaming")
+
+
+@dataclass(frozen=True, slots=True)
+class HandRequest:
+    """Request and its origin ``by``. ``ask`` is None if the origin has disconnected."""
+
+    ask: Ask | None
+    by: str
+
+
+class HandRequests:
+    """Queue of requests from any thread; the session's own thread carries them out."""
+
+    def __init__(self, name: str, begins: Begins, release: Callable[[], None]) -> None:
+        #: Origin of the request that closed the hand; None while no request holds it closed.
+        self.by: str | None = None
+        #: True if a request to open waits.
+        self.opening = False
+        self._name, self._begins, self._release = name, begins, release
+        self._waiting: deque[HandRequest] = deque()
+        self._gone: set[str] = set()
+        self._lock = Lock()  # of opening, _waiting and _gone
+        self._over = False
+
+    @property
+    def allowed(self) -> tuple[Ask, ...]:
+        """Possible requests to this hand."""
+        return tuple(Ask) if self._begins & (Begins.US | Begins.HURRY) else (Ask.OPEN,)
+
+    def ask(self, ask: Ask, by: str) -> None:
+        """Add a request."""
+        if self._over:
+            raise InputError("The session has ended: start it again")
+        if ask is Ask.OPEN:
+            self._open(HandRequest(ask, by))
+            return
+        if ask not in self.allowed:
+            raise InputError(
+                f"The hand {self._name!r} closes by itself, so it takes no requests to close: "
+                "request only to open it"
+            )
+        if self.by is not None and not self.opening:
+            raise InputError("The hand is closed already: open it first")
+        with self._lock:
+            if by not in self._gone:
+                self._waiting.append(HandRequest(ask, by))
+
+    def gone(self, by: str) -> None:
+        """Open the hand if the origin ``by``, now disconnected, had closed it."""
+        with self._lock:
+            self._gone.add(by)
+            if self.by != by:
+                self._waiting.append(HandRequest(None, by))
+                return
+        self._open(HandRequest(None, by))
+
+    def end(self) -> None:
+        """Accept no more requests."""
+        self._over = True
+
+    def take(self) -> HandRequest | None:
+        """Return the next request, in the session's thread; None if none waits."""
+        with self._lock:
+            self.opening = any(self.opens(request) for request in self._waiting)
+            return self._waiting.popleft() if self._waiting else None
+
+    def opens(self, request: HandRequest) -> bool:
+        """Return True if a request opens the hand."""
+        return request.ask is Ask.OPEN or (request.ask is None and request.by == self.by)
+
+    def _open(self, request: HandRequest) -> None:
+        with self._lock:
+            self.opening = True
+            self._waiting.append(request)
+        self._release()
+
+
+class Grasping:
+    """Event handler that drives a hand through the closings of a live session.
+
+    Some hands close by themselves: the start of the motor (:class:`ClosingStart`) begins their
+    closings. Other hands close on request. Their motor's start alone begins no closing, because the
+    motor may also open the hand. A requested closing ends with a request to open, when the origin
+    of the request disconnects, or with a release because samples stopped coming or this program
+    paused.
+
+    The policy gets the final estimate of a closing, and with ``early`` also the estimates before
+    it. Estimates out of range are ignored. An estimate meets the deadline if it reaches the hand
+    before it. The time to reach the hand includes computing, the hand's pacing, and the
+    ``transport`` of the samples, except for the shortest transport time, which is unknown.
+
+    The slip detector works in requested closings, from their end until the hand opens.
+    """
+
+    def __init__(
+        self,
+        policy: Policy,
+        hand: Hand,
+        layout: Layout,
+        deadline: float | None = None,
+        transport: TransportDelay | None = None,
+        slip: SlipDetector | None = None,
+    ) -> None:
+        self.hand = hand
+        self._safe = hand if isinstance(hand, SafeHand) else None
+        wait = (lambda: hand.wait) if isinstance(hand, SafeHand) else (lambda: 0.0)
+        self.loop = GraspLoop(policy, self._send, layout.rate, deadline, wait)
+        #: Requests of viewers and the keyboard.
+        self.requests = HandRequests(hand.name, hand.begins, hand.release)
+        #: Last command, None before the first.
+        self.last: Command | None = None
+        #: Number of slips so far.
+        self.slips = 0
+        self._taxels = Taxels(layout)
+        self._rate = layout.rate
+        self._transport = transport
+        self._slip = slip
+        if slip is not None:
+            slip.start(layout)
+        self._late = 0.0  # delay of the newest samples beyond the least delayed ones, s
+        self._epoch = 0
+        self._done = True
+        self._is_final = False
+        self._acted_on = -1.0  # elapsed time of the estimate that the policy acted on, s
+        self._second: int | None = None  # sample with which the second contact was decided
+        self._released = 0
+
+    def on_samples(self, block: Block, host: float) -> None:
+        """Process new samples before their events."""
+        if self._transport is not None:
+            self._transport.add(block, host)
+            self._late = self._transport.delay(block.end - 1, host)
+
+    def on_event(self, event: Event) -> None:
+        """Pass an event to the policy."""
+        match event:
+            case ClosingStart():
+                self._closing_starts(event)
+            case ContactEvent():
+                if not event.first:
+                    self._second = event.contact.decided
+                self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
+            case ContactWithdrawn():
+                self._forget_contact()
+                self.loop.withdrawn()
+            case Estimate():
+                self._estimated(event)
+            case PinchDone():
+                self._done = True
+                self._hold()
+                self.loop.finish(event.second)
+
+    def after_block(self, block: Block) -> Sequence[Event]:
+        """Pass force and time to the policy, carry out requests, and return their events."""
+        events = self._obey(block)
+        if self._safe is not None:
+            self._safe.alive()
+        now = block.end / self._rate + self._late
+        if not self._done and block.epoch == self._epoch:
+            self.loop.felt(self._taxels.update(block.data), now)
+        if self._slip is not None and self._slip.update(block):
+            self.slips += 1
+            self.loop.slipped(now)
+        return events
+
+    def ended(self) -> None:
+        """Release the hand before the source and the outputs are closed, which takes longer."""
+        self.requests.end()
+        self.hand.release()
+
+    def _closing_starts(self, event: ClosingStart) -> None:
+        """Process the start of the motor: begin a closing if the hand closes by itself."""
+        is_requested = self.requests.by is not None
+        if is_requested or Begins.OTHERS in self.hand.begins:
+            self._epoch = event.epoch
+            self._taxels.begin()
+            if not is_requested:
+                self._begin()
+
+    def _begin(self) -> None:
+        self._done = False
+        self._forget_contact()
+        if self._slip is not None:
+            self._slip.release()
+        self.loop.begin()
+
+    def _forget_contact(self) -> None:
+        self._is_final, self._acted_on, self._second = False, -1.0, None
+
+    def _hold(self) -> None:
+        # A hand that opens by itself does not say so: its motor would pass for a slip.
+        if self._slip is not None and self.requests.by is not None:
+            self._slip.hold()
+
+    def _obey(self, block: Block) -> list[Event]:
+        """Carry out the requests since the last block."""
+        obeyed: list[tuple[Ask, str]] = []
+        by = self.requests.by
+        while request := self.requests.take():
+            if request.ask is Ask.CLOSE:
+                if Begins.HURRY in self.hand.begins:
+                    self.hand.start()  # the start of its motor then begins the closing
+                elif self.requests.by is None:
+                    self.requests.by = request.by
+                    self._epoch, self._released = block.epoch, self._releases
+                    self._taxels.begin()
+                    self._begin()
+                else:
+                    continue
+                obeyed.append((Ask.CLOSE, request.by))
+            elif self.requests.opens(request):
+                self._open()
+                obeyed.append((Ask.OPEN, request.by))
+        if by is not None and self.requests.by is not None and self._releases != self._released:
+            self._open()
+            obeyed.append((Ask.OPEN, SILENCE))
+        for ask, origin in obeyed:
+            _log.info("hand %s: %s, requested by %s", self.hand.name, ask, origin)
+        return [HandCommand(ask, origin, block.end - 1, block.epoch) for ask, origin in obeyed]
+
+    def _open(self) -> None:
+        """End the closing and release the hand."""
+        self.requests.by = None
+        self._done = True
+        self.loop.finish()
+        self.loop.released()
+        if self._slip is not None:
+            self._slip.release()
+        self.hand.release()
+
+    @property
+    def _releases(self) -> int:
+        return 0 if self._safe is None else self._safe.counts.released
+
+    def _estimated(self, estimate: Estimate) -> None:
+        """Pass an estimate to the policy. The final estimate is passed once at most."""
+        if self._is_final or not (estimate.final or self.loop.policy.early):
+            return
+        self._is_final = estimate.final
+        if estimate.final and estimate.elapsed == self._acted_on:
+            return
+        if estimate.out_of_range:  # its interval may not hold: as if there were no estimate
+            self.loop.counts.unused += estimate.final
+            return
+        now = estimate.contact.sample / self._rate + estimate.available
+        if estimate.final:
+            # The final estimate comes with the block that made it final, not with its last sample.
+            complete = estimate.complete if self._second is None else self._second
+            now += (complete - estimate.complete) / self._rate + self._late - estimate.transport
+        if self.loop.estimated(estimate, now):
+            self._acted_on = estimate.elapsed
+
+    def _send(self, command: Command) -> None:
+        if self.requests.opening:
+            return
+        self.last = command
+        self.hand.send(command)
+        if self._done:  # the motor that obeys is as loud as a slip
+            self._hold()
+
+    def lines(self, *, real_time: bool = True) -> list[str]:
+        """Return lines of text for the end of a run; without deadlines if not in real time."""
+        counts = self.loop.counts
+        lines = [
+            f"hand {self.hand.name} with policy {self.loop.policy.name}: {counts.commands} "
+            f"commands in {counts.closings} closings, {counts.contacts} of these with a contact"
+        ]
+        if counts.withdrawn:
+            withdrawn = counted(counts.withdrawn, "contact")
+            lines.append(f"{withdrawn} withdrawn: the hand went on closing")
+        if real_time:
+            lines.append(
+                f"{counts.estimates} estimates reached the hand within the policy's time limit and "
+                f"before the second contact; {counts.overtaken} within the limit, but after the "
+                f"second contact; {counts.misses} contacts had none within the limit; "
+                f"{counts.unused} estimates were not used: past the limit, or out of range"
+            )
+        if self.slips:
+            lines.append(f"{self.slips} slip signals: new slips, and slips that went on")
+        if self._safe is not None:
+            c = self._safe.counts
+            lines.append(
+                f"{c.sent} commands went to the hand, and {c.repeated} repeats that kept it from "
+                f"timing out; {c.superseded} were not sent, since a newer one or a release came "
+                f"first; {c.clipped} asked for more than the hand can do and were reduced to that; "
+                f"the hand was released {c.released} times"
+            )
+        return lines

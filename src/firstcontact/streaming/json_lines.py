@@ -1,0 +1,212 @@
+"""JSON lines for other programs: one object per line, with its type."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TextIO
+
+import msgspec
+
+from firstcontact.core import Finger, finger_name
+from firstcontact.device import Descriptor
+from firstcontact.device.descriptor import DevicePredictor
+from firstcontact.recording import Marker
+from firstcontact.streaming._outputs import Update, write_now
+
+FORMAT = "firstcontact-live"
+#: Version of the format, raised when a field changes its meaning or disappears.
+FORMAT_VERSION = 4
+
+
+class ChannelLine(msgspec.Struct, frozen=True):
+    """Column of the samples.
+
+    Parameters
+    ----------
+    name
+        Name of the column.
+    kind
+        Kind of the column: ``piezo`` or another vibration sensor, ``force``, or ``strip``.
+    finger
+        Number of the finger; null for a sensor of no finger.
+    unit
+        Unit of the column's values.
+    """
+
+    name: str
+    kind: str
+    finger: Finger | None
+    unit: str
+
+
+class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"):
+    """First line, which describes the source of the samples and their columns.
+
+    Parameters
+    ----------
+    format, format_version
+        ``firstcontact-live`` and the version of this format, 4.
+    firmware, sensor, hand
+        Names of the sender's firmware, sensor and hand; empty if unknown.
+    source
+        ``real``, ``twin``, ``synthetic`` or ``unknown``.
+    predictor
+        ``model`` (digest), ``detector``, ``anytime`` (network) and noise ``floors`` of a device
+        that predicts by itself; null for other devices.
+    rate
+        Sampling rate, Hz.
+    fingers
+        Names of the fingers by their numbers.
+    channels
+        Columns of the samples.
+    """
+
+    format: str = FORMAT
+    format_version: int = FORMAT_VERSION
+    firmware: str
+    sensor: str
+    hand: str
+    source: str
+    predictor: DevicePredictor | None
+    rate: float
+    fingers: tuple[str, ...] = tuple(finger_name(finger) for finger in Finger)
+    channels: tuple[ChannelLine, ...]
+
+    @classmethod
+    def describe(cls, descriptor: Descriptor) -> DescriptorLine:
+        """Return the line of a source."""
+        layout = descriptor.layout
+        pairs = zip(layout.column_names, layout.column_channels, strict=True)
+        return cls(
+            firmware=descriptor.firmware,
+            sensor=descriptor.sensor,
+            hand=descriptor.hand,
+            source=descriptor.source,
+            predictor=descriptor.predictor,
+            rate=layout.rate,
+            channels=tuple(
+                ChannelLine(name, c.sensor or c.kind, c.finger, c.unit) for name, c in pairs
+            ),
+        )
+
+
+class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
+    """Marker of the operator or the device, attached to a sample.
+
+    Parameters
+    ----------
+    sample, epoch
+        Sample to which the marker is attached, and its epoch.
+    text
+        Text of the marker.
+    """
+
+    sample: int
+    epoch: int
+    text: str
+
+
+class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
+    """State of the connection to the device, written whenever it changes.
+
+    Counts begin when the device is opened.
+
+    Parameters
+    ----------
+    connected
+        True if the device is connected and has sent a usable sample within the last second.
+    epoch
+        Epoch of the newest sample.
+    lost_samples
+        Number of samples missing in the device's count, for any reason.
+    overflow_samples
+        Number of lost samples that the device itself dropped, by its report.
+    unusable_samples
+        Number of lost samples that were NaN, infinite or out of range, or whose time stamp jumps.
+    lost_frames, bad_frames, doubled_frames
+        Number of lost, damaged, and repeated frames.
+    late_answers
+        Number of predictions that the device skipped because the next one was due.
+    unheard_samples
+        Number of samples that the device sent but its own model missed.
+    reconnects
+        Number of reconnections of the device.
+    """
+
+    connected: bool = True
+    epoch: int = 0
+    lost_samples: int = 0
+    overflow_samples: int = 0
+    unusable_samples: int = 0
+    lost_frames: int = 0
+    bad_frames: int = 0
+    doubled_frames: int = 0
+    late_answers: int = 0
+    unheard_samples: int = 0
+    reconnects: int = 0
+
+
+class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
+    """Report that an output failed. The others continue.
+
+    Parameters
+    ----------
+    subject
+        Name of the output: ``page`` or ``lsl``.
+    reason
+        Reason in a few words.
+    """
+
+    subject: str
+    reason: str
+
+
+def json_line(record: msgspec.Struct) -> str:
+    """Return a record as one line of JSON without line end."""
+    return msgspec.json.encode(record).decode()
+
+
+def marker_line(marker: Marker) -> str:
+    """Return the line of a marker."""
+    return json_line(MarkerLine(marker.sample, marker.epoch, marker.text))
+
+
+class JsonLinesSink:
+    """Sink that writes each event immediately as a line of JSON to a stream, which stays open.
+
+    ``docs/reference/live-output.md`` lists the fields.
+    """
+
+    name = "json"
+    every = 0.1
+    is_prompt = True
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._link = LinkLine()
+        self._failed: Mapping[str, str] = {}
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Write the line that describes the source."""
+        self._write([json_line(DescriptorLine.describe(descriptor))])
+
+    def take(self, update: Update) -> None:
+        """Write markers, events, failures, and the state of the link if it changed."""
+        lines = []
+        link = msgspec.convert(update.health, LinkLine, from_attributes=True)
+        if link != self._link:
+            lines.append(json_line(link))
+        self._link = link
+        failures = update.failed.items() - self._failed.items()
+        lines += [json_line(FailedLine(name, reason)) for name, reason in failures]
+        self._failed = update.failed
+        lines += [marker_line(m) for a in update.arrivals for m in a.markers]
+        lines += [json_line(event) for event in update.events]
+        if lines:
+            self._write(lines)
+
+    def close(self) -> None:
+        """Close the sink. All lines have already been written."""
+
+    def _write(self, lines: Sequence[str]) -> None:
+        write_now(self._stream, "".join(line + "\n" for line in lines))

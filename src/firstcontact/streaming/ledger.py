@@ -1,0 +1,165 @@
+"""Time ledger: parts of the time between a contact and its estimate, and text about them."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Collection, Iterator, Mapping
+
+from firstcontact.core import Estimate
+from firstcontact.core.text import percent
+from firstcontact.streaming.events import PinchDone, Verdict
+
+#: Number of pinches that the statistics cover, the newest ones.
+KEPT = 10_000
+#: Times in the ledger, in the order in which they happen, and their names for people.
+TIMES = {
+    "decide": "from a contact until it was noticed (device clock)",
+    "first": "from a contact until the first estimate was available",
+    "signal": "length of the signal in the final estimate",
+    "wait": "wait of its last sample for the end of the block (device clock)",
+    "transport": "delay of this block beyond the least (this computer's clock)",
+    "compute": "computing the estimate (this computer's clock)",
+    "total": "from a contact until the final estimate was available",
+}
+
+
+class Ledger:
+    """Collector of the times of a run: computing per estimate, all other times per pinch."""
+
+    def __init__(self, rate: float, delay: float = 0.0) -> None:
+        self.rate = rate
+        self.delay = delay
+        self.blocks = self.estimates = 0
+        #: Number of pinches so far by verdict.
+        self.verdicts: Counter[Verdict | None] = Counter()
+        #: Number of pinches in time because no second contact was detected.
+        self.unheard = 0
+        #: Number of blocks that took longer to process than their samples last.
+        self.overruns = 0
+        #: Time spent on the blocks, s.
+        self.busy = 0.0
+        self._times: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in TIMES}
+
+    def worked(self, spent: float, samples: int) -> None:
+        """Add a block of ``samples`` samples that took ``spent`` s to process."""
+        self.blocks += 1
+        self.busy += spent
+        self.overruns += spent * self.rate > samples
+
+    def add(self, estimate: Estimate) -> None:
+        """Add an estimate."""
+        self.estimates += 1
+        self._times["compute"].append(estimate.compute)
+
+    def close(self, pinch: PinchDone) -> None:
+        """Add a finished pinch."""
+        self.verdicts[pinch.verdict] += 1
+        self.unheard += pinch.verdict is Verdict.IN_TIME and pinch.second is None
+        final = pinch.final
+        if final is None:
+            return
+        contact = final.contact
+        times = {
+            "decide": (contact.decided - contact.sample) / self.rate,
+            "first": pinch.estimates[0].available,
+            "signal": final.elapsed,
+            "wait": final.waited,
+            "transport": final.transport,
+            "total": final.available,
+        }
+        for name, seconds in times.items():
+            self._times[name].append(seconds)
+
+    def summary(self) -> Mapping[str, float]:
+        """Return the counts so far, and p50, p99 and maximum of each time, s."""
+        figures = {
+            "estimates": float(self.estimates),
+            "pinches": float(self.verdicts.total()),
+            **{verdict.value: float(self.verdicts[verdict]) for verdict in Verdict},
+            "unjudged": float(self.verdicts[None]),
+            "unheard": float(self.unheard),
+            "overruns": float(self.overruns),
+            "blocks": float(self.blocks),
+            "busy": self.busy,
+        }
+        if self.delay:
+            figures["delay"] = self.delay
+        for name, times in self._times.items():
+            if times:
+                figures[f"{name}_p50"] = _quantile(times, 0.5)
+                figures[f"{name}_p99"] = _quantile(times, 0.99)
+                figures[f"{name}_max"] = max(times)
+        return figures
+
+
+def _quantile(values: Collection[float], share: float) -> float:
+    """Return a quantile. NumPy's function imports modules when first called."""
+    ordered = sorted(values)
+    place = share * (len(ordered) - 1)
+    low = int(place)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (place - low) * (ordered[high] - ordered[low])
+
+
+def ledger_lines(
+    figures: Mapping[str, float],
+    samples: float,
+    cpu: float,
+    *,
+    alone: bool = False,
+    speed: float = 1.0,
+) -> Iterator[str]:
+    """Yield the lines of text about the times of a run, from the figures of a ledger.
+
+    ``samples`` is the length of the processed samples, s of the device's time, and ``cpu`` the
+    program's processor time, s. ``alone`` is True for a single sensor, which has no second contact.
+    At another ``speed`` than 1 the lines leave out times and verdicts, since the computer does not
+    become faster with the samples.
+    """
+    with_estimate = figures["pinches"] - figures["none"]
+    if speed != 1.0:
+        yield (
+            f"times and verdicts are left out: at --speed {speed:g} they say nothing about a hand "
+            "in real time"
+        )
+    if alone or speed != 1.0:
+        yield f"{with_estimate:.0f} of {figures['pinches']:.0f} pinches had an estimate"
+    else:
+        yield from _verdict_lines(figures)
+    if speed == 1.0:
+        yield from _time_lines(figures)
+    yield (
+        f"{samples:.1f} s of samples in {figures['blocks']:.0f} blocks; "
+        f"{figures['overruns']:.0f} of them took longer to process than they last"
+    )
+    if samples > 0:
+        yield f"processor time {percent(cpu / samples)} of one core"
+
+
+def _time_lines(figures: Mapping[str, float]) -> Iterator[str]:
+    lines = {name: words for name, words in TIMES.items() if f"{name}_p50" in figures}
+    if lines:
+        yield f"{'times in ms':>64} {'median':>8} {'99 %':>8} {'longest':>8}"
+        for name, words in lines.items():
+            values = (1e3 * figures[f"{name}_{key}"] for key in ("p50", "p99", "max"))
+            yield f"{words:>64} " + " ".join(f"{v:8.3f}" for v in values)
+    if "delay" in figures:
+        yield f"{1e3 * figures['delay']:.3f} ms of each wait are the source's own filter"
+
+
+def _verdict_lines(figures: Mapping[str, float]) -> Iterator[str]:
+    share = f" ({percent(figures['in_time'] / figures['pinches'])})" if figures["pinches"] else ""
+    yield (
+        f"estimate in force when the second finger touched: {figures['in_time']:.0f} of "
+        f"{figures['pinches']:.0f} pinches{share}; {figures['too_late']:.0f} too late, "
+        f"{figures['none']:.0f} without an estimate"
+    )
+    unheard = (
+        f"; in {figures['unheard']:.0f} of these pinches no second contact was detected"
+        if figures["unheard"]
+        else ""
+    )
+    yield (
+        "in force: the last estimate that was available before the second contact, with waiting, "
+        f"transport and computing{unheard}"
+    )

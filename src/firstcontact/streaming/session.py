@@ -1,0 +1,448 @@
+"""Live session: a source, the pipeline, a recorder, and outputs."""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import itertools
+import logging
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from firstcontact.core import Calibration, Contact, InputError, merge_blocks
+from firstcontact.device import Arrival, Source
+from firstcontact.device.recorder import Recorder, RecorderStatus
+from firstcontact.device.source import drain
+from firstcontact.models import Model
+from firstcontact.models.touches import parse_radius, radius_text
+from firstcontact.recording import PinchMark
+from firstcontact.streaming._hand_predictions import HandPredictions
+from firstcontact.streaming._objects import ObjectCombiner
+from firstcontact.streaming._outputs import Fanout, Sink, Update
+from firstcontact.streaming._pipeline import Pipeline
+from firstcontact.streaming.events import Ask, Event, PinchDone
+from firstcontact.streaming.grasping import Grasping, HandRequests
+
+#: Longest wait for samples, s. It limits the time until a stop is noticed.
+WAIT = 0.05
+#: Longest stretch of samples that the recorder gets at once, s. Events are passed on immediately.
+TOGETHER = 0.1
+#: Longest time for which estimates hold back the recorder and the sinks, s.
+HOLD = 0.05
+#: Time after the newest samples until which the session polls for the next ones, s. A thread that
+#: sleeps wakes up late, on an idle core.
+POLL = 0.003
+#: Time before the next samples are due at which it begins to poll, s.
+EARLY = 0.0004
+#: Longest time for which another Python thread may delay the session's thread, s. Python's default
+#: of 5 ms is a third of a window.
+SWITCH = 1e-4
+#: Flag of ``mlockall`` for the memory that a process has now.
+MCL_CURRENT = 1
+
+_log = logging.getLogger("firstcontact.streaming")
+
+
+class LiveSession:
+    """Live session: runs a pipeline on an open source, under the control of viewers.
+
+    ``grasping`` gets each event before any output does. ``recordings`` and ``calibration`` are the
+    folder and the calibration of recordings that a viewer starts. ``shape`` is that of all objects,
+    "flat" or a radius in mm, until a viewer sets another one. ``model`` is the model that predicts.
+    ``notify`` gets a line that says what the system granted to a session in real time.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        pipeline: Pipeline,
+        grasping: Grasping | None = None,
+        *,
+        recordings: Path = Path(),
+        calibration: Calibration | None = None,
+        shape: str = "",
+        model: Model | None = None,
+        notify: Callable[[str], None] = _log.info,
+    ) -> None:
+        self.source = source
+        self.pipeline = pipeline
+        self.model = model
+        self.grasping = grasping
+        self.fanout = Fanout((), source.descriptor)
+        self.pinches = 0
+        self._notify = notify
+        self._shape = shape
+        self._folder = recordings
+        self._calibration = calibration
+        self._recorder = Recorder()
+        self._noted: Path | None = None  # recording to which the next two fields belong
+        self._number = 0
+        self._start: tuple[int, int] | None = None
+        self._arrivals: list[Arrival] = []
+        self._was_connected: bool | None = None  # at the time the source was closed
+        self._events: list[Event] = []
+        self._given = 0  # number of the events in _events that the caller has got
+        self._is_prompt = False  # True if a program waits for the events
+        self._hurries: Callable[[], bool] = lambda: True  # False to wait for the recorder
+        self._can_poll = source.can_poll
+        self._objects = ObjectCombiner()
+        device, is_checked = source.descriptor.predictor, pipeline.predictor is not None
+        self._hand_predictions = (
+            None
+            if device is None
+            else HandPredictions(device.model, pipeline.layout.rate, checked=is_checked)
+        )
+        self._figures: Mapping[str, float] = {}
+        if shape:
+            self.set_shape(shape)
+
+    def run(self, sinks: Sequence[Sink] = (), **limits: Any) -> None:
+        """Run until the end. The parameters are those of :meth:`events`."""
+        for _ in self.events(sinks, **limits):
+            pass
+
+    def events(
+        self,
+        sinks: Sequence[Sink] = (),
+        seconds: float | None = None,
+        pinches: int | None = None,
+        stopped: Callable[[], bool] = lambda: False,
+        patient: bool = False,
+    ) -> Iterator[Event]:
+        """Run until the source ends, all outputs have failed, or a limit is reached.
+
+        Yield each event after the hand's policy has processed it. At the end, or when the iteration
+        is left, the source is closed before the recording. So the recorder and the sinks get all
+        samples that the source has received. ``stopped`` is called several times a second.
+        ``patient`` waits for slow sinks, until ``stopped`` or ``seconds`` have passed: use it only
+        with a source that can wait.
+        """
+        until = math.inf if seconds is None else time.monotonic() + seconds
+
+        def ended() -> bool:
+            return stopped() or time.monotonic() >= until
+
+        self.fanout = Fanout(sinks, self.source.descriptor, patient, ended)
+        self._hurries = ended if patient else lambda: True
+        together = min((sink.every for sink in sinks), default=TOGETHER)
+        self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
+        self._given = 0
+        try:
+            real_time = self.pipeline.real_time
+            with real_time_process(real_time=real_time, notify=self._notify) as hurry:
+                yield from self._follow(hurry, together, until, pinches, stopped)
+            self._act(self.pipeline.finish())
+            if self._hand_predictions is not None:
+                self._events += self._hand_predictions.ended()
+            yield from self._events[self._given :]
+        finally:
+            with ExitStack() as ends:  # from the last to the first, all of them even if one raises
+                ends.callback(self.fanout.close)
+                ends.callback(self._recorder.close)
+                ends.callback(self._update)  # samples from before a fault belong in the recording
+                ends.callback(self._close_source)
+                if self.grasping is not None:
+                    ends.callback(self.grasping.ended)
+
+    def _follow(
+        self,
+        hurry: Callable[[bool], None],
+        together: float,
+        until: float,
+        pinches: int | None,
+        stopped: Callable[[], bool],
+    ) -> Iterator[Event]:
+        """Yield the events of new samples until the source ends or a limit is reached."""
+        updated = last_arrival = time.monotonic()
+        is_urgent = False
+        while not stopped() and time.monotonic() < until:
+            hurry(self.pipeline.is_urgent)
+            new = self._read(last_arrival)
+            if not new and self.source.ended:
+                return
+            for arrival in new:
+                is_urgent |= self._take(arrival)
+            now = time.monotonic()
+            if new:
+                last_arrival = now
+            fresh, self._given = self._events[self._given :], len(self._events)
+            # Other threads get nothing to do while estimates are due, unless a program waits.
+            if is_urgent and (self._is_prompt or not self.pipeline.is_predicting):
+                wait = 0.0
+            else:
+                wait = HOLD if self.pipeline.is_predicting else together
+            if now - updated >= wait:
+                # Update before the caller gets the events: it may take long, or never come back.
+                self._update()
+                updated, is_urgent, self._given = now, False, 0
+            yield from fresh
+            if (pinches is not None and self.pinches >= pinches) or self._is_deserted:
+                return
+
+    def _read(self, last_arrival: float) -> list[Arrival]:
+        """Return the next samples. Poll for them while estimates are due."""
+        if self.pipeline.is_predicting and self._can_poll:
+            until = last_arrival + POLL
+            due = last_arrival + self._least / self.pipeline.layout.rate - EARLY
+            time.sleep(max(due - time.monotonic(), 0.0))
+            while time.monotonic() < until:
+                if new := self.source.read(0.0, self._least):
+                    return new
+        return self.source.read(WAIT, self._least)
+
+    def start_recording(self) -> Path:
+        """Begin a recording in the session's folder, under a free name, and return its path.
+
+        Raise InputError if one is running, the session has ended, or the file cannot be created.
+        """
+        now = datetime.now().astimezone()
+        created = now.isoformat(timespec="seconds")
+        header = self.source.descriptor.header(created=created, calibration=self._calibration)
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"{self._folder} cannot be created ({error.strerror}): choose another folder"
+            ) from error
+        stem = f"live-{now:%Y%m%d-%H%M%S}"
+        for number in itertools.count(1):
+            name = stem if number == 1 else f"{stem}-{number}"
+            path = self._folder / f"{name}.mcap"
+            try:
+                self._recorder.start(path, replace(header, session=name))
+            except InputError as error:
+                if not isinstance(error.__cause__, FileExistsError):
+                    raise
+            else:
+                break
+        _log.info("recording %s", path)
+        return path
+
+    def stop_recording(self) -> None:
+        """Close the recording, if one is running."""
+        self._recorder.stop()
+
+    def mark(self, text: str) -> None:
+        """Attach a marker to the next sample."""
+        self.source.mark(text)
+
+    def new_object(self) -> None:
+        """Begin another object. From now on, only its pinches are pooled."""
+        self._objects.new_object()
+        self.pipeline.radius = parse_radius(self._shape)
+
+    @property
+    def uses_shape(self) -> bool:
+        """True if the model uses the shape of the object."""
+        return self.pipeline.predictor is not None and self.pipeline.predictor.uses_shape
+
+    def set_shape(self, text: str) -> str:
+        """Set the shape of the object from the next contact on. Return it in words, or ""."""
+        if not self.uses_shape:
+            raise InputError("only the network uses the shape of objects: leave the shape out")
+        self.pipeline.radius = parse_radius(text)
+        return radius_text(self.pipeline.radius)
+
+    def hand_asks(self) -> tuple[Ask, ...]:
+        """Return the possible requests to the hand; empty without a hand."""
+        return () if self._requests is None else self._requests.allowed
+
+    def ask_hand(self, ask: Ask, by: str) -> None:
+        """Send a request to the hand. Raise InputError if it is not possible now or ever."""
+        if self._requests is None:
+            raise InputError("This session drives no hand: start the command again with --hand")
+        self._requests.ask(ask, by)
+
+    def hand_gone(self, by: str) -> None:
+        """Open the hand if the origin ``by``, now disconnected, had closed it."""
+        if self._requests is not None:
+            self._requests.gone(by)
+
+    @property
+    def recording(self) -> RecorderStatus:
+        """State of the recorder."""
+        return self._recorder.status
+
+    @property
+    def _requests(self) -> HandRequests | None:
+        return None if self.grasping is None else self.grasping.requests
+
+    @property
+    def _is_deserted(self) -> bool:
+        """True if all outputs have failed, and there is neither a hand nor a recording."""
+        return self.fanout.deserted and self.grasping is None and self.recording.path is None
+
+    @property
+    def _least(self) -> int:
+        """Return the number of samples that the next read waits for."""
+        return 1 if self.grasping is not None and self.pipeline.is_closing else self.pipeline.due
+
+    def _take(self, arrival: Arrival) -> bool:
+        """Process samples. Return True if they have markers or events for the sinks."""
+        self._arrivals.append(arrival)
+        block, host = arrival.block, arrival.host
+        self._objects.add_markers(arrival.markers)
+        if self.grasping is not None:
+            self.grasping.on_samples(block, host)
+        event_count = len(self._events)
+        self._act(self.pipeline.update(block, host))
+        if self._hand_predictions is not None:
+            self._events += self._hand_predictions.update(arrival.predictions, block, host)
+        if self.grasping is not None:
+            self._events += self.grasping.after_block(block)
+        is_urgent = bool(arrival.markers) or len(self._events) > event_count
+        corrected = self._objects.add_labels(arrival.pinches)
+        self._events += [] if corrected is None else [corrected]
+        return is_urgent
+
+    def _act(self, events: Iterable[Event]) -> None:
+        """Pass each event to the hand's policy immediately, and keep it for the outputs."""
+        for event in events:
+            if self.grasping is not None:
+                self.grasping.on_event(event)
+            self._events.append(event)
+            if isinstance(event, PinchDone):
+                self.pinches += 1
+                if self._hand_predictions is not None:
+                    self._hand_predictions.add_pinch(event)
+                combined = self._objects.add_pinch(event)
+                self._events += [] if combined is None else [combined]
+
+    def _close_source(self) -> None:
+        """Close the source. Keep all samples that it received for the recorder and the sinks."""
+        self._was_connected = self.source.health.connected
+        self._arrivals += drain(self.source)
+
+    def _update(self) -> None:
+        """Pass samples and events to the recorder and the sinks."""
+        arrivals, self._arrivals = _fewer(self._arrivals), []
+        events, self._events = tuple(self._events), []
+        pinches = [event for event in events if isinstance(event, PinchDone)]
+        # Recordings begin and end in the threads of viewers.
+        path = self.recording.path
+        if path != self._noted:
+            self._noted, self._number, self._start = path, 0, None
+        if self._start is None and arrivals:
+            self._start = (arrivals[0].block.epoch, arrivals[0].block.first_sample)
+        self._recorder.put(arrivals)
+        self._recorder.wait(self._hurries)
+        for pinch in pinches:
+            self._note(pinch)
+        if pinches:
+            self._figures = self.pipeline.ledger.summary()
+        health = self.source.health
+        if self._was_connected is not None:  # a source that the session closed did not go away
+            health = replace(health, connected=self._was_connected)
+        state = health, self.recording, self._figures, self.fanout.failed
+        self.fanout.put(Update(arrivals, events, *state))
+
+    def _note(self, pinch: PinchDone) -> None:
+        """Add a pinch mark to the recording, if one is running."""
+        is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start
+        if self._noted is None or self.recording.path != self._noted or not is_whole:
+            return
+        found: tuple[Contact, ...] = ()
+        if not self.pipeline.layout.has_strip:
+            # A person who confirms contacts later begins with the detected ones.
+            found = tuple(c for c in pinch.contacts if pinch.start <= c.sample < pinch.end)
+        self._recorder.mark(
+            PinchMark(
+                self._number,
+                pinch.start,
+                pinch.end,
+                pinch.epoch,
+                truth=tuple(c for c in pinch.strips if pinch.start <= c.sample < pinch.end),
+                closing_speed=pinch.closing_speed,
+                found=found,
+                found_by=self.pipeline.detector if found else "",
+            )
+        )
+        self._number += 1
+
+
+def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
+    """Merge samples into as few arrivals as possible, each with the time of its newest samples."""
+    hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
+    blocks = merge_blocks(a.block for a in arrivals)
+    markers = tuple(m for a in arrivals for m in a.markers)
+    pinches = tuple(p for a in arrivals for p in a.pinches)
+    predictions = tuple(t for a in arrivals for t in a.predictions)
+    last = len(blocks) - 1
+    return tuple(
+        Arrival(
+            block,
+            hosts[block.epoch, block.end],
+            markers if i == 0 else (),
+            pinches if i == last else (),
+            predictions if i == last else (),
+        )
+        for i, block in enumerate(blocks)
+    )
+
+
+@contextmanager
+def real_time_process(
+    *, real_time: bool, notify: Callable[[str], None] = _log.info
+) -> Iterator[Callable[[bool], None]]:
+    """Keep this process fast, and yield a function that pauses the garbage collector if True."""
+    if not real_time:
+        yield lambda is_urgent: None
+        return
+    interval, collects = sys.getswitchinterval(), gc.isenabled()
+    scheduling = _raise_priority()
+
+    def hurry(is_urgent: bool) -> None:
+        if collects:
+            (gc.disable if is_urgent else gc.enable)()
+
+    sys.setswitchinterval(min(SWITCH, interval))
+    gc.collect()
+    gc.freeze()
+    unlock_memory = _lock_memory()
+    words = ["not granted" if x is None else "granted" for x in (scheduling, unlock_memory)]
+    notify(f"system: real-time scheduling {words[0]}, locked memory {words[1]}")
+    try:
+        yield hurry
+    finally:
+        if unlock_memory is not None:
+            unlock_memory()
+        if scheduling is not None:
+            policy, priority = scheduling
+            try:
+                os.sched_setscheduler(0, policy, priority)
+            except OSError:  # only the superuser may clear the flag
+                with suppress(OSError):
+                    os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, priority)
+        hurry(False)
+        gc.unfreeze()
+        sys.setswitchinterval(interval)
+
+
+def _raise_priority() -> tuple[int, os.sched_param] | None:
+    """Return the scheduling of this thread before a change; None if it could not be changed."""
+    if sys.platform != "linux":
+        return None
+    former = os.sched_getscheduler(0), os.sched_getparam(0)
+    with suppress(OSError):
+        # Threads and processes that this one starts are scheduled as usual.
+        os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(1))
+        return former
+    return None
+
+
+def _lock_memory() -> Callable[[], object] | None:
+    """Keep the memory of this process out of swap. Return the function that ends that, or None."""
+    with suppress(OSError, AttributeError):  # a system without these functions
+        system = ctypes.CDLL(None)
+        if system.mlockall(MCL_CURRENT) == 0:
+            unlock_memory: Callable[[], object] = system.munlockall
+            return unlock_memory
+    return None

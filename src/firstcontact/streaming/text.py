@@ -1,0 +1,165 @@
+"""Lines of text about pinches, for people."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TextIO
+
+from firstcontact.core import Estimate, finger_name
+from firstcontact.device import Descriptor, Health
+from firstcontact.device.source import LinkNews
+from firstcontact.device.twin_words import held_object, lost_object
+from firstcontact.streaming._objects import WAITING, ObjectNames
+from firstcontact.streaming._outputs import Update, write_now
+from firstcontact.streaming.events import (
+    HandCheck,
+    HandCommand,
+    HandPinch,
+    ObjectEstimate,
+    PinchDone,
+)
+
+
+class TextSink:
+    """Sink that writes text: a line for each pinch, loss of samples, reconnection or failure.
+
+    ``shore_a`` returns the Shore A of an object of the twin by its name, None if unknown.
+    """
+
+    name = "text"
+    every = 0.1
+
+    def __init__(
+        self, stream: TextIO, shore_a: Callable[[str], float | None] = lambda name: None
+    ) -> None:
+        self._stream = stream
+        self._alone = False  # a single sensor hears no second contact
+        self._link = LinkNews(Health(connected=True))
+        self._health = Health(connected=True)
+        self._shore_a = shore_a
+        self._names = ObjectNames()
+        self._unnamed: deque[PinchDone] = deque(maxlen=WAITING)
+        self._failed: Mapping[str, str] = {}
+
+    def open(self, descriptor: Descriptor) -> None:
+        """Write a line about the source."""
+        rate = descriptor.layout.rate
+        self._alone = len(descriptor.layout.vibration_fingers) < 2
+        names = ", ".join(s for s in (descriptor.firmware, descriptor.sensor) if s)
+        self._write(f"{descriptor.source}: {names or 'unnamed'}, {rate:g} Hz")
+
+    def take(self, update: Update) -> None:
+        """Write the lines of an update."""
+        self._health = update.health
+        for line in self._link.lines(update.health):
+            self._write(line)
+        for name, reason in update.failed.items() - self._failed.items():
+            self._write(f"{name}: failed ({reason})")
+        self._failed = update.failed
+        for loss in (lost_object(m.text) for a in update.arrivals for m in a.markers):
+            if loss:
+                self._write(f"the hand has {loss} the object")
+        for arrival in update.arrivals:
+            self._names.add_markers(arrival.markers)
+            self._names.add_labels(arrival.pinches)
+        late = [(pinch, name) for pinch in self._unnamed if (name := self._label(pinch))]
+        for event in update.events:
+            if isinstance(event, PinchDone):
+                self._names.add_pinch(event)
+                name = self._name(event)
+                if not name:
+                    self._unnamed.append(event)
+                line = pinch_line(event, self._alone)
+                self._write(f"{line}, {name}" if name else line)
+            elif isinstance(event, HandCommand):
+                self._write(f"hand: {event.ask}, by {event.by}")
+            elif isinstance(event, HandPinch):
+                self._write(hand_line(event))
+            elif isinstance(event, ObjectEstimate) and event.pinches > 1:
+                self._write(
+                    f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
+                    f"({event.low:.0f} to {event.high:.0f})"
+                )
+        for pinch, name in late:
+            self._unnamed.remove(pinch)
+            self._write(f"  pinch {pinch.number} was {name}")
+
+    def close(self) -> None:
+        """Write a line about lost samples, if some were not reported yet."""
+        for line in self._link.lines(self._health, last=True):
+            self._write(line)
+
+    def _name(self, pinch: PinchDone) -> str:
+        """Return the name of the object of a finished pinch; "" if it has none yet."""
+        for text in reversed(self._names.markers(pinch)):
+            object_ = held_object(text)
+            return f'marked "{text}"' if object_ is None else text + _shore(self._shore_a(object_))
+        return self._label(pinch)
+
+    def _label(self, pinch: PinchDone) -> str:
+        """Return the label of a pinch in a replayed recording, in words; "" without a label."""
+        label = self._names.label(pinch)
+        if label is None or not label.object:
+            return ""
+        return f"labelled {label.object}{_shore(label.shore_a)}"
+
+    def _write(self, line: str) -> None:
+        write_now(self._stream, f"{line}\n")
+
+
+def _shore(shore_a: float | None) -> str:
+    return "" if shore_a is None else f", {shore_a:g} Shore A"
+
+
+def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
+    """Return one line of text about a pinch."""
+    is_judged = not alone and pinch.verdict is not None
+    judged = pinch.in_force if is_judged else pinch.final
+    parts = [f"pinch {pinch.number}: {finger_name(pinch.contacts[0].finger)} first"]
+    if is_judged and judged is None and pinch.final is not None:
+        parts.append("no estimate in time")
+    later = None if pinch.final is judged else pinch.final
+    for estimate in (judged, later):
+        if estimate is None:
+            continue
+        words = estimate_words(estimate, timed=pinch.real_time)
+        late = "" if not is_judged else ", in time" if estimate.in_time else ", too late"
+        parts.append(f"{words}{late}")
+    if pinch.reason:
+        parts.append(f"no estimate: {pinch.reason}")
+    if pinch.offset is not None:
+        parts.append(f"second after {1e3 * pinch.offset:.1f} ms")
+    if pinch.closing_speed is not None:
+        parts.append(f"closed at {1e3 * pinch.closing_speed.speed:.0f} mm/s")
+    return ", ".join(parts)
+
+
+def estimate_words(estimate: Estimate, *, timed: bool) -> str:
+    """Return an estimate in words; if ``timed``, with the time at which it was available."""
+    e = estimate
+    bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.high > e.low else ""
+    at = f" at {1e3 * e.available:.1f} ms" if timed else ""
+    flag = ", out of range" if e.out_of_range else ""
+    return f"{e.value:.1f} Shore A{bounds} from {1e3 * e.elapsed:.0f} ms{at}{flag}"
+
+
+def hand_line(event: HandPinch) -> str:
+    """Return one line of text about a device's predictions for a pinch."""
+    if not event.contacts:
+        words = "no contact"
+    elif event.final is None:
+        words = f"{finger_name(event.contacts[0].finger)} first, no estimate"
+    else:
+        words = estimate_words(event.final, timed=True)
+    return f"  on the hand (model {event.model}): {words}, {_check_words(event.check)}"
+
+
+def _check_words(check: HandCheck | None) -> str:
+    if check is None:
+        return "not checked"
+    if check.same:
+        return f"the same on this computer ({check.compared} estimates)"
+    if check.lost:
+        return "not compared: this computer lost samples"
+    return "differs on this computer"

@@ -1,0 +1,142 @@
+"""The twin's hand, which takes commands over the twin's serial line, and its default model."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import suppress
+from importlib.metadata import version
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+from firstcontact.core import ClosingSpeed, Command, InputError
+from firstcontact.device import Source
+from firstcontact.device.twin_words import CLOSE_ORDER, order_text
+from firstcontact.grasp import Hand, HandError, HandLimits
+from firstcontact.grasp.hand import Begins
+from firstcontact.twin.drive import Drive
+
+if TYPE_CHECKING:
+    from firstcontact.models import Model
+
+#: Highest rate of commands, Hz: the twin makes its samples 5 ms at a time.
+RATE = 200.0
+#: Folder of the model for the twin's default hand (``make twin-model``), with condition and seed.
+SHIPPED = Path(__file__).parents[1] / "twin" / "pretrained"
+SHIPPED_HAND = "paper-rig", 0
+#: Number of training pinches of each block: few, to simulate and train in half a minute.
+PINCHES = 60
+#: Version of the training and of the model format; a new one replaces older models.
+RECIPE = 6
+
+
+class TwinHand(Hand):
+    """Hand that sends each command as an order to the twin for the current closing."""
+
+    name = "twin"
+    limits = HandLimits(speed=Drive().speed, force=Drive().force, rate=RATE, watchdog=inf)
+    real = False
+    begins = Begins.OTHERS | Begins.HURRY
+    of_source = name
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._open = False
+
+    def send(self, command: Command) -> None:
+        """Send the command as an order."""
+        self._order(order_text(command))
+
+    def start(self) -> None:
+        """Begin the next closing immediately. A present closing ends before."""
+        self._order(CLOSE_ORDER)
+
+    def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
+        """Return the closing speed before a contact, from the positions of the twin's drives."""
+        if not self._open:
+            return None
+        rate = self._source.descriptor.layout.rate
+        try:
+            return self._source.closing_speed(round(sample_time * rate), epoch=0)
+        except InputError as error:
+            raise HandError(str(error)) from error
+
+    def release(self) -> None:
+        """Open the hand."""
+        if not self._open:
+            return
+        with suppress(InputError):  # a twin that has ended holds nothing
+            self._source.order(order_text(None))
+
+    def close(self) -> None:
+        """Release the hand. The source stays open."""
+        self.release()
+        self._open = False
+
+    def _order(self, text: str) -> None:
+        if not self._open:
+            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
+        try:
+            self._source.order(text)
+        except InputError as error:
+            raise HandError(str(error)) from error
+
+    def __enter__(self) -> Self:
+        if self._source.descriptor.source != "twin":
+            raise HandError(f"{self._source.name} is not the twin: use --device twin")
+        self._open = True
+        return self
+
+
+def default_model(source: Source) -> Model:
+    """Return the model for a source, open or not, for which the user names none.
+
+    Only the twin's own model has a folder; the package's model knows no rig.
+    """
+    from firstcontact.models import load_model
+    from firstcontact.models.model import shipped_model
+
+    hand = source.twin_hand
+    return shipped_model() if hand is None else load_model(twin_model(*hand))
+
+
+def cache_folder() -> Path:
+    """Return the folder of the cache, in ``XDG_CACHE_HOME`` or ``~/.cache``."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "firstcontact"
+
+
+def twin_model(condition: str, seed: int) -> Path:
+    """Return the folder of a model for the twin. If there is none, simulate pinches and train one.
+
+    The training pinches differ from the pinches that the twin shows live.
+    """
+    if (condition, seed) == SHIPPED_HAND:
+        return SHIPPED
+    folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
+    if (folder / "model.json").is_file():
+        return folder
+    from firstcontact.core.files import temporary_path
+    from firstcontact.models import train
+    from firstcontact.recording import load_dataset
+    from firstcontact.twin import simulate
+
+    print(
+        f"no model is given: training one on the twin, kept in {folder} for the next start",
+        file=sys.stderr,
+    )
+    with temporary_path(folder) as making:
+        making.mkdir()
+        simulate(making / "pinches", condition, PINCHES, pinches_per_object=0, seed=seed)
+        model = train(load_dataset(making / "pinches"))
+        model.save(making / "model")
+        for line in model.notes:
+            print(line, file=sys.stderr)
+        try:
+            (making / "model").rename(folder)
+        except OSError:
+            # Another run may have made the folder meanwhile.
+            if not (folder / "model.json").is_file():
+                raise
+    return folder

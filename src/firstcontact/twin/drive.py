@@ -1,0 +1,153 @@
+"""Drive of a finger: limits, reference speed, and position sensor."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import ClosingSpeed, Command, InputError
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.signal import closing_speed
+from firstcontact.twin.mechanics import DRIVE_SPEED
+
+#: Default time from a command to its effect, s.
+LATENCY = 0.020
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Limits and latency of a drive. Sources are in ``docs/reference/twin-parameters.md``.
+
+    A drive is a speed loop that follows a reference speed. A stalled drive pushes with
+    :attr:`firstcontact.twin.mechanics.FingerParameters.speed_gain` times the commanded speed, up
+    to the commanded force. So a slow command is also gentle, and a command to stop releases the
+    object.
+
+    Parameters
+    ----------
+    latency
+        Time from a command to its effect, such as braking, s. It is rounded to whole samples.
+    acceleration
+        Acceleration of the reference speed, m/s^2.
+    force
+        Largest force of a motor at its fingertip, N. Braking and opening may always use it.
+    speed
+        Largest reference speed in either direction, m/s.
+    back_damping
+        Damping of a drive that moves backwards although it should close or stand still, because
+        the grip force pushes it, N s/m.
+
+    Raises
+    ------
+    InputError
+        A value is negative or infinite.
+    """
+
+    latency: float = LATENCY
+    acceleration: float = 10.0
+    force: float = 12.0
+    speed: float = 0.25
+    back_damping: float = 60.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            positive = value > 0 or (value == 0 and field.name in ("latency", "back_damping"))
+            if not (math.isfinite(value) and positive):
+                raise InputError(f"the drive's {field.name} is {value}: use a positive number")
+
+    @property
+    def delay(self) -> int:
+        """Number of samples from a command to its effect."""
+        return round(self.latency * FINGERTIP_RATE)
+
+    def clipped(self, command: Command) -> Command:
+        """Return the command, limited to what the drive can do.
+
+        Raises
+        ------
+        InputError
+            Speed or force is not a number.
+        """
+        if math.isnan(command.speed) or math.isnan(command.force):
+            raise InputError(f"{command} is not a command: use numbers for speed and force")
+        return Command(
+            min(max(command.speed, -self.speed), self.speed),
+            min(max(command.force, 0.0), self.force),
+        )
+
+
+class DriveReference:
+    """Reference speed of both drives: steady, or a ramp to a commanded speed."""
+
+    def __init__(self, drive: Drive, speed: float) -> None:
+        self._drive = drive
+        self._begin = self._end = speed
+        self._since = 0
+        self.command: Command | None = None
+
+    @property
+    def force(self) -> float:
+        """Largest force of each motor, N."""
+        return self._drive.force if self.command is None else self.command.force
+
+    def speed(self, sample: int) -> float:
+        """Return the speed in the sampling interval that ends with this sample, m/s."""
+        return float(self.speeds(sample - 1, 1)[0])
+
+    def speeds(self, sample: int, intervals: int) -> NDArray[np.float64]:
+        """Return the speed in each of ``intervals`` sampling intervals after this sample, m/s."""
+        change = self._end - self._begin
+        elapsed = sample - self._since
+        rate = self._drive.acceleration / FINGERTIP_RATE
+        if change == 0 or rate * (elapsed + 1) >= abs(change):
+            return np.full(intervals, self._end)
+        ramp = rate * np.arange(elapsed + 1, elapsed + intervals + 1)
+        ramp_speeds = self._begin + math.copysign(1.0, change) * ramp
+        return np.where(ramp < abs(change), ramp_speeds, self._end)
+
+    def hold(self, speed: float) -> None:
+        """Hold a steady speed."""
+        self._begin = self._end = speed
+        self.command = None
+
+    def obey(self, command: Command, sample: int) -> None:
+        """Ramp to the commanded speed, beginning at ``sample``."""
+        self._begin, self._end = self.speed(sample), command.speed
+        self._since, self.command = sample, command
+
+
+#: Samples between two positions: about 200 Hz.
+EVERY = 25
+#: Standard deviation of a position at the fingertip, m: 0.06 degrees of a finger of 0.1 m.
+NOISE = 1e-4
+#: Number of past positions that are kept in memory: those of 0.5 s.
+REMEMBERED = 100
+
+
+class Positions:
+    """Position sensor of the drives: it gives the mean position of both fingertips, with noise."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._travel = 0.0
+        self._samples: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
+
+    def add(self, motion: NDArray[np.float64], first_sample: int) -> None:
+        """Measure and store positions while the fingers move."""
+        travel = self._travel + np.cumsum(motion[..., DRIVE_SPEED].mean(axis=1)) / FINGERTIP_RATE
+        for place in range(EVERY - 1, len(travel), EVERY):
+            position = float(travel[place]) + NOISE * float(self._rng.standard_normal())
+            self._samples.append((first_sample + place, position))
+        self._travel = float(travel[-1])
+
+    def speed(self, sample: int) -> ClosingSpeed | None:
+        """Return the closing speed before a contact at this sample; None if it is unknown."""
+        if not self._samples:
+            return None
+        samples, positions = zip(*self._samples, strict=True)
+        return closing_speed(np.array(samples) / FINGERTIP_RATE, positions, sample / FINGERTIP_RATE)

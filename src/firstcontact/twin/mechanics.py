@@ -1,0 +1,234 @@
+"""Mechanics of a pinch with their nominal parameters, integrated with a fixed fine step.
+
+Each finger is a chain drive - link - phalanx - mount - board - pad - skin. The skin meets a face of
+the object (Hertz contact with a Maxwell arm and Hunt-Crossley loss). The two faces are joined by
+the bulk and held by a clamp. The force through the mount drives the piezo disc. All motion is along
+the closing direction.
+
+The contact times are given, not the distances from the fingers to the object. A finger has no
+effect before it touches. So each face of the object is placed where the finger of that face is at
+the given time.
+
+The loop over time is compiled: ``core/c/mechanics.c``. ``docs/reference/twin-parameters.md`` states
+the source of each number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.installation import kernels
+from firstcontact.core.physics import contact_modulus, gent_modulus, hertz_stiffness
+
+
+class FingerParameters(NamedTuple):
+    """Parameters of one finger, from its drive to its skin. SI units."""
+
+    speed: float = 0.13
+    """Closing speed of the finger, m/s."""
+    drive_mass: float = 0.45
+    """Inertia of motor and gears, as an equivalent mass at the fingertip, kg."""
+    speed_gain: float = 250.0
+    """Gain of the drive's speed loop, N s/m."""
+    drive_force: float = 12.0
+    """Stall force at the fingertip, N."""
+    link_stiffness: float = 2.5e3
+    """Stiffness of gear train and linkage between drive and phalanx, N/m."""
+    link_damping: float = 3.0
+    """Damping of gear train and linkage, N s/m."""
+    phalanx_mass: float = 0.018
+    """Mass of distal phalanx and mount, kg."""
+    mount_stiffness: float = 4.2e5
+    """Stiffness of the screwed PETG mount under the board, N/m."""
+    mount_damping: float = 2.6
+    """Damping of the mount, N s/m."""
+    board_mass: float = 0.0021
+    """Mass of the board with piezo disc and wires, kg."""
+    pad_stiffness: float = 4.5e4
+    """Stiffness of the dimpled pad at small compression, N/m."""
+    pad_stiffening: float = 6.0e11
+    """Cubic term of the dimpled pad's stiffness, N/m^3."""
+    pad_arm_stiffness: float = 2.2e4
+    """Stiffness of the pad's Maxwell arm, N/m."""
+    pad_relaxation: float = 1.2e-3
+    """Relaxation time of the pad's Maxwell arm, s."""
+    pad_damping: float = 1.5
+    """Damping of the pad, N s/m."""
+    skin_mass: float = 0.00055
+    """Mass of the pad's front, which moves with the skin, kg."""
+    pad_modulus: float = 4.43e6
+    """Young's modulus of the pad's silicone, Pa: that of 65 Shore A by Gent's formula."""
+    tip_radius: float = 0.010
+    """Radius of curvature of the tip at the contact, m."""
+    piezo_volts_per_newton: float = 0.0325
+    """Open-circuit voltage of the disc per newton through the mount, V/N."""
+    piezo_time_constant: float = 2.8e-3
+    """Disc capacitance times the buffer's input resistance, s."""
+    gain: float = 22.0
+    """Gain of the non-inverting buffer."""
+    buffer_cutoff: float = 1.8e3
+    """Cutoff frequency of the buffer, a first-order low-pass filter, Hz."""
+
+
+class ObjectParameters(NamedTuple):
+    """Parameters of the object: two faces, the bulk between them, and its support. SI units."""
+
+    modulus: float = 1.0e6
+    """Young's modulus in a slow indentation, Pa."""
+    radius: float = 1.0e3
+    """Radius of curvature at the contact, m. The default is that of flat objects."""
+    face_mass: float = 0.095
+    """Mass that moves with each face, kg."""
+    bulk_stiffness: float = 1.4e5
+    """Stiffness between the faces, N/m."""
+    bulk_damping: float = 30.0
+    """Damping between the faces, N s/m."""
+    clamp_stiffness: float = 150.0
+    """Stiffness of the support, N/m."""
+    clamp_damping: float = 1.5
+    """Damping of the support, N s/m."""
+    arm_share: float = 0.25
+    """Stiffness of the contact's Maxwell arm, as a share of the slow contact stiffness."""
+    arm_relaxation: float = 4.0e-3
+    """Relaxation time of the contact's Maxwell arm, s."""
+    contact_loss: float = 0.10
+    """Coefficient c of the Hunt-Crossley loss, s/m. At a speed of impact v the
+    restitution is about 1 - c v."""
+
+    @classmethod
+    def solid(cls, shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
+        """Return a solid from Shore A, mass (kg), bulk stiffness (N/m) and its loss factor.
+
+        The loss also affects relaxation and contact.
+        """
+        return cls(
+            modulus=gent_modulus(shore_a),
+            face_mass=mass / 2,
+            bulk_stiffness=bulk,
+            bulk_damping=loss * math.sqrt(bulk * mass / 4),
+            arm_share=2 * loss,
+            contact_loss=loss,
+        )
+
+    def stiffened(self, factor: float) -> ObjectParameters:
+        """Return the object with its modulus multiplied by ``factor``."""
+        return self._replace(
+            modulus=self.modulus * factor, bulk_stiffness=self.bulk_stiffness * factor
+        )
+
+
+class Timing(NamedTuple):
+    """Contact times, s from the first sample."""
+
+    first: float
+    second: float
+    first_is_index: bool
+
+
+class VelostatParameters(NamedTuple):
+    """Parameters of one fingertip's force array. SI units."""
+
+    threshold: float = 0.30
+    """Force on a taxel up to which the conductance does not rise, N."""
+    rise: float = 0.030
+    """Time constant of the response when the load rises, s."""
+    fall: float = 0.060
+    """Time constant of the response when the load falls (hysteresis), s."""
+    creep_share: float = 0.15
+    """Share of the response that is slow."""
+    creep: float = 0.4
+    """Time constant of the slow response, s."""
+    conductance: float = 2.2e-4
+    """Conductance at a response of 1 N, in S / N^0.85."""
+    exponent: float = 0.85
+    leak: float = 2.0e-5
+    """Conductance of an unloaded taxel, S."""
+    resistor: float = 4700.0
+    """Resistor of the divider, ohm."""
+    crosstalk: float = 0.04
+    """Share of the conductance of the neighbour in the same row that a reading includes."""
+    noise: float = 0.004
+    """RMS of the noise at the converter, V."""
+
+
+#: Ideal force array, better than any real one: sensitive, fast and without creep.
+OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)
+
+
+#: States of a finger: position and speed of drive, phalanx, board and skin; elongation of the
+#: Maxwell arms of pad and contact; voltage that the piezo has lost by leakage; buffer's output.
+FINGER_STATES = 12
+#: Two fingers, then position and speed of the object's two faces.
+STATES = 2 * FINGER_STATES + 4
+#: Number of values that :func:`integrate_all` writes per sample and finger.
+OUTPUTS = 5
+BUFFER, CONTACT_FORCE, INDENTATION, FACE, DRIVE_SPEED = range(OUTPUTS)
+
+_Vector = NDArray[np.float64]
+
+
+class Piece(NamedTuple):
+    """Pinch to integrate, or a piece of one."""
+
+    index_finger: FingerParameters
+    thumb: FingerParameters
+    target: ObjectParameters
+    stiffness: _Vector
+    """:func:`contact_stiffness` of each finger, shape (2,)."""
+    touch: _Vector
+    """Contact times of index and thumb, s. A finger whose time is after the end never touches."""
+    times: _Vector
+    """Sampling instants, s, increasing. The state starts at ``times[0]``."""
+    noise: _Vector
+    """Noise force on each phalanx, N, shape (2, points), from t = 0."""
+    noise_dt: float
+    """Time between two points of the noise, s."""
+    substeps: int
+    """Integration steps per sampling interval once a finger is about to touch. Half as many steps
+    are used before."""
+    speeds: _Vector
+    """Reference speeds of both drives in each sampling interval, m/s, shape (samples - 1, 2). One
+    row if there is one sample."""
+    motor_force: float
+    """Largest force of each motor, N."""
+    back_damping: float
+    """Damping of a drive that is pushed backwards while it should close or stand still, N s/m."""
+    full_speed: float
+    """Drive speed at which motor noise has its full strength, m/s. Below this speed the noise is
+    proportional to the speed. 0 means full strength at any speed."""
+    limit: float
+    """Contact force at which the object breaks, N. The integration stops at the first sample with
+    a larger force."""
+    calm: float
+    """Time from the second contact until fewer steps are enough, s."""
+    calm_steps: int
+    """Integration steps per sampling interval after that time."""
+    x: _Vector
+    """State at ``times[0]``, shape (28,), changed in place to the state at ``times[-1]``."""
+    gap: _Vector
+    """Positions of the object's faces when index and thumb touched, m, shape (2,), changed in
+    place. NaN before a contact: then ``touch`` decides when the finger touches. A number before a
+    contact fixes the position of the face: then the finger touches when it gets there."""
+    touched: _Vector
+    """First sampling instants at which index and thumb touched, s, shape (2,); NaN before. Changed
+    in place."""
+    out: _Vector
+    """Array for the output, shape (samples, 2, 5): voltage of the buffer (V), contact force (N),
+    indentation (m), displacement of the face (m), drive speed (m/s). The indentation is negative
+    without contact, and NaN while the position of the face is unknown."""
+
+
+def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
+    """Return the Hertz stiffness of the finger against the object, N/m^1.5."""
+    radius = 1 / (1 / p.tip_radius + 1 / o.radius)
+    return hertz_stiffness(contact_modulus(p.pad_modulus, o.modulus), radius)
+
+
+#: Function that integrates pieces of different pinches, side by side in the lanes of a vector unit.
+#: It returns the number of samples of each.
+integrate_all: Callable[[list[Piece]], list[int]] = kernels().integrate_all

@@ -1,0 +1,137 @@
+"""Lift of a pinched object, and the outcome of the pinch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.installation import kernels
+from firstcontact.core.layout import FINGERTIP_RATE
+
+#: Default time from the first contact to the beginning of the lift, s.
+LIFT = 0.45
+
+
+@dataclass(frozen=True, slots=True)
+class Lift:
+    """Lift of an object: the support's share of the weight falls linearly from 1 to 0.
+
+    Parameters
+    ----------
+    delay
+        Time from the first contact to the beginning of the lift, s.
+    duration
+        Duration of the lift, s; 0 for an abrupt one.
+
+    Raises
+    ------
+    ValueError
+        A time is negative or not a number.
+    """
+
+    delay: float = LIFT
+    duration: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.delay < math.inf and 0 <= self.duration < math.inf):
+            raise ValueError(f"a time of {self} is negative: use 0 s or more")
+
+    @property
+    def begin(self) -> int:
+        """Number of samples from the first contact to the beginning of the lift."""
+        return round(self.delay * FINGERTIP_RATE)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples from the first contact to the end of the lift."""
+        return round((self.delay + self.duration) * FINGERTIP_RATE)
+
+    def hanging(self, first: int, samples: int) -> NDArray[np.float64]:
+        """Return the share of the weight that the support does not carry.
+
+        Parameters
+        ----------
+        first
+            Number of samples from the first contact to the first returned share; may be negative.
+        samples
+            Number of returned shares.
+
+        Returns
+        -------
+        ndarray
+            Shares from 0 to 1, shape (samples,).
+        """
+        since = np.arange(first, first + samples) - self.begin
+        ramp = self.samples - self.begin
+        if ramp == 0:
+            return (since >= 0).astype(np.float64)
+        return np.clip(since / ramp, 0.0, 1.0)
+
+
+#: Factor by which the grip force of a stable grasp exceeds the holding force.
+SAFETY = 1.25
+#: Time over which the grip force is smoothed before its rate of change is computed, s.
+SMOOTHED = 0.010
+#: Largest rate of change of the smoothed grip force in a stable grasp, N/s.
+STEADY = 15.0
+#: Distance of slip from which an object counts as dropped, m.
+DROPPED = 0.010
+#: Function that simulates the slip of the object under friction: of contact forces, shares of the
+#: weight that hang, mass, friction, time step, last distance and speed, and an array for the next.
+slide = kernels().slide
+
+
+@dataclass(frozen=True, slots=True)
+class GraspOutcome:
+    """Outcome of a pinch. If the object broke, only the time until the break counts.
+
+    Parameters
+    ----------
+    peak_force
+        Largest grip force, N. The grip force is the smaller contact force.
+    squeeze
+        Largest compression of the object, m: that of its bulk, plus the object's share of the
+        indentation at both contacts (the pads take the other share).
+    time_to_grasp
+        Time from the first contact until the grip is strong enough and steady to the end, s. None
+        if the grip never becomes strong and steady, or if the object broke.
+    slipped
+        Distance that the object slid down, m.
+    dropped
+        True if the object slipped out, or is about to slip out.
+    broken
+        True if a contact force exceeded the breaking force.
+    first_contact, second_contact
+        Contact times, s from the first sample; None without contact.
+    """
+
+    peak_force: float
+    squeeze: float
+    time_to_grasp: float | None
+    slipped: float
+    dropped: bool
+    broken: bool
+    first_contact: float | None
+    second_contact: float | None
+
+    @property
+    def is_held(self) -> bool:
+        """Return True if both fingers hold an object that is neither dropped nor broken."""
+        return self.second_contact is not None and not (self.dropped or self.broken)
+
+
+def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
+    """Return the sample from which a grip force stays stable; None if it never becomes stable."""
+    width = round(SMOOTHED * FINGERTIP_RATE)
+    if len(grip) < 3 * width:
+        return None
+    smooth = np.convolve(grip, np.full(width, 1 / width), "valid")
+    rate = np.abs(smooth[width:] - smooth[:-width]) / (width / FINGERTIP_RATE)
+    weak = smooth[width:] < SAFETY * needed
+    bad = np.flatnonzero(weak | (rate > STEADY))
+    # Element i of `rate` and `weak` uses the samples from i to i + 2 width.
+    first = int(bad[-1]) + 1 if bad.size else 0
+    return None if first >= len(rate) else first + 2 * width - 1

@@ -1,0 +1,188 @@
+"""One pinch of the twin: the mechanics, then the fingertips."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Finger, Label, Pinch, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
+from firstcontact.twin._run import SUBSTEPS, PinchRun, whole_motions
+from firstcontact.twin.draw import PinchDraw
+from firstcontact.twin.drive import Positions
+from firstcontact.twin.mechanics import (
+    BUFFER,
+    FingerParameters,
+    ObjectParameters,
+    Timing,
+    VelostatParameters,
+)
+from firstcontact.twin.noise import MotorNoise
+from firstcontact.twin.sensor import (
+    PinchFingertips,
+    piezo_readings,
+    settled_filter,
+    smoothed,
+    strip_contacts,
+)
+
+#: Length of a pinch, s.
+DURATION = 0.3
+#: Number of samples before the first one in which vibration builds up.
+BURN_IN = 100
+#: Number of pinches that are integrated together.
+_TOGETHER = 8
+_LAYOUT = fingertip_layout()
+
+
+def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
+    """Return the drawn pinch, changed to begin ``lead`` s before the first contact.
+
+    Use it with a short duration if you need only the time around the contact: simulating 60 ms
+    takes a quarter of the time of a whole pinch. A part of the free closing is left out. The
+    vibration still has :data:`BURN_IN` samples to build up.
+    """
+    timing = draw.timing
+    offset = timing.second - timing.first
+    return replace(draw, timing=timing._replace(first=lead, second=lead + offset))
+
+
+def integrate_pinch(
+    draw: PinchDraw, substeps: int = SUBSTEPS, duration: float = DURATION
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the sampling instants and the motion of a drawn pinch.
+
+    Returns
+    -------
+    tuple
+        Sampling instants (s, the first contact at ``draw.timing.first``), shape (samples,), and
+        Output of a :class:`firstcontact.twin.mechanics.Piece`, shape (samples, 2, 5).
+    """
+    run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
+    out = run.advance(run.times.size)
+    return _times(run), out[BURN_IN:]
+
+
+def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
+    """Return the raw scans of one pinch, shape (samples, 6), in the order of ``SCAN``."""
+    times, motion = integrate_pinch(draw, duration=duration)
+    return PinchFingertips(draw, times).read(motion)
+
+
+class PinchJob(NamedTuple):
+    """Drawn pinch to simulate."""
+
+    draw: PinchDraw
+    """Drawn pinch. Its random generator advances."""
+    label: Label
+    """Label of the object."""
+    first_sample: int = 0
+    """Sample number of the first sample."""
+    positions: Positions | None = None
+    """Position sensor of the drives, which gives the closing speed; None without one."""
+
+
+def simulate_pinch(
+    draw: PinchDraw,
+    label: Label,
+    first_sample: int = 0,
+    duration: float = DURATION,
+    positions: Positions | None = None,
+) -> Pinch:
+    """Return a drawn pinch with the samples that the device sends for it.
+
+    Parameters
+    ----------
+    draw, label, first_sample, positions
+        See :class:`PinchJob`.
+    duration
+        Length of the pinch, s.
+
+    Returns
+    -------
+    Pinch
+        int16 samples in :func:`firstcontact.core.layout.fingertip_layout`. Its true contacts come
+        from the strips.
+    """
+    (pinch,) = simulate_pinches([PinchJob(draw, label, first_sample, positions)], duration)
+    return pinch
+
+
+def simulate_pinches(jobs: Sequence[PinchJob], duration: float = DURATION) -> Iterator[Pinch]:
+    """Yield drawn pinches like :func:`simulate_pinch`, faster: several are integrated together.
+
+    Parameters
+    ----------
+    jobs
+        Drawn pinches.
+    duration
+        Length of each pinch, s.
+    """
+    for start in range(0, len(jobs), _TOGETHER):
+        batch = jobs[start : start + _TOGETHER]
+        runs = [PinchRun(job.draw, duration, BURN_IN) for job in batch]
+        for job, run, motion in zip(batch, runs, whole_motions(runs), strict=True):
+            yield _pinch(job, _times(run), motion[BURN_IN:])
+
+
+def _pinch(job: PinchJob, times: NDArray[np.float64], motion: NDArray[np.float64]) -> Pinch:
+    """Return the pinch of a simulated motion."""
+    draw, first_sample = job.draw, job.first_sample
+    scans = PinchFingertips(draw, times).read(motion)
+    data = settled_filter(scans[0], draw.velostat).update(scans)
+    first = Finger.INDEX if draw.timing.first_is_index else Finger.THUMB
+    truth = strip_contacts(scans, first_sample)
+    truth.sort(key=lambda c: (c.sample, c.finger != first))
+    speed = None
+    if job.positions is not None and truth:
+        job.positions.add(motion, first_sample)
+        speed = job.positions.speed(truth[0].sample)
+    return Pinch(data, _LAYOUT, job.label, first_sample, tuple(truth), closing_speed=speed)
+
+
+def _times(run: PinchRun) -> NDArray[np.float64]:
+    """Return the sampling instants after the burn-in, s."""
+    return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
+
+
+def touch_voltage(
+    finger: FingerParameters, target: ObjectParameters, noise: MotorNoise, jitter: float,
+    lead: float, tail: float, rng: np.random.Generator,
+) -> NDArray[np.float64]:  # fmt: skip
+    """Return the piezo voltage of one finger that touches an object.
+
+    Parameters
+    ----------
+    finger, target, noise
+        Parameters of finger, object and motor noise.
+    jitter
+        Standard deviation of the sampling instants (jitter), s.
+    lead, tail
+        Simulated time before and after the contact, s.
+    rng
+        Random generator of noise, jitter, and the contact time within a sampling interval.
+
+    Returns
+    -------
+    ndarray
+        Voltage at the converter. The first :data:`BURN_IN` samples come before ``lead``.
+    """
+    # The other finger never touches and so has no effect.
+    timing = Timing(lead + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
+    sheets, shares = (VelostatParameters(),) * 2, np.full((2, TAXELS), 1 / TAXELS)
+    fingers, noises = (finger, finger), (noise, noise)
+    draw = PinchDraw(fingers, target, timing, noises, sheets, shares, jitter, rng)
+    run = PinchRun(draw, lead + tail, BURN_IN)
+    volts = run.advance(run.times.size)[:, 0, BUFFER]
+    hum = 2 * math.pi * (noise.mains_rate * run.times + rng.random())
+    return volts + noise.hum * np.sin(hum) + noise.electronics * rng.standard_normal(volts.size)
+
+
+def piezo_samples(volts: NDArray[np.float64]) -> NDArray[np.int16]:
+    """Return the voltage of :func:`touch_voltage` as the device sends it, without the burn-in."""
+    return smoothed(piezo_readings(volts))[BURN_IN:]

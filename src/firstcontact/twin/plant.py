@@ -1,0 +1,352 @@
+"""Plant for grasp control: a simulated hand that closes on one object and takes commands."""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Command, Contact, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import GRAVITY, holding_force
+from firstcontact.twin._run import PinchRun
+from firstcontact.twin.draw import PinchDraw
+from firstcontact.twin.drive import Drive
+from firstcontact.twin.mechanics import (
+    BUFFER,
+    CONTACT_FORCE,
+    FACE,
+    INDENTATION,
+    OUTPUTS,
+    VelostatParameters,
+)
+from firstcontact.twin.objects import TwinObject
+from firstcontact.twin.outcome import DROPPED, GraspOutcome, Lift, slide, stable_since
+from firstcontact.twin.pinch import BURN_IN
+from firstcontact.twin.sensor import DeviceFilter, PinchFingertips, mask_contacts, settled_filter
+from firstcontact.twin.slip_sound import SlipParameters, SlipSound
+
+#: Time for which the lifted object is observed, s.
+WATCHED = 0.20
+#: Longest pinch, s. A pinch without contact ends then.
+LONGEST = 1.5
+#: Number of samples computed at a time. It grows from the first number, just after a command, to
+#: the second.
+PIECE = (64, 256)
+
+
+class GraspPlant:
+    """Simulated pinch from the closing hand to the lifted object.
+
+    It begins like a pinch of a simulated set: both fingers close at their drawn speed with the
+    motor running, 130 ms or more before the first contact. Without commands it equals that pinch.
+    The same draw and commands give the same bytes, however many samples each call advances.
+
+    Samples are computed ahead in long pieces. If a command takes effect within a piece, the plant
+    computes this piece again. Only :meth:`advance` computes readings.
+
+    Parameters
+    ----------
+    draw
+        Drawn pinch. Its random generator advances.
+    drive
+        Drive that limits the commands.
+    held_object
+        Object in the hand, which states mass, friction and breaking force.
+    velostat
+        Parameters of the force arrays of both fingers, instead of the drawn ones.
+    lift
+        Lift of the object after the first contact.
+    longest
+        Longest duration of the pinch, s.
+    calm_steps
+        Integration steps per sampling interval from :data:`firstcontact.twin._run.CALM` s after the
+        second contact on, in a commanded hand; at least :data:`firstcontact.twin._run.QUICK`. By
+        default as many as before the contacts.
+    slip, slip_seed
+        Model of the slip sound in the piezos, and the random seed of that model; no slip sound by
+        default. The model does not affect other random numbers.
+
+    Attributes
+    ----------
+    nominal
+        Initial command: the drawn speed and the drive's force.
+    sample
+        Number of the next sample.
+    limit
+        Contact force at which the object breaks, N.
+    """
+
+    def __init__(
+        self,
+        draw: PinchDraw,
+        drive: Drive,
+        held_object: TwinObject,
+        velostat: VelostatParameters | None = None,
+        *,
+        lift: Lift | None = None,
+        longest: float = LONGEST,
+        calm_steps: int | None = None,
+        slip: SlipParameters | None = None,
+        slip_seed: int = 0,
+    ) -> None:
+        self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True, calm_steps=calm_steps)
+        times = self._run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
+        if times[-1] <= draw.timing.second:
+            raise ValueError(f"a pinch of {longest} s ends before its second contact")
+        sheets = None if velostat is None else (velostat, velostat)
+        self._readings = PinchReadings(PinchFingertips(draw, times, sheets))
+        self._run.limit = (
+            math.inf if held_object.fragility is None else held_object.fragility.draw(draw.rng)
+        )
+        self._run.advance(BURN_IN)
+        self._delay = drive.delay
+        self._friction = held_object.friction
+        # Part of an indentation that is the object's (the rest is the pad's), as in the mechanics.
+        moduli = np.array([p.pad_modulus for p in draw.fingers])
+        self._give = moduli / (moduli + draw.object.modulus)
+        self._mass = 2 * draw.object.face_mass
+        self._lift = Lift() if lift is None else lift
+        self._watched = round(WATCHED * FINGERTIP_RATE)
+        self._motion = np.zeros((times.size, 2, OUTPUTS))
+        self._contacts: list[Contact] = []
+        # Distance (m) and speed (m/s) of the slip at each sample.
+        self._slid = np.zeros((times.size, 2))
+        self._data = np.zeros((times.size, fingertip_layout().width), np.int16)
+        self._made, self._piece = 0, PIECE[0]
+        self._end = times.size
+        # State before the newest piece, and before the newest readings.
+        self._mark = (self._run.fork(), 0)
+        self._unread = self._readings.fork()
+        self._sound = self._unheard = None
+        if slip is not None:
+            rng = np.random.default_rng(slip_seed)
+            self._sound = SlipSound(draw.fingers, self._mass, self._friction, slip, rng)
+            self._unheard = self._sound.fork()
+        self.nominal = Command(self._run.nominal_speed, drive.force)
+        self.sample = 0
+
+    @property
+    def limit(self) -> float:
+        """Contact force at which the object breaks, N."""
+        return self._run.limit
+
+    @property
+    def now(self) -> float:
+        """Time from the first to the newest sample, s; 0 before the first sample."""
+        return max(self.sample - 1, 0) / FINGERTIP_RATE
+
+    @property
+    def ended(self) -> bool:
+        """Return True once the lifted object was observed, or the longest duration has passed."""
+        return self.sample >= self._end
+
+    def command(self, command: Command) -> None:
+        """Give a command. It takes effect one latency of the drive after the newest sample."""
+        effect = self.sample - 1 + self._delay
+        if effect < self._made - 1:
+            self._unmake()
+        self._run.order(command, BURN_IN + effect)
+        self._piece = PIECE[0]
+        self._make(self.sample)
+
+    def advance(self, samples: int) -> NDArray[np.int16]:
+        """Advance, and return the next samples as the device sends them.
+
+        Returns
+        -------
+        ndarray
+            Shape (samples, 16), in the order of :func:`firstcontact.core.layout.fingertip_layout`.
+            The array has fewer rows if the pinch reaches its longest duration.
+        """
+        first = self.sample
+        self.move(samples)
+        read = self._readings.sample
+        if read < self.sample:
+            self._unread = self._readings.fork()
+            self._data[read : self._made] = self._readings.read(self._motion_with_slip(read))
+        return self._data[first : self.sample].copy()
+
+    def move(self, samples: int) -> None:
+        """Advance without computing readings, which saves half of the time."""
+        stop = min(self.sample + samples, len(self._motion))
+        if stop > self._made:
+            self._make(stop)
+        self.sample = stop
+
+    def copy(self, lift: Lift | None = None) -> Self:
+        """Return an independent copy in the current state. ``lift``, if given, replaces the lift.
+
+        The copy shares the random draws and past samples with the original, so it costs only a
+        hundredth of a closing.
+        """
+        other = copy.copy(self)
+        other._run = self._run.fork()
+        other._readings = self._readings.fork()
+        other._sound = None if self._sound is None else self._sound.fork()
+        for name in ("_motion", "_slid", "_data"):
+            original = getattr(self, name)
+            copied = np.zeros_like(original)
+            copied[: self._made] = original[: self._made]
+            setattr(other, name, copied)
+        if lift is not None:
+            other._lift = lift
+            other._add_contacts([])
+            other._slide(self.sample, other._motion[self.sample : self._made])
+        return other
+
+    def _motion_with_slip(self, first: int) -> NDArray[np.float64]:
+        """Return the motion from sample ``first`` on, with the slip sound in the buffers."""
+        motion = self._motion[first : self._made]
+        if self._sound is None:
+            return motion
+        self._unheard = self._sound.fork()
+        hanging = np.zeros(len(motion))
+        if self._contacts:
+            hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
+        speeds = np.ascontiguousarray(self._slid[first : self._made, 1])
+        motion = motion.copy()
+        motion[..., BUFFER] += self._sound.hear(motion[..., CONTACT_FORCE], speeds, hanging)
+        return motion
+
+    def _make(self, stop: int) -> None:
+        """Compute the motion in whole pieces, at least up to sample ``stop``."""
+        while self._made < stop:
+            first = self._made
+            self._mark = (self._run.fork(), first)
+            # Samples beyond the end are computed on request, but not ahead.
+            samples = max(stop - first, min(self._piece, self._end - first))
+            motion = self._run.advance(samples)
+            self._motion[first : first + samples] = motion
+            self._made += samples
+            self._add_contacts(mask_contacts(motion[..., INDENTATION] > 0, first, self._contacts))
+            self._slide(first, motion)
+            self._piece = min(2 * self._piece, PIECE[1])
+
+    def _unmake(self) -> None:
+        """Undo the newest piece, even if some of its samples were read."""
+        run, self._made = self._mark
+        self._run = run.fork()
+        contacts, self._contacts = self._contacts, []
+        self._end = len(self._motion)
+        self._add_contacts([c for c in contacts if c.sample < self._made])
+        if self._readings.sample > self._made:
+            self._readings = self._unread.fork()
+            self._sound = None if self._unheard is None else self._unheard.fork()
+
+    def _add_contacts(self, contacts: list[Contact]) -> None:
+        self._contacts = self._contacts + contacts
+        if self._contacts:
+            end = self._contacts[0].sample + self._lift.samples + self._watched
+            self._end = min(len(self._motion), end)
+
+    def _slide(self, first: int, motion: NDArray[np.float64]) -> None:
+        if self._contacts:
+            hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
+            forces = np.ascontiguousarray(motion[..., CONTACT_FORCE])
+            slide(
+                forces, hanging, self._mass, self._friction,
+                1 / FINGERTIP_RATE, self._slid[max(first - 1, 0)].copy(),
+                self._slid[first : first + len(motion)],
+            )  # fmt: skip
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Contacts so far, as strips would show them, in order of time."""
+        return tuple(c for c in self._contacts if c.sample < self.sample)
+
+    @property
+    def slipped(self) -> float:
+        """Distance that the object has slid down up to the newest sample, m."""
+        return float(self._slid[self.sample - 1, 0]) if self.sample else 0.0
+
+    @property
+    def lost(self) -> bool:
+        """Return True if the object has slid far enough to count as dropped."""
+        return self.slipped > DROPPED
+
+    @property
+    def slipping_since(self) -> float | None:
+        """Time at which the present slip began, s; None if the object does not slip."""
+        speeds = self._slid[: self.sample, 1]
+        if not (speeds.size and speeds[-1] > 0):
+            return None
+        still = np.flatnonzero(speeds == 0)
+        return float(still[-1] + 1) / FINGERTIP_RATE
+
+    @property
+    def grip(self) -> float:
+        """Grip force at the newest sample, N. It is the smaller of both contact forces."""
+        return float(self._motion[self.sample - 1, :, CONTACT_FORCE].min()) if self.sample else 0.0
+
+    @property
+    def forces(self) -> NDArray[np.float64]:
+        """Contact forces of index and thumb so far, N, shape (samples, 2)."""
+        return self._motion[: self.sample, :, CONTACT_FORCE].copy()
+
+    @property
+    def gaps(self) -> NDArray[np.float64]:
+        """Distances from fingers to object so far, m; negative in contact, NaN if unknown."""
+        return -self._motion[: self.sample, :, INDENTATION]
+
+    @property
+    def outcome(self) -> GraspOutcome:
+        """Outcome of the pinch so far."""
+        broken = self._run.broken_at
+        crack = None if broken is None or broken - BURN_IN >= self.sample else broken - BURN_IN
+        # Ignore the remains of a broken object.
+        end = self.sample if crack is None else crack + 1
+        motion = self._motion[:end]
+        forces = motion[..., CONTACT_FORCE]
+        grip = forces.min(axis=1)
+        seen = [c.sample for c in self.contacts]
+        distance, speed = map(float, self._slid[end - 1]) if end else (0.0, 0.0)
+        gravity = 0.0
+        if seen:
+            gravity = GRAVITY * float(self._lift.hanging(end - 1 - seen[0], 1)[0])
+        is_slipping = speed > 0 and self._friction * float(forces[-1].sum()) < self._mass * gravity
+        stable = None
+        if seen and crack is None:
+            stable = stable_since(grip, holding_force(self._mass, self._friction))
+        depths = np.nan_to_num(motion[..., INDENTATION]).clip(0.0)
+        squeeze = motion[..., FACE].sum(axis=1) + depths @ self._give
+        return GraspOutcome(
+            peak_force=float(grip.max(initial=0.0)),
+            squeeze=float(squeeze.max(initial=0.0)),
+            time_to_grasp=None if stable is None else (stable - seen[0]) / FINGERTIP_RATE,
+            slipped=distance,
+            dropped=distance > DROPPED or is_slipping or (not seen and self.ended),
+            broken=crack is not None,
+            first_contact=seen[0] / FINGERTIP_RATE if seen else None,
+            second_contact=seen[1] / FINGERTIP_RATE if len(seen) > 1 else None,
+        )
+
+
+class PinchReadings:
+    """Converters of one pinch, followed by the microcontroller's filters."""
+
+    def __init__(self, tips: PinchFingertips) -> None:
+        self._tips = tips
+        self._device: DeviceFilter | None = None
+
+    @property
+    def sample(self) -> int:
+        """Number of the next sample."""
+        return self._tips.sample
+
+    def read(self, motion: NDArray[np.float64]) -> NDArray[np.int16]:
+        """Return the next samples, shape (n, 16), of a motion of shape (n, 2, 5)."""
+        scans = self._tips.read(motion)
+        if self._device is None:
+            self._device = settled_filter(scans[0], self._tips.sheets)
+        return self._device.update(scans)
+
+    def fork(self) -> Self:
+        """Return an independent copy in the same state, with the same noise."""
+        other = copy.copy(self)
+        other._tips = self._tips.fork()
+        other._device = None if self._device is None else self._device.fork()
+        return other

@@ -235,10 +235,7 @@ def draw_object(rng: Rng) -> RandomObject:
 def touch(
     rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.int16], float]:
-    """Return the signal of a contact in 1/32 counts, and the closing speed, m/s.
-
-    The contact is ``lead`` s after the first sample; ``tail`` s after it are simulated.
-    """
+    """Return the signal of a contact in 1/32 counts, and the closing speed, m/s."""
     volts, speed = _touch_volts(rig, day, target, rng, lead, tail)
     return piezo_samples(volts), speed
 

@@ -60,7 +60,11 @@ def install_words(folder: Path, origin: str | None) -> list[str]:
         (record / "direct_url.json").write_text(json.dumps({"url": origin}))
     (folder / "site" / "firstcontact").symlink_to(PROJECT.parent / "src" / "firstcontact")
     result = subprocess.run(
-        [sys.executable, "-c", "from firstcontact.core.installation import *; print(install_command('plot'))"],
+        [
+            sys.executable,
+            "-c",
+            "from firstcontact.core.installation import *; print(install_command('plot'))",
+        ],
         env={**os.environ, "PYTHONPATH": str(folder / "site")},
         capture_output=True,
         text=True,

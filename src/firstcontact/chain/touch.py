@@ -26,32 +26,7 @@ def predict_touches(
     *,
     is_regression: bool = False,
 ) -> NDArray[np.float64]:
-    """Predict from contacts.
-
-    Parameters
-    ----------
-    image
-        Image with a model.
-    signals
-        Signals before and after the contacts, V, shape (n, before + 74).
-    valid
-        Number of samples after each contact that may be used, shape (n,).
-    fingers
-        Number of each contact's finger, shape (n,).
-    speeds, errors
-        Measured closing speed, m/s, and its relative error; NaN where unknown, shape (n,).
-    radii
-        Radius of the object, m; infinite for a flat one, NaN if unknown, shape (n,).
-    is_regression
-        True to predict with the regression on the rig's own pinches alone. Only value and spread
-        are then valid.
-
-    Returns
-    -------
-    ndarray
-        Value, low, high, half width, spread, and 1 if out of range, shape (n, 6). NaN if a
-        prediction is not finite.
-    """
+    """Predict from contacts."""
     out = np.full((len(signals), 6), np.nan)
     chain_extension().predict(
         image.handle,
@@ -71,10 +46,7 @@ def rig_inputs(
     errors: Array,
     radii: Array,
 ) -> NDArray[np.float32]:
-    """Return the network's inputs for contacts of the image's rigs, shape (n, INPUTS).
-
-    The parameters are those of :func:`predict_touches`.
-    """
+    """Return the network's inputs for contacts of the image's rigs, shape (n, INPUTS)."""
     out = np.empty((len(signals), INPUTS), np.float32)
     chain_extension().rig_inputs(
         image.handle, *_contacts(signals, valid, fingers, speeds, errors, radii), out
@@ -83,17 +55,7 @@ def rig_inputs(
 
 
 def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.float64]:
-    """Return mean and spread that the network of an image predicts from inputs, shape (n, 2).
-
-    Parameters
-    ----------
-    image
-        Image with a model. Its rigs are ignored.
-    inputs
-        Inputs of the network, shape (n, INPUTS).
-    terms
-        What the rig of each contact adds in the network, shape (n, rank).
-    """
+    """Return mean and spread that the network of an image predicts from inputs, shape (n, 2)."""
     out = np.empty((len(inputs), 2))
     chain_extension().network(
         image.handle,
@@ -120,24 +82,7 @@ def _contacts(
 def touch_inputs(
     signals: Array, valid: Array, before: int, level: Array, sign: Array, hints: Array
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return the network's inputs and the traits of contacts.
-
-    Parameters
-    ----------
-    signals, valid
-        As in :func:`predict_touches`.
-    before
-        Samples before each contact.
-    level, sign
-        Level (V) and sign of each contact's rig, shape (n,).
-    hints
-        Inputs for closing speed and radius, shape (n, 5).
-
-    Returns
-    -------
-    inputs, traits : ndarray
-        Shape (n, 241) and (n, 16).
-    """
+    """Return the network's inputs and the traits of contacts."""
     n = len(signals)
     inputs, traits = np.empty((n, INPUTS), np.float32), np.empty((n, TRAITS))
     chain_extension().inputs(
@@ -156,10 +101,7 @@ def touch_inputs(
 def spectra(
     signals: Array, sine: Array, fade: Array, part: Array, cell: Array
 ) -> NDArray[np.float32]:
-    """Return the spectra of signals before contacts, shape (n, 400).
-
-    ``signals`` has one column per value of ``fade``. For the constants see ``fc_pitch`` in C.
-    """
+    """Return the spectra of signals before contacts, shape (n, 400)."""
     out = np.empty((len(signals), LINES), np.float32)
     chain_extension().spectra(
         np.ascontiguousarray(signals, np.float32), len(fade), sine, fade, part, cell, out
@@ -187,22 +129,7 @@ ORDER, FEATURES = 12, 16
 
 
 def fit_predictions(quiet: Array) -> NDArray[np.float64]:
-    """Return filters that remove the predictable part of a motor's noise.
-
-    A filter is a linear prediction (Yule-Walker) from the steady state. Motor spectra and ringing
-    sensors differ between rigs, but the prediction error is white on all of them.
-
-    Parameters
-    ----------
-    quiet
-        Steady states in their sigmas, shape (n, samples), with 25 samples or more.
-
-    Returns
-    -------
-    ndarray
-        Weights of the newest sample and of the 12 samples before it, shape (n, 13). With them, the
-        prediction error of each row of ``quiet`` has a sigma of 1. All are 0 for a constant row.
-    """
+    """Return filters that remove the predictable part of a motor's noise."""
     rows = np.ascontiguousarray(quiet, np.float64)
     out = np.empty((len(rows), ORDER + 1))
     chain_extension().fit_predictions(rows, rows.shape[1], out)
@@ -212,27 +139,7 @@ def fit_predictions(quiet: Array) -> NDArray[np.float64]:
 def look_features(
     looks: Array, weights: Array, lengths: Sequence[int], floor: float
 ) -> NDArray[np.float64]:
-    """Return the loudness features of looks: of the signal, then of its prediction error.
-
-    Each of the two has the same 8 features, all logarithms. The first is the level of the quiet
-    part. The next are the levels of five spans at the end of the look, relative to the quiet part.
-    Then comes the level between the longest of them and the quiet part, relative to the quiet
-    part. The last is the peak in the longest span, relative to the peak in the quiet part.
-
-    Parameters
-    ----------
-    looks
-        Signals in sigmas of the steady state, shape (n, samples).
-    weights
-        Weights of :func:`fit_predictions` for each look, shape (n, 13).
-    lengths, floor
-        See :class:`DetectorConstants`.
-
-    Returns
-    -------
-    ndarray
-        Shape (n, 16).
-    """
+    """Return the loudness features of looks: of the signal, then of its prediction error."""
     rows = np.ascontiguousarray(looks, np.float64)
     out = np.empty((len(rows), FEATURES))
     chain_extension().look_features(

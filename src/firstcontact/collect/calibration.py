@@ -203,11 +203,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
 def wait_for_tap(
     source: Source, calibration: Calibration, finger: Finger | None, patience: float = 20.0
 ) -> Calibration:
-    """Wait for a tap on a fingertip and put its peak into the calibration.
-
-    A ``finger`` of None means a sensor that belongs to no finger. The longest wait, ``patience``,
-    is in s by the device's clock.
-    """
+    """Wait for a tap on a fingertip and put its peak into the calibration."""
     layout = source.descriptor.layout
     columns = layout.columns(ChannelKind.VIBRATION, finger)
     offset = next((p.offset for p in calibration.piezo if p.finger is finger), 0.0)

@@ -83,18 +83,7 @@ def read_contacts(path: Path) -> dict[Key, float]:
 
 
 def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 960.0) -> Agreement:
-    """Fit the camera's clock to the device's clock, and return how well the contacts agree.
-
-    Each epoch has its own offset, because the device counts from 0 again. All epochs share one
-    drift. The fit is robust to a few wrong labels.
-
-    Parameters
-    ----------
-    recording
-        Recording whose pinches hold the strips' contacts.
-    contacts, fps
-        Camera time of each contact, s, and the camera's frames per second.
-    """
+    """Fit the camera's clock to the device's clock, and return how well the contacts agree."""
     if not 1.0 <= fps <= FASTEST:
         raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")
     rate = recording.header.layout.rate

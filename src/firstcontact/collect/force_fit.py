@@ -56,18 +56,7 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
 
 
 def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
-    """Fit the force curve of one finger's Velostat sheet: leak without load, gain and exponent.
-
-    The fit is least squares on the conductance. Because the noise is in the voltage, each residual
-    is weighted by the slope of the voltage.
-
-    Parameters
-    ----------
-    weighings
-        Weights on one finger. They may include the unloaded sheet (0 N).
-    resistor
-        Resistor of the divider, ohm.
-    """
+    """Fit the force curve of one finger's Velostat sheet: leak without load, gain and exponent."""
     finger = weighings[0].finger if weighings else Finger.INDEX
     subject = f"the {finger.name.lower()}'s weights"
     points = sorted(weighings, key=lambda w: w.newtons)

@@ -212,11 +212,7 @@ class LabelServer:
         ready: Callable[[], object] = lambda: None,
         is_stopped: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Serve until the new recordings are written or ``is_stopped`` returns True.
-
-        Call ``ready`` once the page is served. Signal handlers must not raise exceptions while the
-        server runs: they would be lost in the task of a reply.
-        """
+        """Serve until the new recordings are written or ``is_stopped`` returns True."""
         try:
             asyncio.run(self._run(ready, is_stopped))
         finally:

@@ -61,21 +61,7 @@ def run_session(
     screen: Screen,
     stopped: Callable[[], bool] = lambda: False,
 ) -> bool:
-    """Record until every object has its pinches. Return True if all were recorded.
-
-    Close the source at the end. The file then holds all samples that the source received.
-
-    Parameters
-    ----------
-    source, guide
-        Open source, and the guide for its layout.
-    path, header
-        File of the recording, and its header.
-    screen
-        Display for the person.
-    stopped
-        Function that is called repeatedly. When it returns True, recording ends early.
-    """
+    """Record until every object has its pinches. Return True if all were recorded."""
     with Recorder() as recorder:
         recorder.start(path, header)
         try:
@@ -136,12 +122,7 @@ class SoFar:
 
 
 def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
-    """Return the files and pinches of a session that a folder holds.
-
-    The first file of session 3 is ``session-3.mcap``. After an interruption the next file is
-    ``session-3.part2.mcap``, because recordings are never overwritten. A file that cannot be read
-    stays as it is: its recorder was killed before it wrote a sample.
-    """
+    """Return the files and pinches of a session that a folder holds."""
     stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
     pinches_by_label: Counter[Label] = Counter()
     files: list[Path] = []

@@ -66,10 +66,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest score before the first contact, and the highest in time after it.
-
-        Each is the lowest score of ``LOOKS`` consecutive looks at one finger.
-        """
+        """Return the highest score before the first contact, and the highest in time after it."""
         score = scores(self.features, line)
         agreed = np.full(len(score), -np.inf)
         for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):

@@ -116,10 +116,7 @@ class Closings:
         return None if due == _NEVER else due
 
     def update(self, block: Block) -> Iterator[Stage]:
-        """Process the next block and yield its events in order.
-
-        The caller must exhaust this iterator before the next block.
-        """
+        """Process the next block and yield its events in order."""
         events = self._chain.take(block)
         # Until a closing begins, events belong to the epoch of the closing before.
         epoch, self._epoch, self._end = self._epoch, block.epoch, block.end

@@ -61,10 +61,7 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
 
 
 def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return the RMS (V) of each finger at rest, and with the motor (0 if it is not audible).
-
-    Return None if the pinch is unusable or too short.
-    """
+    """Return the RMS (V) of each finger at rest, and with the motor (0 if it is not audible)."""
     samples = samples_in(GATE_STEP, pinch.layout.rate)
     if not samples:  # the rate is too low
         return None
@@ -94,10 +91,7 @@ def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def step_powers(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the power of each step in every run of 13 steps, relative to the run's level.
-
-    ``piezo`` has the shape (steps, samples, fingers), the result (runs, fingers, 13).
-    """
+    """Return the power of each step in every run of 13 steps, relative to the run's level."""
     samples = piezo.shape[1]
     total = sliding_window_view(piezo.sum(axis=1), STEPS, axis=0)
     squares = sliding_window_view((piezo**2).sum(axis=1), STEPS, axis=0)
@@ -140,12 +134,7 @@ def settling(layout: Layout) -> int:
 
 
 def closing_start(pinch: Pinch, floors: Calibration | None = None) -> DetectionStart:
-    """Return the start of a pinch's closing, where the steady state begins.
-
-    The closing starts 39 ms after the motor, as in a live session. If the motor runs from the first
-    sample on, or its start is unknown, the closing starts with the first sample. Labels of contacts
-    are not used.
-    """
+    """Return the start of a pinch's closing, where the steady state begins."""
     first = pinch.first_sample
     end = first + len(pinch.data)
     if pinch.motor_start is not None:
@@ -165,11 +154,7 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> DetectionS
 
 
 def closing_starts(dataset: Dataset) -> tuple[DetectionStart, ...]:
-    """Return the start of each pinch's closing.
-
-    If a pinch has neither a known start of the motor nor noise floors, the floors are estimated
-    from the pinches of its session.
-    """
+    """Return the start of each pinch's closing."""
     floors = {id(p): floor for group in _rigs(dataset.pinches) for p, floor in _shared(group)}
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
 

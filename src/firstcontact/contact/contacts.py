@@ -67,14 +67,7 @@ class PinchDecisions:
 
 
 def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
-    """Judge the windows of a pinch from its first sample on.
-
-    All windows before ``until`` are judged. Further windows are judged until the first contact is
-    confirmed, or to the end of the pinch.
-
-    ``pinch`` must begin at the start of its closing. ``fixed_windows`` of the result end at
-    ``until`` or after ``PIECE`` s, whichever is later.
-    """
+    """Judge the windows of a pinch from its first sample on."""
     layout = pinch.layout
     chain = contact_chain(detector, layout, is_traced=True)
     windows: list[tuple[int, ...]] = []

@@ -72,16 +72,7 @@ class Onset:
 
 
 def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
-    """Find all contacts in whole signals, in time order.
-
-    Unlike a detector, the finder knows the quiet level of the whole signal. At every sample it
-    compares the loudness before and after the sample. A rise of the loudness is a leap, and the
-    largest leaps are accepted first. So the finder finds more contacts than a detector, but cannot
-    run live. A leap counts as a contact only if the signal also changes faster than before the
-    leap. This excludes slow swings, but not rebounds. The onset is then located in the unfiltered
-    signal. A causal filter would delay the onset, and a filter in both directions would start a
-    slow onset too early.
-    """
+    """Find all contacts in whole signals, in time order."""
     onsets = []
     for column in range(signals.shape[1]):
         onsets += [Onset(column, *onset) for onset in _find_in_channel(signals[:, column], rate)]

@@ -56,10 +56,7 @@ FLOOR = 0.1
 
 
 def feature_count(step: int) -> int:
-    """Return the number of features of a window.
-
-    ``step`` is the number of new samples since the previous window.
-    """
+    """Return the number of features of a window."""
     return step + COARSE + 6 * PARTS + 2
 
 
@@ -83,19 +80,7 @@ def _loudness_edges(quiet: int, new: int, n: int) -> NDArray[np.intp]:
 
 
 def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
-    """Return features of windows: their newest waveform, and the loudness of nine pieces of each.
-
-    The newest two steps of a window are recent, because a contact that is faint in one window can
-    show in the next. The samples before them are quiet. Their mean is subtracted from the window.
-    The features are:
-
-    - the samples of the newest step, and means of the step before it, compressed by asinh, so that
-      loud and faint contacts lie close together;
-    - the logarithmic RMS of three quiet and six recent pieces, both of the signal and of the
-      differences between its samples. Their ratio separates short clicks from slow contacts;
-    - the logarithm of the recent peak divided by the quiet peak, of the signal and of the
-      differences.
-    """
+    """Return features of windows: their newest waveform, and the loudness of nine pieces of each."""
     count, n = windows.shape
     new, quiet = n - step, n - 2 * step
     # Row 0 is the signal, row 1 its differences. Each operation below handles both.
@@ -124,10 +109,7 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return the cross-validation group of each pinch: its session.
-
-    With fewer sessions than folds, each pinch is its own group.
-    """
+    """Return the cross-validation group of each pinch: its session."""
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
 

@@ -131,13 +131,7 @@ class _Head:
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
-    """Write a calibration atomically and replace an existing file.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+    """Write a calibration atomically and replace an existing file."""
     try:
         write_json(path, {"format": FORMAT, "version": VERSION, **calibration.to_json()})
     except OSError as error:
@@ -145,13 +139,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Check that a path can be written before a long measurement. Leave no file there.
-
-    Raises
-    ------
-    InputError
-        :func:`write_calibration` could not write the path.
-    """
+    """Check that a path can be written before a long measurement. Leave no file there."""
     try:
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
@@ -162,14 +150,7 @@ def check_writable(path: Path) -> None:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a file that :func:`write_calibration` wrote.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not a calibration, has another version, or holds a number
-        that is out of range.
-    """
+    """Read a file that :func:`write_calibration` wrote."""
     try:
         data = read_regular(path, LONGEST)
     except OSError as error:
@@ -187,13 +168,7 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def given_calibration(calibration: Calibration | AnyPath | None) -> Calibration | None:
-    """Return a calibration that a caller gave, read from its file if a path was given.
-
-    Raises
-    ------
-    InputError
-        See :func:`read_calibration`.
-    """
+    """Return a calibration that a caller gave, read from its file if a path was given."""
     if isinstance(calibration, str | os.PathLike):
         return read_calibration(given_path(calibration, "calibration"))
     return calibration

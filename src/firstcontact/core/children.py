@@ -65,13 +65,7 @@ class Child:
         return self._process.pid
 
     def tell(self, line: str, timeout: float) -> None:
-        """Send a line to the child.
-
-        Raises
-        ------
-        OSError
-            The child has ended, or did not read the line within ``timeout`` s (TimeoutError).
-        """
+        """Send a line to the child."""
         number = _open(self._process.stdin).fileno()
         data = line.encode() + b"\n"
         deadline = time.monotonic() + timeout
@@ -82,13 +76,7 @@ class Child:
             data = data[os.write(number, data[: select.PIPE_BUF]) :]
 
     def answer(self, timeout: float) -> str:
-        """Return the next line that the child writes.
-
-        Raises
-        ------
-        OSError
-            The child has ended, or wrote nothing for ``timeout`` s (TimeoutError).
-        """
+        """Return the next line that the child writes."""
         number = _open(self._process.stdout).fileno()
         deadline = time.monotonic() + timeout
         while b"\n" not in self._unread:
@@ -102,13 +90,7 @@ class Child:
         return line.decode("utf-8", "replace")
 
     def end(self, timeout: float) -> bool:
-        """Close the child's input, and kill it if it does not end within ``timeout`` s.
-
-        Returns
-        -------
-        bool
-            True if the child ended by itself. A second call does nothing.
-        """
+        """Close the child's input, and kill it if it does not end within ``timeout`` s."""
         with suppress(OSError):
             _open(self._process.stdin).close()
         self._keeper.join(timeout)
@@ -125,12 +107,7 @@ class Child:
 def _start_module(
     module: str, *options: str, number: signal.Signals, **popen: Any
 ) -> subprocess.Popen[bytes]:
-    """Start a process that runs a module and ends with this process.
-
-    The process imports from the same folders as this process. It runs in its own session.
-    It gets the signal ``number`` when the calling thread ends. ``popen`` are arguments of
-    :class:`subprocess.Popen`.
-    """
+    """Start a process that runs a module and ends with this process."""
     # Without -P a file in the user's working folder could replace a module.
     command = [sys.executable, "-P", "-m", "firstcontact.core.children"]
     return subprocess.Popen(  # noqa: S603

@@ -87,18 +87,7 @@ def _result(task: Future[bytes]) -> Any:
 
 @contextmanager
 def use_cluster(address: str) -> Iterator[None]:
-    """Run the jobs of :func:`firstcontact.core.parallel` on a Dask cluster.
-
-    Parameters
-    ----------
-    address
-        Address of the scheduler, as tcp://HOST:PORT.
-
-    Raises
-    ------
-    InputError
-        No scheduler answers, it has no workers, or versions of packages differ.
-    """
+    """Run the jobs of :func:`firstcontact.core.parallel` on a Dask cluster."""
     # Errors below name the problem in one sentence; the library's log lines would repeat it.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -18,10 +18,7 @@ Progress = bool | Callable[[int], object] | None
 def progress_steps(
     progress: Progress, total: int | None, unit: str, title: str | None = None
 ) -> Iterator[Callable[[int], object]]:
-    """Yield a function to call with the number of steps just finished. Show a bar if requested.
-
-    ``total`` is the number of steps, None if unknown, and ``unit`` the noun for one step.
-    """
+    """Yield a function to call with the number of steps just finished. Show a bar if requested."""
     if callable(progress):
         yield progress
     elif progress:

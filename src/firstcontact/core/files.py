@@ -38,13 +38,7 @@ _PART = re.compile(r"\..+\.[0-9a-f]{8}\.part", re.DOTALL)
 
 
 def given_path(path: object, parameter: str = "path") -> Path:
-    """Return a path that a caller gave, which no library was asked for yet.
-
-    Raises
-    ------
-    InputError
-        The value is not a path, or holds a zero byte.
-    """
+    """Return a path that a caller gave, which no library was asked for yet."""
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"{path!r} must be a path: give it as text", parameter=parameter)
     if "\0" in os.fspath(path):
@@ -56,23 +50,12 @@ def given_path(path: object, parameter: str = "path") -> Path:
 
 
 def resolved(path: Path) -> Path:
-    """Return the absolute path without links. A link to itself stays: the system refuses it later.
-
-    Python 3.11 and 3.12 raise RuntimeError for it in ``Path.resolve``.
-    """
+    """Return the absolute path without links. A link to itself stays: the system refuses it later."""
     return Path(os.path.realpath(path))
 
 
 def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Path]:
-    """Return the files with this suffix (lower case) in a folder and below it, sorted by name.
-
-    The search does not follow links to folders. It skips temporary files of writers.
-
-    Raises
-    ------
-    InputError
-        There are more than ``most`` files and folders: the user may have named a whole disk.
-    """
+    """Return the files with this suffix (lower case) in a folder and below it, sorted by name."""
     matches: list[Path] = []
     entries = 0
     for parent, folders, names in os.walk(folder):
@@ -88,15 +71,7 @@ def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Pat
 
 
 def open_regular(path: Path) -> IO[bytes]:
-    """Open a regular file for reading, and never wait for a pipe or a device.
-
-    Raises
-    ------
-    InputError
-        The path names a folder, a pipe, a socket or a device.
-    OSError
-        The file does not exist or may not be read.
-    """
+    """Open a regular file for reading, and never wait for a pipe or a device."""
     # Without O_NONBLOCK, opening a named pipe waits for a writer.
     number = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     if not S_ISREG(os.fstat(number).st_mode):
@@ -106,15 +81,7 @@ def open_regular(path: Path) -> IO[bytes]:
 
 
 def read_regular(path: Path, most: int) -> bytes:
-    """Return the contents of a regular file of at most ``most`` bytes.
-
-    Raises
-    ------
-    InputError
-        The path names no regular file, see :func:`open_regular`, or the file is longer.
-    OSError
-        The file does not exist or cannot be read.
-    """
+    """Return the contents of a regular file of at most ``most`` bytes."""
     with open_regular(path) as stream:
         if os.fstat(stream.fileno()).st_size > most:
             raise InputError(f"{path} has more than {most} bytes: choose the right file")
@@ -123,17 +90,7 @@ def read_regular(path: Path, most: int) -> bytes:
 
 @contextmanager
 def temporary_path(path: Path) -> Iterator[Path]:
-    """Yield a path in a temporary folder next to ``path``, with the same file name.
-
-    The folder is on the same disk, so a rename can move the file to ``path``. Missing parent
-    folders are created. The temporary folder and its contents are removed when the ``with`` block
-    ends. Leftovers of killed writers for the same path are removed first.
-
-    Raises
-    ------
-    OSError
-        The folder cannot be created.
-    """
+    """Yield a path in a temporary folder next to ``path``, with the same file name."""
     path.parent.mkdir(parents=True, exist_ok=True)
     for leftover in _siblings(path, "part"):
         _remove_if_dead(leftover)
@@ -147,11 +104,7 @@ def temporary_path(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path with the same file name. The file written there replaces ``path``.
-
-    This happens at the end of the ``with`` block. On an exception the temporary file is removed,
-    and ``path`` stays unchanged.
-    """
+    """Yield a temporary path with the same file name. The file written there replaces ``path``."""
     with temporary_path(path) as temporary:
         yield temporary
         temporary.replace(path)
@@ -159,15 +112,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def creating(path: Path) -> Iterator[Path]:
-    """Yield a temporary path like :func:`replacing`, for a file that must not exist yet.
-
-    Raises
-    ------
-    FileExistsError
-        The file exists, or another process created it meanwhile. That file stays unchanged.
-    OSError
-        The file cannot be written.
-    """
+    """Yield a temporary path like :func:`replacing`, for a file that must not exist yet."""
     if os.path.lexists(path):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
     with temporary_path(path) as temporary:
@@ -184,17 +129,7 @@ def creating(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """Yield a new, empty folder that replaces ``path`` on success.
-
-    On an exception the new folder is removed and ``path`` stays unchanged.
-
-    Raises
-    ------
-    InputError
-        ``path`` cannot be replaced: it is a file, a mounted disk or the working folder.
-    OSError
-        The folder cannot be written. The error names ``path``.
-    """
+    """Yield a new, empty folder that replaces ``path`` on success."""
     path = resolved(path)
     _check_replaceable(path)
     try:

@@ -53,13 +53,7 @@ def require_extra(entry: HasRequirements) -> None:
 
 
 def require_modules(extra: str, *modules: str) -> None:
-    """Raise an error with the install command if any of these modules is missing.
-
-    Raises
-    ------
-    InputError
-        A module is missing. The message holds the command that installs the extra.
-    """
+    """Raise an error with the install command if any of these modules is missing."""
     missing = missing_modules(modules)
     if missing:
         raise InputError(
@@ -74,10 +68,7 @@ def missing_modules(modules: Iterable[str]) -> list[str]:
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra from the clone or wheel of this package.
-
-    No package index holds this package, so the command names a path.
-    """
+    """Return the command that installs an extra from the clone or wheel of this package."""
     pip = [sys.executable, "-m", "pip", "install"]
     if (_CLONE / "pyproject.toml").is_file():
         return shlex.join([*pip, "-e", f"{_CLONE}[{extra}]"])
@@ -89,11 +80,7 @@ def install_command(extra: str) -> str:
 
 
 def import_onnxruntime() -> Any:
-    """Import ONNX Runtime with its telemetry switched off, and return the module.
-
-    From version 1.31 on, the import writes a device ID and a database of events into the user's
-    cache. An environment variable prevents this, and child processes inherit it.
-    """
+    """Import ONNX Runtime with its telemetry switched off, and return the module."""
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime
 
@@ -112,13 +99,7 @@ def installed_versions() -> dict[str, str]:
 
 
 def kernels() -> Any:
-    """Return the module of the compiled functions, whose C sources are in ``c/``.
-
-    Raises
-    ------
-    InputError
-        They are missing, or older than their sources.
-    """
+    """Return the module of the compiled functions, whose C sources are in ``c/``."""
     return _load_kernels()
 
 

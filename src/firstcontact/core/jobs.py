@@ -118,25 +118,7 @@ def parallel(
     tick: Tick = lambda finished, total: None,
     prefer: Literal["processes", "threads"] = "processes",
 ) -> Iterator[Runner]:
-    """Yield a runner that leaves no process behind, even after an exception.
-
-    Inside :func:`firstcontact.core.use_cluster`, the cluster runs the jobs. If a
-    ``joblib.parallel_config`` names a backend, that backend runs them. Otherwise new processes on
-    this machine run them, with one thread each. These processes are reused and are killed at the
-    end, or as soon as this process ends.
-
-    Call it in a thread that lives longer than the workers, such as the main thread. Workers end
-    with the thread that started them.
-
-    Parameters
-    ----------
-    workers
-        Number of processes on this machine; 1 runs all jobs in this process.
-    tick
-        Function that is called after each result, with the number of finished jobs and of all jobs.
-    prefer
-        "processes"; or "threads" for jobs that release Python's global lock.
-    """
+    """Yield a runner that leaves no process behind, even after an exception."""
     if _runners:
         yield _runners[-1](tick)
         return
@@ -235,13 +217,7 @@ def _numerical_libraries(modules: int) -> Any:
 
 
 def worker_count(workers: int) -> int:
-    """Return the number of processes for an option ``--workers``, where 0 means all cores.
-
-    Raises
-    ------
-    InputError
-        The number is negative or larger than any machine allows.
-    """
+    """Return the number of processes for an option ``--workers``, where 0 means all cores."""
     if not 0 <= workers <= MOST_WORKERS:
         raise InputError(f"--workers is {workers}: use 0 for all cores, or up to {MOST_WORKERS}")
     return workers or cores()

@@ -44,10 +44,7 @@ class RbfKernel:
         return np.exp(exponent, out=exponent)
 
     def row(self, x: Real, square: float) -> Real:
-        """Return the kernel values of one input, shape (vectors,).
-
-        ``square`` is the squared norm of the input.
-        """
+        """Return the kernel values of one input, shape (vectors,)."""
         exponent: Real = self._scaled.dot(x)
         exponent += self._norms
         exponent -= self._gamma * square

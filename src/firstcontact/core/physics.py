@@ -17,18 +17,7 @@ def holding_force(mass: float, friction: float) -> float:
 
 
 def gent_modulus(shore_a: float) -> float:
-    """Return Young's modulus of an elastomer, Pa.
-
-    Parameters
-    ----------
-    shore_a
-        Durometer reading, 0 < Shore A < 100.
-
-    References
-    ----------
-    Gent, A. N. (1958). On the relation between indentation hardness and
-    Young's modulus. Rubber Chemistry and Technology 31(4), 896-906.
-    """
+    """Return Young's modulus of an elastomer, Pa."""
     return 1e6 * 0.0981 * (56 + 7.62336 * shore_a) / (0.137505 * (254 - 2.54 * shore_a))
 
 
@@ -39,19 +28,13 @@ def gent_shore_a(modulus: float) -> float:
 
 
 def contact_modulus(first: float, second: float, poisson: float = POISSON) -> float:
-    """Return the contact modulus E* (Pa) of two bodies from their Young's moduli (Pa).
-
-    ``poisson`` is the Poisson's ratio of both bodies.
-    """
+    """Return the contact modulus E* (Pa) of two bodies from their Young's moduli (Pa)."""
     plane_strain = 1 - poisson**2
     return 1 / (plane_strain / first + plane_strain / second)
 
 
 def hertz_stiffness(modulus: float, radius: float) -> float:
-    """Return the stiffness K (N/m^1.5) of Hertz' contact, whose force is F = K d^1.5.
-
-    ``modulus`` is the contact modulus E* (Pa), and ``radius`` the relative radius (m).
-    """
+    """Return the stiffness K (N/m^1.5) of Hertz' contact, whose force is F = K d^1.5."""
     return 4 / 3 * modulus * sqrt(radius)
 
 

@@ -112,15 +112,7 @@ class ClosingSpeed:
 
 
 def first_closed_sample(strip: NDArray[Any], first_sample: int = 0) -> int | None:
-    """Return the number of the first sample at which a strip is closed; None if it stays open.
-
-    Parameters
-    ----------
-    strip
-        Samples of the strip, shape (samples,). Values other than 0 mean closed.
-    first_sample
-        Number of ``strip[0]``.
-    """
+    """Return the number of the first sample at which a strip is closed; None if it stays open."""
     return first_sample + int(np.argmax(strip != 0)) if strip.any() else None
 
 

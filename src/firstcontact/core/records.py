@@ -30,24 +30,7 @@ Count = Annotated[int, msgspec.Meta(ge=0, le=(1 << 63) - 1)]
 
 
 def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: int = LONGEST) -> T:
-    """Parse JSON into a value of a type.
-
-    Parameters
-    ----------
-    data
-        JSON text in UTF-8, of at most ``longest`` bytes.
-    kind
-        A dataclass, or any type that msgspec supports. Unknown fields are ignored, except in a
-        :class:`Record`, which refuses them.
-    origin, remedy
-        Name of the file, or of a part of a file, and the remedy to state in messages.
-
-    Raises
-    ------
-    InputError
-        The text is too long, is not JSON, is nested too deeply, or has a field that is missing
-        or has a wrong value.
-    """
+    """Parse JSON into a value of a type."""
     if len(data) > longest:
         raise InputError(f"{origin} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
     try:

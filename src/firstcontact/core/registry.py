@@ -19,10 +19,7 @@ _log = logging.getLogger("firstcontact.core")
 
 @contextmanager
 def foreign_errors(code: str) -> Iterator[None]:
-    """Turn exceptions of other packages' code into an InputError: "MyModel.fit raised ...".
-
-    An InputError and an OSError that names a path pass unchanged.
-    """
+    """Turn exceptions of other packages' code into an InputError: "MyModel.fit raised ..."."""
     try:
         yield
     except Exception as error:

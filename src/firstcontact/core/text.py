@@ -36,10 +36,7 @@ def nouns(number: int, noun: str) -> str:
 
 
 def percent(share: float, decimals: int = 1) -> str:
-    """Return a share from 0 to 1 as a percentage.
-
-    A share just below 1 gets up to two decimals and is never rounded up to 100.
-    """
+    """Return a share from 0 to 1 as a percentage."""
     for places in range(decimals, MOST_DECIMALS + 1):
         text = f"{100 * share:.{places}f}"
         if share >= 1 or float(text) < 100:
@@ -48,23 +45,7 @@ def percent(share: float, decimals: int = 1) -> str:
 
 
 def parse_float(text: str, *, finite: bool = True) -> float:
-    """Return the number in a text: digits, at most one decimal point, an optional exponent.
-
-    Unlike Python's own parser, it refuses ``1_000`` and digits of other scripts.
-
-    Parameters
-    ----------
-    text
-        The number.
-    finite
-        True to refuse infinity and NaN.
-
-    Raises
-    ------
-    ValueError
-        The text is not such a number. The message is a relative clause for the caller's sentence:
-        "which is not a number".
-    """
+    """Return the number in a text: digits, at most one decimal point, an optional exponent."""
     try:
         value = float(_plain_digits(text))
     except ValueError:
@@ -104,13 +85,7 @@ def summarize_error(error: BaseException) -> str:
 
 
 def check_text(text: object, parameter: str = "") -> None:
-    """Raise an error for a value that no recording could store as text.
-
-    Raises
-    ------
-    InputError
-        The value is no text, or contains surrogates, which stand for bytes that are not UTF-8.
-    """
+    """Raise an error for a value that no recording could store as text."""
     if not isinstance(text, str):
         raise InputError(f"{text!r} is no text: put it in quotes", parameter=parameter)
     try:

@@ -53,27 +53,7 @@ def write_weights(
     arrays: Mapping[str, NDArray[Any]],
     kind: type[Any],
 ) -> None:
-    """Write the weights, then the card with their checksum.
-
-    Parameters
-    ----------
-    card, weights
-        Paths of the files. Existing files are replaced.
-    tree
-        Fields of the card, including ``format``. The function adds ``versions`` and ``sha256``.
-    arrays
-        Arrays by name. If empty, no weights are written and an old file of weights is removed.
-    kind
-        Record type that will read the card.
-
-    Raises
-    ------
-    InputError
-        The card or the weights are larger than the reader accepts, or a field is invalid. No file
-        has been changed.
-    ValueError
-        The card cannot be stored as JSON. No file has been changed.
-    """
+    """Write the weights, then the card with their checksum."""
     from safetensors.numpy import save
 
     # ascontiguousarray would turn a scalar into an array with one axis.
@@ -102,15 +82,7 @@ def write_weights(
 def read_card(
     path: Path, noun: str, expected_format: str, expected_version: int, kind: type[T]
 ) -> T:
-    """Read a card as a checked record. Check ``format`` and ``format_version`` first.
-
-    ``noun`` is "model" or "detector", for messages.
-
-    Raises
-    ------
-    InputError
-        The card is missing, damaged, of another kind or version, or has an invalid field.
-    """
+    """Read a card as a checked record. Check ``format`` and ``format_version`` first."""
     try:
         text = read_regular(path, LONGEST_CARD)
     except FileNotFoundError:
@@ -135,13 +107,7 @@ def read_card(
 
 
 def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
-    """Read a file of at most ``most`` bytes and check it against the checksum in its card.
-
-    Raises
-    ------
-    InputError
-        The file is missing, too long, or does not match the checksum.
-    """
+    """Read a file of at most ``most`` bytes and check it against the checksum in its card."""
     try:
         raw = read_regular(path, most)
     except OSError:
@@ -160,13 +126,7 @@ def digest(data: bytes) -> str:
 
 
 def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
-    """Read the arrays of a safetensors file, and compare its checksum with that of the card.
-
-    Raises
-    ------
-    InputError
-        The file is missing, damaged or no safetensors file, or holds values that are not finite.
-    """
+    """Read the arrays of a safetensors file, and compare its checksum with that of the card."""
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
@@ -191,15 +151,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
 def take_array(
     arrays: Mapping[str, NDArray[Any]], name: str, *shape: int | None
 ) -> NDArray[np.floating]:
-    """Return one array of a file of weights, after a check of its shape and values.
-
-    In ``shape``, None stands for any length.
-
-    Raises
-    ------
-    InputError
-        The array is missing, has another shape, or holds values beyond ``LARGEST``.
-    """
+    """Return one array of a file of weights, after a check of its shape and values."""
     if name not in arrays:
         raise InputError(f"the array '{name}' is missing")
     array = arrays[name]

@@ -209,10 +209,7 @@ class TerminalDevice:
                 return
 
     def _wait(self, seconds: float, *inputs: int) -> list[int | PseudoTerminal]:
-        """Wait for bytes of the host or of other inputs, or until the line takes more frames.
-
-        Return what can be read.
-        """
+        """Wait for bytes of the host or of other inputs, or until the line takes more frames."""
         listening: list[int | PseudoTerminal] = [*inputs]
         if self._terminal.plugged and self._responder.listens:
             listening.append(self._terminal)

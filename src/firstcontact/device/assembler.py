@@ -124,14 +124,7 @@ class Assembler:
         return self.take(self.decoder.feed(b""))
 
     def take(self, frames: list[Frame]) -> Assembled:
-        """Process frames in the order received. Return their content.
-
-        Raises
-        ------
-        InputError
-            The device has another protocol version, refuses the connection, changed its layout, or
-            sends columns that its layout lacks.
-        """
+        """Process frames in the order received. Return their content."""
         assembled = Assembled()
         for frame in frames:
             try:

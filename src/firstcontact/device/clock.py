@@ -169,10 +169,7 @@ class DeviceClock:
         self._last = -np.inf
 
     def stamps(self, block: Block, host: float) -> NDArray[np.float64]:
-        """Return the host time of each sample of the next block, which arrived at ``host``, s.
-
-        The times rise, also from one call to the next. Shape (samples,).
-        """
+        """Return the host time of each sample of the next block, which arrived at ``host``, s."""
         self._transport.add(block, host)
         target = self._transport.least
         offset = self._applied

@@ -77,11 +77,7 @@ class _DescriptorJson:
 
 
 def layout_to_send(layout: Layout) -> dict[str, Any]:
-    """Return a layout as JSON, in the form of protocol version 1 if that can express the layout.
-
-    In that form vibration channels have the kind ``piezo`` and share one smoothing factor. Readers
-    also understand the form of recordings.
-    """
+    """Return a layout as JSON, in the form of protocol version 1 if that can express the layout."""
     alphas = {c.smoothing_alpha for c in layout.vibration}
     is_version_1 = all(
         c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration

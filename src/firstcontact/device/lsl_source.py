@@ -42,13 +42,7 @@ BUFFERED = 60
 
 
 def lsl_library() -> Any:
-    """Return the module pylsl, set to log only warnings and errors.
-
-    Raises
-    ------
-    InputError
-        The package pylsl or its C library is missing.
-    """
+    """Return the module pylsl, set to log only warnings and errors."""
     require_modules("live", "pylsl")
     try:
         import pylsl

@@ -153,17 +153,7 @@ def wait_for_arrivals(source: Source) -> list[Arrival]:
 
 
 def measure_noise(source: Source, seconds: float = REST, patience: float = PATIENCE) -> Calibration:
-    """Measure noise floor and offset of each vibration sensor of an open source.
-
-    A hand that closes repeatedly is measured between its closings. The measurement needs
-    ``seconds`` at rest. At most ``patience`` may pass beyond it, s of the device's time.
-
-    Raises
-    ------
-    InputError
-        There is a contact, a piezo is loud or dead, or no samples arrive. The message names the
-        finger and the remedy.
-    """
+    """Measure noise floor and offset of each vibration sensor of an open source."""
     meter = RestMeter(source.descriptor.layout, seconds)
     most = (seconds + patience) * source.descriptor.layout.rate
     while not meter.is_sufficient and meter.samples < most:

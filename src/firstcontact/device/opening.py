@@ -154,13 +154,7 @@ SOURCES: Registry[SourceKind] = Registry(
 
 
 def source_kind(device: str) -> SourceKind:
-    """Return the kind of a device. Import plug-ins only if no built-in kind accepts the name.
-
-    Raises
-    ------
-    InputError
-        The device belongs to a plug-in that cannot be loaded.
-    """
+    """Return the kind of a device. Import plug-ins only if no built-in kind accepts the name."""
     named, colon, _ = device.partition(":")
     if colon and named in (*SOURCES.names, *SOURCES.failed) and SOURCES.find(named).takes is None:
         return SOURCES.find(named)

@@ -255,11 +255,7 @@ class Decoder:
         self._too_long = False
 
     def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
-        """Add bytes. Decode the samples frames at the beginning that follow without a loss.
-
-        Return the number of these frames, and their encoded samples. Call :meth:`feed` afterwards:
-        it decodes the remaining bytes. Alone it gives the same frames, but ten times slower.
-        """
+        """Add bytes. Decode the samples frames at the beginning that follow without a loss."""
         self._rest += data
         if self._too_long:
             return 0, b""

@@ -243,11 +243,7 @@ class ReplayDevice(TerminalDevice):
         self._begin(0)
 
     def run(self, stopped: Callable[[], bool] = lambda: False, once: bool = False) -> None:
-        """Run the device until ``stopped`` returns True.
-
-        If ``once``, also end when the whole recording was sent and the host has sent one more
-        frame: a stop frame, or a hello frame because no samples come.
-        """
+        """Run the device until ``stopped`` returns True."""
         deadline = math.inf
         while not stopped() and time.monotonic() < deadline:
             self._play()

@@ -178,15 +178,7 @@ class SerialSource(QueuedSource):
         self._send(FrameType.ORDER, marker_text(text), "the order was not given")
 
     def hint(self, speed: float, error: float, radius: float) -> None:
-        """Tell a device that predicts by itself the speed of this closing or of the next one.
-
-        Parameters
-        ----------
-        speed, error
-            Speed, m/s (0 if unknown), and its relative error.
-        radius
-            Radius of the object, m; infinite for a flat one, NaN if it is unknown.
-        """
+        """Tell a device that predicts by itself the speed of this closing or of the next one."""
         self._send(FrameType.HINT, hint_payload(speed, error, radius), "the speed was not sent")
 
     def _send(self, kind: FrameType, payload: bytes, failed: str) -> None:

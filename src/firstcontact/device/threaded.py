@@ -114,10 +114,7 @@ class QueuedSource(Source):
         number: int,
         epoch: int,
     ) -> None:
-        """End the stream. The reader gets ``error`` after the last samples.
-
-        Markers and predictions whose samples will not come are delivered with the last samples.
-        """
+        """End the stream. The reader gets ``error`` after the last samples."""
         if markers or predictions:
             no_samples = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
             empty = Arrival(Block(no_samples, number, epoch), time.monotonic())

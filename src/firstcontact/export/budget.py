@@ -38,10 +38,7 @@ def require_svm(named: NamedModel) -> SvmModel:
 
 
 def instructions(model: SvmModel) -> int:
-    """Return an upper bound on the instructions of a prediction on a Cortex-M7.
-
-    The bound is fitted to instruction counts of an emulator over many sizes.
-    """
+    """Return an upper bound on the instructions of a prediction on a Cortex-M7."""
     sizes = model.constants()
     vectors, decisions, classes = (int(sizes[k]) for k in ("vectors", "decisions", "class_count"))
     samples = model.spec.samples * model.spec.channels
@@ -57,42 +54,14 @@ def _rows(n: int, inputs: int) -> int:
 
 
 def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | None) -> Trained:
-    """Return the exported parts of a model, reduced to fit a time budget.
-
-    Parameters
-    ----------
-    trained
-        Exported parts of a model.
-    dataset
-        Training pinches, to which smaller models are fitted; None without them.
-    budget_us
-        Time that one prediction of each model may take, us; None keeps window models unchanged.
-
-    Raises
-    ------
-    InputError
-        Even the smallest form of a model is too slow, or there are too few pinches to fit smaller
-        forms to.
-    """
+    """Return the exported parts of a model, reduced to fit a time budget."""
     contacts = [] if dataset is None else _contacts(dataset, trained)
     models = tuple(_fitting(named, dataset, contacts, budget_us) for named in trained.models)
     return replace(trained, models=models)
 
 
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
-    """Return smaller forms of a support vector machine, and the model itself, in order of size.
-
-    Smaller models are fitted to four fifths of the sessions. In the held-out sessions, their
-    predictions are compared with those of the original model. The difference widens the interval of
-    the smaller model.
-
-    Parameters
-    ----------
-    named
-        Model with its interval.
-    X, sessions
-        Training windows, and the session of each.
-    """
+    """Return smaller forms of a support vector machine, and the model itself, in order of size."""
     model = require_svm(named)
     is_held_out = np.isin(sessions, np.unique(sessions)[::5])
     if is_held_out.all():

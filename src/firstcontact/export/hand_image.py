@@ -36,22 +36,7 @@ class HandImage:
 
 
 def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImage:
-    """Return the image of a model folder for a hand.
-
-    Parameters
-    ----------
-    folder
-        Model folder, as ``adapt`` writes it.
-    calibration
-        Noise floor of each finger. Without noise floors the hand cannot detect closings: each
-        stream counts as one closing.
-
-    Raises
-    ------
-    InputError
-        The folder holds no network, its detector has no form in C, or its rate or size does not fit
-        a hand.
-    """
+    """Return the image of a model folder for a hand."""
     model = load_model(folder)
     layout = fingertip_layout()
     if model.network is None:

@@ -108,10 +108,7 @@ def make_policy(
 
 
 def live_policies() -> list[str]:
-    """Return the names of the policies for real hands, which need no knowledge of the object.
-
-    All plug-ins are included, because the needs of a plug-in are known only after its import.
-    """
+    """Return the names of the policies for real hands, which need no knowledge of the object."""
     built_in = POLICIES.builtin_names
     return [
         name for name in POLICIES.names if name not in built_in or not POLICIES[name].needs_truth

@@ -66,11 +66,7 @@ def label_alignment(dataset: Dataset) -> Alignment:
 
 
 def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
-    """Return the first contacts that a detector finds after the start of each closing.
-
-    The detector gets the pinches at its own rate; the contacts have the sample numbers of
-    ``dataset``. ``how`` is added to the detector's name in the result's text.
-    """
+    """Return the first contacts that a detector finds after the start of each closing."""
     rate = detector.rate
     resampled = dataset if rate is None else resample_dataset(dataset, rate)
     starts = closing_starts(resampled)
@@ -98,13 +94,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
 def choose_detector(
     dataset: Dataset, name: str | None, is_known: bool, seed: int, runner: Runner
 ) -> tuple[Detector, Alignment, str]:
-    """Return the detector for a rig, the contacts to learn from, and a sentence on the choice.
-
-    Without a name, the package's detector competes with one that is fitted to these pinches. The
-    fitted one is taken only if it places clearly more known contacts of held-out pinches: by more
-    than the standard error of the difference. Few pinches of flat blocks do not show how faint
-    other contacts are, so a fitted detector misses more of those.
-    """
+    """Return the detector for a rig, the contacts to learn from, and a sentence on the choice."""
     fitted = fit_detector(dataset, name)
     shipped = general_detector(dataset.layout)
     if name is not None or not is_pretrained(shipped) or is_pretrained(fitted):
@@ -147,12 +137,7 @@ def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
-    """Return the contact of each pinch from a detector that was fitted to other sessions.
-
-    Whole sessions are held out, because a detector is too accurate on its own training pinches.
-    Without two named sessions, single pinches are held out. A detector that learns nothing from
-    these pinches is used as it is.
-    """
+    """Return the contact of each pinch from a detector that was fitted to other sessions."""
     if not detector.learns or is_pretrained(detector):
         return detect_alignment(dataset, detector)
     starts = closing_starts(dataset)

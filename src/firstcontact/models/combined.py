@@ -64,11 +64,7 @@ class CombinedModel(InContextModel):
         seed: int,
         scale: NDArray[np.float64],
     ) -> Self:
-        """Return a model of a rig. Condition the network on its contacts, and fit the regression.
-
-        ``scheme`` is one of ``WAYS``, and ``scale`` the factor of the regression's spread at each
-        stage, shape (stages,). The seed chooses pinches if a rig has too many.
-        """
+        """Return a model of a rig. Condition the network on its contacts, and fit the regression."""
         rigs = known_rigs(touches, shore_a, scheme, seed)
         regressions = {}
         for finger, (rig, members) in rigs.items():
@@ -88,10 +84,7 @@ class CombinedModel(InContextModel):
         return CombinedModel(alone, self.factors, self._regressions)
 
     def widened(self, scales: NDArray[np.float64]) -> CombinedModel:
-        """Return the model with intervals widened by a factor for each stage, shape (stages,).
-
-        The intervals of :meth:`network_alone` stay the same.
-        """
+        """Return the model with intervals widened by a factor for each stage, shape (stages,)."""
         return CombinedModel(self._alone, self.factors * scales, self._regressions)
 
     @property
@@ -105,11 +98,7 @@ class CombinedModel(InContextModel):
         return out[:, 0], out[:, 4]
 
     def to_arrays(self) -> Arrays:
-        """Return the network's arrays, and each regression's arrays as ``own.FINGER.NAME``.
-
-        ``factors`` (half widths of the intervals, as multiples of the spread) belong to the
-        mixture, ``own.factors`` to the network alone.
-        """
+        """Return the network's arrays, and each regression's arrays as ``own.FINGER.NAME``."""
         arrays = super().to_arrays()
         arrays["own.factors"] = self._alone.factors
         for finger, regression in self._regressions.items():
@@ -158,13 +147,7 @@ def adapt_combined(
     sessions: NDArray[np.str_] | None = None,
     seed: int = 0,
 ) -> Adapted:
-    """Condition a network on a rig and average it with a regression on the rig's pinches.
-
-    The weights of the average come from held-out levels of Shore A. Intervals are widened if they
-    cover too few pinches of held-out sessions. The score "held out, combined" is slightly
-    optimistic, because the spread of the regression is scaled on all pinches, including the
-    held-out ones.
-    """
+    """Condition a network on a rig and average it with a regression on the rig's pinches."""
     adapted = adapt_network(base, touches, shore_a, sessions, seed)
     lasting = touches.answerable
     touches, shore_a = touches.take(lasting), shore_a[lasting]
@@ -229,9 +212,6 @@ def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
 
 
 def _stage_inputs(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
-    """Return the regression's inputs for n contacts, shape (stages, n, inputs).
-
-    A stage is a number of samples after the contact, from ``Rig.STAGES``.
-    """
+    """Return the regression's inputs for n contacts, shape (stages, n, inputs)."""
     cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in Rig.STAGES]
     return np.stack(cuts).astype(np.float64)

@@ -160,10 +160,7 @@ class Familiar:
 
     @classmethod
     def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:
-        """Fit centre, covariance and limit of the traits at each stage.
-
-        ``seen`` holds one array of traits per stage, shape (contacts, TRAITS).
-        """
+        """Fit centre, covariance and limit of the traits at each stage."""
         means, whitenings, limits = [], [], []
         for trait_values in seen:
             mean = np.median(trait_values, axis=0)

@@ -110,13 +110,7 @@ def conformal_interval(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Interval:
-    """Return an interval that covers a share ``level`` of these truths.
-
-    The predictions ``answers`` must come from models that did not learn from the pinch's session.
-    With their predicted standard deviations ``spreads``, half widths are multiples of these
-    (Papadopoulos et al. 2008). Up to five ranges of predictions have half widths of their own.
-    ``limits`` are the ends of the scale.
-    """
+    """Return an interval that covers a share ``level`` of these truths."""
     least = least_answers(level)
     if len(answers) < least:
         raise ValueError(f"{len(answers)} predictions are too few for a level of {level:g}")

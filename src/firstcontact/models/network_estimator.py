@@ -60,11 +60,7 @@ class Adapted:
 
     @property
     def refusal(self) -> str:
-        """Return the reason why the model is useless for this rig; "" if it is useful.
-
-        The network must be useful on its own, even if a regression fits the rig's pinches well,
-        because the regression has seen no other objects.
-        """
+        """Return the reason why the model is useless for this rig; "" if it is useful."""
         if not self.scores:
             return ""
         rmse = max(self.rmse, self.scores[self.scheme])
@@ -94,12 +90,7 @@ def adapt_network(
     sessions: NDArray[np.str_] | None = None,
     seed: int = 0,
 ) -> Adapted:
-    """Condition a pre-trained network on a rig.
-
-    Each finger with enough pinches is a rig of its own, unless both fingers as one rig predict
-    held-out pinches better by more than the standard error of the difference. Intervals are widened
-    if they cover too few held-out pinches.
-    """
+    """Condition a pre-trained network on a rig."""
     lasting = touches.answerable
     longest, shore_a = touches.take(lasting), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
@@ -284,11 +275,7 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
 def condition(
     dataset: Dataset, seed: int, contacts: Alignment, kind: type[NetworkEstimator]
 ) -> tuple[RigPredictor, list[str]]:
-    """Return the network conditioned on the rig of these pinches, and sentences about the result.
-
-    ``contacts`` holds the contact of each pinch. ``kind`` is the network alone, or an estimator
-    that is built on it. Raise UnknownRigError if the pinches are too few to describe a rig.
-    """
+    """Return the network conditioned on the rig of these pinches, and sentences about the result."""
     base = pretrained()
     if not is_same_rate(dataset.layout.rate, base.rate):
         raise UnknownRigError(

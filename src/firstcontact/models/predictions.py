@@ -119,13 +119,7 @@ class Combined:
 
 
 def combine(values: Sequence[float], half_widths: Sequence[float]) -> Combined:
-    """Average the predictions for pinches of one object, weighted by precision.
-
-    Weights are inverse squares of the half widths. The error of each pinch has two independent
-    parts. One part, a share ``SHARED`` of the half width, is common to all pinches of the object.
-    Only the other part shrinks with the number of pinches. So the interval never becomes narrower
-    than ``SHARED`` times the interval of a single pinch.
-    """
+    """Average the predictions for pinches of one object, weighted by precision."""
     value, half = np.asarray(values, np.float64), np.asarray(half_widths, np.float64)
     weight = half**-2
     mean = float(weight @ value / weight.sum())

@@ -63,12 +63,7 @@ def anytime_kind(kind: str) -> Any:
 
 
 def find_estimator(estimator: object) -> type[EstimatorInfo]:
-    """Return the class of an estimator.
-
-    ``estimator`` is a name in :data:`ESTIMATORS`; ``PACKAGE:NAME`` of a class to import; an
-    estimator class; or a regressor or classifier with scikit-learn's interface, as a class or as an
-    instance such as a pipeline.
-    """
+    """Return the class of an estimator."""
     from firstcontact.models._regressor import regressor_estimator
     from firstcontact.models.estimator import EstimatorInfo
 

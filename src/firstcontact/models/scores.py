@@ -90,12 +90,7 @@ def resampled_sums(sums: Values, seed: int) -> Values:
 
 
 def bootstrap_interval(values: Values, clusters: int) -> Values:
-    """Return the low and high end of a bootstrap interval, shape (2, ...).
-
-    With few clusters a percentile interval is too narrow, so its quantiles are moved outwards as
-    far as a t interval is wider than a normal one (Hesterberg 2015, The American Statistician 69,
-    371).
-    """
+    """Return the low and high end of a bootstrap interval, shape (2, ...)."""
     from scipy.stats import norm, t
 
     wider = t.isf((1 - CONFIDENCE) / 2, clusters - 1) * np.sqrt(clusters / (clusters - 1))
@@ -109,11 +104,7 @@ def cluster_intervals(
     clusters: NDArray[Any],
     seed: int,
 ) -> dict[str, Ends]:
-    """Return bootstrap intervals from whole clusters (Davison and Hinkley 1997, 3.8).
-
-    Pinches of one session or specimen are alike, so they are drawn together. If single pinches were
-    drawn, the intervals would be too narrow.
-    """
+    """Return bootstrap intervals from whole clusters (Davison and Hinkley 1997, 3.8)."""
     sums = _sums(clusters, columns)
     if len(sums) < CLUSTERS:
         return {}
@@ -125,10 +116,7 @@ def cluster_intervals(
 def regression_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
 ) -> RegressionScores:
-    """Return RMSE, MAE, MSE, bias and Spearman's rho over pinches, with intervals.
-
-    ``clusters`` names the cluster of each pinch, and ``seed`` draws whole clusters.
-    """
+    """Return RMSE, MAE, MSE, bias and Spearman's rho over pinches, with intervals."""
     from scipy.stats import spearmanr
 
     error = predicted - truth
@@ -150,12 +138,7 @@ def regression_scores(
 
 
 def share_interval(hits: NDArray[np.bool_], clusters: NDArray[Any]) -> Ends | None:
-    """Return the Korn-Graubard interval of a share; None with fewer than five clusters.
-
-    It is the Clopper-Pearson interval of as many independent pinches as the pinches of the clusters
-    are worth (Korn and Graubard 1998, Survey Methodology 24, 193). A bootstrap gives an interval
-    without width if all pinches agree. Then the pinches count as independent.
-    """
+    """Return the Korn-Graubard interval of a share; None with fewer than five clusters."""
     from scipy.stats import beta, t
 
     n, share = len(hits), float(hits.mean())
@@ -174,11 +157,7 @@ def share_interval(hits: NDArray[np.bool_], clusters: NDArray[Any]) -> Ends | No
 def classification_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
 ) -> ClassificationScores:
-    """Return the accuracy with its interval, and the confusion matrix.
-
-    The interval is that of :func:`share_interval`. ``seed`` is unused: the parameters are those of
-    :func:`regression_scores`.
-    """
+    """Return the accuracy with its interval, and the confusion matrix."""
     right = truth == predicted
     classes = np.unique(np.concatenate([truth, predicted]))
     confusion = np.zeros((len(classes), len(classes)), np.intp)

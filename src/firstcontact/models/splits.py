@@ -46,11 +46,7 @@ class Split:
     shares: frozenset[Group] = field(default_factory=frozenset)
 
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
-        """Refuse a split with undeclared groups on both sides, by a ValueError.
-
-        ``sessions`` and ``specimens`` name those of each pinch. All unknown names ("") count as one
-        group.
-        """
+        """Refuse a split with undeclared groups on both sides, by a ValueError."""
         if not len(self.train) or not len(self.test):
             raise ValueError(f"split {self.name!r} has an empty side")
         if len(np.intersect1d(self.train, self.test)):
@@ -67,11 +63,7 @@ class Split:
 def by_session(
     sessions: NDArray[np.str_], classes: NDArray[Any], seed: int, folds: int = FOLDS
 ) -> list[Split]:
-    """Return folds that hold out whole sessions, with each class spread evenly over the folds.
-
-    A specimen may be on both sides. This cannot be avoided if each level of Shore A has one
-    specimen. Raise ValueError if there are fewer than two sessions, or one is unknown.
-    """
+    """Return folds that hold out whole sessions, with each class spread evenly over the folds."""
     from sklearn.model_selection import GroupKFold, StratifiedGroupKFold
 
     names = np.unique(sessions)

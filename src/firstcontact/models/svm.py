@@ -55,10 +55,7 @@ def loudness_level(X: Windows) -> NDArray[np.float64]:
 
 
 def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return windows divided by their RMS, and their standardised log RMS.
-
-    A sensor's gain affects the level only, not the shape.
-    """
+    """Return windows divided by their RMS, and their standardised log RMS."""
     flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
     power = np.einsum("ij,ij->i", flat, flat)
     power[~((power > LEAST_POWER) & (power < MOST_POWER))] = np.nan

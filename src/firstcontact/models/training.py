@@ -104,12 +104,7 @@ def _tells_apart(names: NDArray[np.str_]) -> bool:
 
 
 def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
-    """Return a unique specimen name for each pinch, shape (pinches,).
-
-    People number the specimens of each object, or name all specimens after the material. So a name
-    with several objects, levels or ranks means several specimens; object and level are then
-    appended to the name.
-    """
+    """Return a unique specimen name for each pinch, shape (pinches,)."""
     labels = [pinch.label for pinch in dataset.pinches]
     kinds: dict[str, set[tuple[str, ...]]] = {}
     for label in labels:
@@ -137,11 +132,7 @@ def labelled_windows(
     duration: float,
     target: Values,
 ) -> LabelledWindows:
-    """Return the windows of the pinches with a contact, a complete window and a target.
-
-    ``contacts`` holds the contact at which the window of each pinch starts, None if there is none;
-    ``duration`` is in s, and ``target`` has shape (pinches,), NaN if unknown.
-    """
+    """Return the windows of the pinches with a contact, a complete window and a target."""
     return label_windows(dataset, *contact_windows(dataset, contacts, duration), target)
 
 

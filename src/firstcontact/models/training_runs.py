@@ -247,10 +247,7 @@ def _train_windows(
 def _condition_network(
     plan: _Plan, dataset: Dataset, aligned: Alignment
 ) -> tuple[list[Predictor], list[str]]:
-    """Condition the network on pinches with Shore A labels.
-
-    Return its predictor in a list (empty without labels), and lines for the report.
-    """
+    """Condition the network on pinches with Shore A labels."""
     if plan.learns_windows and not _has_shore_a(dataset):
         return [], []
     rig_kind = plan.kind if issubclass(plan.kind, NetworkEstimator) else RIG_ESTIMATOR

@@ -145,10 +145,7 @@ def from_signals(
     given: Mapping[str, Any],
     notes: Sequence[str],
 ) -> Dataset:
-    """Build pinches from signals of our names, shape (rows of all pinches, ...), and settings.
-
-    The first signal is the vibration. ``bounds`` are the first row and the end of each pinch.
-    """
+    """Build pinches from signals of our names, shape (rows of all pinches, ...), and settings."""
     origin, (sensor, vibration) = str(table.path), next(iter(signals.items()))
     data = joined([values.reshape(len(values), -1) for values in signals.values()])
     exported = LAYOUT in given

@@ -133,10 +133,7 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
 
 
 def unpack_chunk(body: bytes, most: int) -> tuple[Chunk, int]:
-    """Return a chunk without compression, and the number of bytes that were decompressed.
-
-    An error says that the form or size is wrong. ``most`` limits the decompressed bytes.
-    """
+    """Return a chunk without compression, and the number of bytes that were decompressed."""
     chunk = Chunk.read(ReadDataStream(BytesIO(body)))
     unpacked = 0
     if chunk.compression:

@@ -152,12 +152,7 @@ def make_dataset(
     groups: Sequence[Mapping[str, Block]] | None = None,
     exported: bool = False,
 ) -> Dataset:
-    """Build the pinches of an importer from a table of labels and the samples of each pinch.
-
-    ``source`` comes from the table by default. ``starts`` are the pinches' first samples if the
-    pinches come from one long signal. ``exported`` is True if the file states the layout and the
-    fingers exactly.
-    """
+    """Build the pinches of an importer from a table of labels and the samples of each pinch."""
     labels, assumed = _labels(table, len(cuts))
     contacts, guessed = _contacts(table, cuts, layout, exported)
     motors = _motor_starts(table, [len(cut) for cut in cuts], contacts)

@@ -157,11 +157,7 @@ class Nearest:
 
 
 def lost_samples(stamps: Values, rate: float) -> list[int]:
-    """Return the number of the first sample after each loss.
-
-    ``firstcontact.device._stamped_samples`` detects losses in a live stream, before later samples
-    are known. Here, both sides of a loss are compared, so that a delay is no loss.
-    """
+    """Return the number of the first sample after each loss."""
     errors = np.diff(stamps) * rate - 1.0  # of the steps, in samples
     if len(errors) and errors.min() > -_STEADY and np.mean(errors < _STEADY) > _MOST:
         after_loss: list[int] = (np.flatnonzero(errors > 1 - _STEADY) + 1).tolist()

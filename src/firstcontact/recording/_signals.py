@@ -151,10 +151,7 @@ def select_samples(
     values: NDArray[np.generic],
     labels: Sequence[str] = (),
 ) -> SignalSamples:
-    """Return the samples of a signal's columns in a type that recordings store, after checks.
-
-    ``labels`` are names of the columns, if the file states them.
-    """
+    """Return the samples of a signal's columns in a type that recordings store, after checks."""
     width = values.shape[1]
     columns: Sequence[int] = range(width)
     if signal.column is not None:

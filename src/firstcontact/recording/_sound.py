@@ -114,10 +114,7 @@ def _alike(
     *,
     is_chosen: bool = False,
 ) -> tuple[Layout, list[NDArray[Any]]]:
-    """Return the layout that all files share, and their samples in a type that recordings store.
-
-    ``is_chosen`` is True if a table chooses one channel of each file.
-    """
+    """Return the layout that all files share, and their samples in a type that recordings store."""
     rate, first = sounds[0]
     width = 1 if is_chosen else first.shape[1]
     for file, (other, data) in zip(files, sounds, strict=True):

@@ -194,15 +194,7 @@ def shifted(pinch: Pinch, by: int) -> Pinch:
 
 
 def find_recordings(path: Path) -> list[Path]:
-    """Return the file itself, or all recordings in a folder and below, sorted by name.
-
-    Temporary files of running or killed commands are skipped.
-
-    Raises
-    ------
-    InputError
-        The folder holds no recording.
-    """
+    """Return the file itself, or all recordings in a folder and below, sorted by name."""
     if not path.is_dir():
         return [path]
     files = files_below(path, ".mcap")

@@ -103,16 +103,7 @@ def import_path(
 
 
 def find_importer(path: Path, rate: float | None = None, tables: Collection[str] = ()) -> Importer:
-    """Return the first importer that accepts a path, a rate in Hz and tables, such as "events".
-
-    If no importer accepts a folder, the first importer for folders is returned, because its error
-    message names what the folder lacks.
-
-    Raises
-    ------
-    InputError
-        No importer accepts the path with these options.
-    """
+    """Return the first importer that accepts a path, a rate in Hz and tables, such as "events"."""
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")
     importer = None

@@ -31,17 +31,7 @@ _HEIGHTS = {ChannelKind.VIBRATION: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRI
 
 
 def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
-    """Draw all channels of a pinch into an image file.
-
-    Parameters
-    ----------
-    pinch
-        Pinch to draw. Time counts from its first contact, if known.
-    title
-        Title of the picture.
-    path
-        Path of a .png, .svg or .pdf file. An existing file is replaced.
-    """
+    """Draw all channels of a pinch into an image file."""
     from matplotlib import rc_context
 
     # Names and units come from the recording. They must be drawn as text, not as formulas.
@@ -132,18 +122,7 @@ _DRAW = {ChannelKind.VIBRATION: _vibration, ChannelKind.FORCE: _force, ChannelKi
 
 
 def figure_label(name: str, most: int = MOST) -> str:
-    """Return a name from a recording as text for a figure.
-
-    The text has one line and bounded length. A character that the font lacks becomes a number such
-    as U+82F9. The report's tables show the original name.
-
-    Parameters
-    ----------
-    name
-        Any text.
-    most
-        Largest number of characters.
-    """
+    """Return a name from a recording as text for a figure."""
     glyphs = _glyphs()
     out = ""
     for character in " ".join(name[: 4 * most].split()):

@@ -232,28 +232,7 @@ def make_layout(
     force: bool = False,
     strip: bool = False,
 ) -> Layout:
-    """Return the layout of imported data: vibration, then force (index, thumb), then strip.
-
-    Parameters
-    ----------
-    settings
-        Settings of the sensor.
-    sensors
-        Number of sensors. Two belong to index finger and thumb. A single piezo belongs to the
-        index finger; any other single sensor belongs to no finger.
-    scale
-        Units per raw step, if the unit alone does not determine it.
-    axes
-        Number of columns of each sensor.
-    force, strip
-        ``force`` is True if 12 force columns follow, 6 for each finger. ``strip`` is True if 2
-        strip columns follow.
-
-    Raises
-    ------
-    InputError
-        A vector has no axis for detectors, or one that does not exist.
-    """
+    """Return the layout of imported data: vibration, then force (index, thumb), then strip."""
     sensor, axis = settings.sensor, settings.axis
     if axes > 1 and (axis is None or axis >= axes):
         raise InputError(

@@ -97,27 +97,7 @@ def read_columns(path: Path) -> Table:
 
 
 def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
-    """Read a list that people write, row by row.
-
-    Blanks around names and cells are removed. Extra cells are ignored, and missing cells are "".
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-    needed
-        Required columns.
-
-    Returns
-    -------
-    list
-        Line of each row in the file, and its cells by column.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is longer than 1 MiB, or lacks a column.
-    """
+    """Read a list that people write, row by row."""
     lines = _lines(path, by_hand=True)
     _, header = next(lines)
     rows = [(line, [*map(str.strip, row), *[""] * len(header)]) for line, row in lines]

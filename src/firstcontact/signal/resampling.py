@@ -32,10 +32,7 @@ LONGEST_AHEAD = 0.0005
 
 
 def lookahead(old: float, new: float) -> float:
-    """Return the look-ahead of :func:`resample`, s; 0 for equal rates.
-
-    An output sample depends on input samples that are up to this time later.
-    """
+    """Return the look-ahead of :func:`resample`, s; 0 for equal rates."""
     if old == new:
         return 0.0
     ratio = _ratio(old, new)
@@ -195,10 +192,7 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
 def resample_contacts(
     contacts: Sequence[Contact | None], dataset: Dataset, rate: float
 ) -> list[Contact | None]:
-    """Convert one contact per pinch (None without one), as :func:`resample_dataset` does.
-
-    ``dataset`` holds the pinches before resampling to the rate, Hz.
-    """
+    """Convert one contact per pinch (None without one), as :func:`resample_dataset` does."""
     pairs = zip(contacts, dataset.pinches, strict=True)
     return [c and _Numbering.of(pinch, rate).contact(c) for c, pinch in pairs]
 

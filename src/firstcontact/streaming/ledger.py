@@ -109,13 +109,7 @@ def ledger_lines(
     alone: bool = False,
     speed: float = 1.0,
 ) -> Iterator[str]:
-    """Yield the lines of text about the times of a run, from the figures of a ledger.
-
-    ``samples`` is the length of the processed samples, s of the device's time, and ``cpu`` the
-    program's processor time, s. ``alone`` is True for a single sensor, which has no second contact.
-    At another ``speed`` than 1 the lines leave out times and verdicts, since the computer does not
-    become faster with the samples.
-    """
+    """Yield the lines of text about the times of a run, from the figures of a ledger."""
     with_estimate = figures["pinches"] - figures["none"]
     if speed != 1.0:
         yield (

@@ -52,35 +52,7 @@ def live_session(
     shape: str = "",
     notify: Callable[[str], None] = lambda line: None,
 ) -> Iterator[LiveSession]:
-    """Open a live session in a context manager, which releases the hand at the end.
-
-    Parameters
-    ----------
-    source
-        Source of the samples. It is resampled if the model needs another rate.
-    model, estimator, calibration, real_time, hand, hand_port, policy, shape
-        As in :func:`firstcontact.live`. If the device predicts by itself, the host predicts only
-        with a model that is named, or with the twin's own.
-    detector
-        Detector to use instead of the model's.
-    measure
-        Function that measures the noise floors if neither the caller, the device nor a recording
-        gives them. It is called after all slow preparations, because samples arrive from then on.
-    opens
-        True to open the source after all checks, and to close it at the end.
-    slip
-        Name of the slip detector; None for none.
-    recordings
-        Folder for recordings that a viewer starts.
-    notify
-        Function that gets remarks on the model that predicts, on the rate, and on what the system
-        granted. They are logged, too.
-
-    Raises
-    ------
-    InputError
-        The detector or model does not fit the source, the hand cannot be used, or it fails.
-    """
+    """Open a live session in a context manager, which releases the hand at the end."""
     from threadpoolctl import threadpool_limits
 
     def remark(line: str) -> None:
@@ -258,10 +230,7 @@ def _check_hand(
     *,
     is_live: bool,
 ) -> None:
-    """Refuse a hand that cannot be driven with these options or this source.
-
-    ``is_live`` is False for recordings, and for samples at another speed than real time.
-    """
+    """Refuse a hand that cannot be driven with these options or this source."""
     if policy is not None:
         POLICIES.find(policy)
     if slip is not None:

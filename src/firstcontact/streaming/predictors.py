@@ -192,11 +192,7 @@ class WindowPredictions:
 
 
 def live_predictor(model: Model, estimator: str | None = None) -> Predictor | None:
-    """Return the live predictor of a model; None for a model that holds a detector only.
-
-    As in :meth:`Model.predict`, the model's first estimator predicts if none is named. Estimators
-    whose sampling rate is not the detector's are left out. If none is left, InputError is raised.
-    """
+    """Return the live predictor of a model; None for a model that holds a detector only."""
     from firstcontact.models.in_context import InContextModel
 
     if estimator is not None:

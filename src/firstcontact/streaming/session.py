@@ -117,14 +117,7 @@ class LiveSession:
         stopped: Callable[[], bool] = lambda: False,
         patient: bool = False,
     ) -> Iterator[Event]:
-        """Run until the source ends, all outputs have failed, or a limit is reached.
-
-        Yield each event after the hand's policy has processed it. At the end, or when the iteration
-        is left, the source is closed before the recording. So the recorder and the sinks get all
-        samples that the source has received. ``stopped`` is called several times a second.
-        ``patient`` waits for slow sinks, until ``stopped`` or ``seconds`` have passed: use it only
-        with a source that can wait.
-        """
+        """Run until the source ends, all outputs have failed, or a limit is reached."""
         until = math.inf if seconds is None else time.monotonic() + seconds
 
         def ended() -> bool:
@@ -199,10 +192,7 @@ class LiveSession:
         return self.source.read(WAIT, self._least)
 
     def start_recording(self) -> Path:
-        """Begin a recording in the session's folder, under a free name, and return its path.
-
-        Raise InputError if one is running, the session has ended, or the file cannot be created.
-        """
+        """Begin a recording in the session's folder, under a free name, and return its path."""
         now = datetime.now().astimezone()
         created = now.isoformat(timespec="seconds")
         header = self.source.descriptor.header(created=created, calibration=self._calibration)

@@ -90,10 +90,7 @@ class TwinHand(Hand):
 
 
 def default_model(source: Source) -> Model:
-    """Return the model for a source, open or not, for which the user names none.
-
-    Only the twin's own model has a folder; the package's model knows no rig.
-    """
+    """Return the model for a source, open or not, for which the user names none."""
     from firstcontact.models import load_model
     from firstcontact.models.model import shipped_model
 
@@ -108,10 +105,7 @@ def cache_folder() -> Path:
 
 
 def twin_model(condition: str, seed: int) -> Path:
-    """Return the folder of a model for the twin. If there is none, simulate pinches and train one.
-
-    The training pinches differ from the pinches that the twin shows live.
-    """
+    """Return the folder of a model for the twin. If there is none, simulate pinches and train one."""
     if (condition, seed) == SHIPPED_HAND:
         return SHIPPED
     folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"

@@ -194,10 +194,7 @@ class PinchRun:
         )  # fmt: skip
 
     def _keep(self, begin: int, piece: Piece, taken: int) -> NDArray[np.float64]:
-        """Advance to the end of a simulated piece.
-
-        Return the motion of the samples that earlier pieces did not cover.
-        """
+        """Advance to the end of a simulated piece."""
         out = piece.out[:taken]
         if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > self._strength:
             self.broken_at = begin + taken - 1

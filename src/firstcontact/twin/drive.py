@@ -66,13 +66,7 @@ class Drive:
         return round(self.latency * FINGERTIP_RATE)
 
     def clipped(self, command: Command) -> Command:
-        """Return the command, limited to what the drive can do.
-
-        Raises
-        ------
-        InputError
-            Speed or force is not a number.
-        """
+        """Return the command, limited to what the drive can do."""
         if math.isnan(command.speed) or math.isnan(command.force):
             raise InputError(f"{command} is not a command: use numbers for speed and force")
         return Command(

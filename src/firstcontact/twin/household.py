@@ -198,13 +198,7 @@ _BY_NAME = {item.name: item for item in HOUSEHOLD}
 
 
 def household_named(name: str) -> HouseholdObject:
-    """Return the household object with this name.
-
-    Raises
-    ------
-    InputError
-        There is no such object.
-    """
+    """Return the household object with this name."""
     if name not in _BY_NAME:
         names = ", ".join(_BY_NAME)
         raise InputError(f"object {name!r} is not a household object: use one of {names}")
@@ -214,12 +208,7 @@ def household_named(name: str) -> HouseholdObject:
 def draw_household_specimen(
     seed: int, condition: Condition, item: HouseholdObject, number: int
 ) -> TwinObject:
-    """Draw specimen ``number``: its modulus, mass, friction and breaking force.
-
-    The modulus scatters as the condition states, as for all objects. Mass and friction scatter as
-    :data:`SCATTER` states. The breaking force is drawn from a Weibull distribution, and stays the
-    same in every pinch of the specimen.
-    """
+    """Draw specimen ``number``: its modulus, mass, friction and breaking force."""
     kind = item.kind
     drawn = draw_specimen(seed, condition, kind, number)
     rng = generator(seed, condition.name, "household specimen", kind.name, number)

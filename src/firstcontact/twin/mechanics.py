@@ -102,10 +102,7 @@ class ObjectParameters(NamedTuple):
 
     @classmethod
     def solid(cls, shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-        """Return a solid from Shore A, mass (kg), bulk stiffness (N/m) and its loss factor.
-
-        The loss also affects relaxation and contact.
-        """
+        """Return a solid from Shore A, mass (kg), bulk stiffness (N/m) and its loss factor."""
         return cls(
             modulus=gent_modulus(shore_a),
             face_mass=mass / 2,

@@ -150,10 +150,7 @@ class PhalanxNoise:
 def pickup(
     noise: MotorNoise, sheet: float, angle: NDArray[np.float64], rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the electrical noise of a fingertip's piezo and of its force sheet, V.
-
-    ``angle`` is the phase of the mains hum, rad.
-    """
+    """Return the electrical noise of a fingertip's piezo and of its force sheet, V."""
     white = rng.standard_normal((2, angle.size))
     return noise.hum * np.sin(angle) + noise.electronics * white[0], sheet * white[1]
 
@@ -195,17 +192,7 @@ class RecordedNoise:
 
 
 def read_noise(path: Path) -> RecordedNoise:
-    """Read the noise from a recording of sensors at rest.
-
-    The longest stretch without a gap is used. The device's smoothing is undone, because the twin
-    smooths again. Recordings at other rates are resampled to the fingertip's rate.
-
-    Raises
-    ------
-    InputError
-        The file is no recording, or is too short or not at rest. Or its unit is neither V nor full
-        scale (taken as 1.65 V).
-    """
+    """Read the noise from a recording of sensors at rest."""
     recording = read_recording(path)
     layout = recording.header.layout
     units = {c.unit for c in layout.vibration}

@@ -50,20 +50,7 @@ class Lift:
         return round((self.delay + self.duration) * FINGERTIP_RATE)
 
     def hanging(self, first: int, samples: int) -> NDArray[np.float64]:
-        """Return the share of the weight that the support does not carry.
-
-        Parameters
-        ----------
-        first
-            Number of samples from the first contact to the first returned share; may be negative.
-        samples
-            Number of returned shares.
-
-        Returns
-        -------
-        ndarray
-            Shares from 0 to 1, shape (samples,).
-        """
+        """Return the share of the weight that the support does not carry."""
         since = np.arange(first, first + samples) - self.begin
         ramp = self.samples - self.begin
         if ramp == 0:

@@ -41,12 +41,7 @@ _LAYOUT = fingertip_layout()
 
 
 def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
-    """Return the drawn pinch, changed to begin ``lead`` s before the first contact.
-
-    Use it with a short duration if you need only the time around the contact: simulating 60 ms
-    takes a quarter of the time of a whole pinch. A part of the free closing is left out. The
-    vibration still has :data:`BURN_IN` samples to build up.
-    """
+    """Return the drawn pinch, changed to begin ``lead`` s before the first contact."""
     timing = draw.timing
     offset = timing.second - timing.first
     return replace(draw, timing=timing._replace(first=lead, second=lead + offset))
@@ -55,14 +50,7 @@ def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
 def integrate_pinch(
     draw: PinchDraw, substeps: int = SUBSTEPS, duration: float = DURATION
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sampling instants and the motion of a drawn pinch.
-
-    Returns
-    -------
-    tuple
-        Sampling instants (s, the first contact at ``draw.timing.first``), shape (samples,), and
-        Output of a :class:`firstcontact.twin.mechanics.Piece`, shape (samples, 2, 5).
-    """
+    """Return the sampling instants and the motion of a drawn pinch."""
     run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
     out = run.advance(run.times.size)
     return _times(run), out[BURN_IN:]
@@ -114,15 +102,7 @@ def simulate_pinch(
 
 
 def simulate_pinches(jobs: Sequence[PinchJob], duration: float = DURATION) -> Iterator[Pinch]:
-    """Yield drawn pinches like :func:`simulate_pinch`, faster: several are integrated together.
-
-    Parameters
-    ----------
-    jobs
-        Drawn pinches.
-    duration
-        Length of each pinch, s.
-    """
+    """Yield drawn pinches like :func:`simulate_pinch`, faster: several are integrated together."""
     for start in range(0, len(jobs), _TOGETHER):
         batch = jobs[start : start + _TOGETHER]
         runs = [PinchRun(job.draw, duration, BURN_IN) for job in batch]
@@ -154,24 +134,7 @@ def touch_voltage(
     finger: FingerParameters, target: ObjectParameters, noise: MotorNoise, jitter: float,
     lead: float, tail: float, rng: np.random.Generator,
 ) -> NDArray[np.float64]:  # fmt: skip
-    """Return the piezo voltage of one finger that touches an object.
-
-    Parameters
-    ----------
-    finger, target, noise
-        Parameters of finger, object and motor noise.
-    jitter
-        Standard deviation of the sampling instants (jitter), s.
-    lead, tail
-        Simulated time before and after the contact, s.
-    rng
-        Random generator of noise, jitter, and the contact time within a sampling interval.
-
-    Returns
-    -------
-    ndarray
-        Voltage at the converter. The first :data:`BURN_IN` samples come before ``lead``.
-    """
+    """Return the piezo voltage of one finger that touches an object."""
     # The other finger never touches and so has no effect.
     timing = Timing(lead + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
     sheets, shares = (VelostatParameters(),) * 2, np.full((2, TAXELS), 1 / TAXELS)

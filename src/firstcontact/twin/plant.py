@@ -154,14 +154,7 @@ class GraspPlant:
         self._make(self.sample)
 
     def advance(self, samples: int) -> NDArray[np.int16]:
-        """Advance, and return the next samples as the device sends them.
-
-        Returns
-        -------
-        ndarray
-            Shape (samples, 16), in the order of :func:`firstcontact.core.layout.fingertip_layout`.
-            The array has fewer rows if the pinch reaches its longest duration.
-        """
+        """Advance, and return the next samples as the device sends them."""
         first = self.sample
         self.move(samples)
         read = self._readings.sample
@@ -178,11 +171,7 @@ class GraspPlant:
         self.sample = stop
 
     def copy(self, lift: Lift | None = None) -> Self:
-        """Return an independent copy in the current state. ``lift``, if given, replaces the lift.
-
-        The copy shares the random draws and past samples with the original, so it costs only a
-        hundredth of a closing.
-        """
+        """Return an independent copy in the current state. ``lift``, if given, replaces the lift."""
         other = copy.copy(self)
         other._run = self._run.fork()
         other._readings = self._readings.fork()

@@ -104,25 +104,7 @@ class DeviceFilter:
         return copy.deepcopy(self)
 
     def update(self, scans: NDArray[np.uint16]) -> NDArray[np.int16]:
-        """Filter the next scans.
-
-        Parameters
-        ----------
-        scans
-            Raw readings in the order of :data:`firstcontact.twin.sensor.SCAN`, shape (n, 6).
-
-        Returns
-        -------
-        ndarray
-            Samples as the device sends them, in 1/32 counts, in the order of
-            :func:`firstcontact.core.layout.fingertip_layout`, shape (n, 16). The sizes of the
-            blocks do not change the numbers.
-
-        Raises
-        ------
-        ValueError
-            The scans have another shape.
-        """
+        """Filter the next scans."""
         if scans.ndim != 2 or scans.shape[1] != len(SCAN):
             raise ValueError(f"scans have shape {scans.shape}, not (n, {len(SCAN)})")
         out = np.empty((len(scans), _COLUMNS), np.int16)

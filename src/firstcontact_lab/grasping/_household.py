@@ -279,10 +279,7 @@ def _label(row: Branches) -> float:
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return lists of errors of estimates, in Shore A.
-
-    A key is a window length in ms, or "used" for the estimate that the policy used.
-    """
+    """Return lists of errors of estimates, in Shore A."""
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []
     for row in rows:

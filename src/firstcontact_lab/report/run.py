@@ -133,10 +133,7 @@ def run_steps(
     plan: Callable[[Runner], list[Job]],
     check: Callable[[], object] = lambda: None,
 ) -> Path:
-    """Run the planned jobs in the folder ``out``, and return the report.
-
-    ``check`` raises an InputError before anything runs if the sources cannot be used.
-    """
+    """Run the planned jobs in the folder ``out``, and return the report."""
     from tqdm import tqdm
 
     # In a log, which is no terminal, a line every ten seconds is enough.

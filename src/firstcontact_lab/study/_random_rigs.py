@@ -141,11 +141,7 @@ class RigScores(Record, frozen=True, kw_only=True):
 
 
 def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigScores]]:
-    """Return the scores of groups of methods from those of rigs, (rigs, groups, methods, keys).
-
-    The scores of a rig hold mean squared errors instead of RMSE. The reference of a group is its
-    first method.
-    """
+    """Return the scores of groups of methods from those of rigs, (rigs, groups, methods, keys)."""
     is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in keys])
 
     def rooted(means: Values) -> Values:

@@ -49,10 +49,7 @@ class Sets:
 
 
 def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
-    """Raise an InputError unless all noise folders have distinct names and known contacts.
-
-    Their layout must be that of the training recordings.
-    """
+    """Raise an InputError unless all noise folders have distinct names and known contacts."""
     names = [name for name, _ in noises]
     for name, dataset in noises:
         if names.count(name) > 1:

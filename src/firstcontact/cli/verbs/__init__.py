@@ -34,13 +34,7 @@ def verb_places() -> dict[str, str]:
 
 
 def configuration(verb: str) -> type[Any]:
-    """Import and return the dataclass of a verb.
-
-    Raises
-    ------
-    InputError
-        No verb has this name.
-    """
+    """Import and return the dataclass of a verb."""
     name = _module(verb)
     if verb == _verb(name) and name in (module.name for module in iter_modules(__path__)):
         place = f"{__name__}.{name}:{_class(name)}"

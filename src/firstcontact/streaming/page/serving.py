@@ -218,12 +218,7 @@ def serve_page(
     longest: int,
     **more: Any,
 ) -> AbstractAsyncContextManager[object]:
-    """Return the server of a page as a context manager.
-
-    ``answers`` is called for each HTTP request. It returns a response, or None to open a WebSocket.
-    ``view`` then handles the WebSocket. ``longest`` is the largest size of a viewer's message,
-    bytes.
-    """
+    """Return the server of a page as a context manager."""
     # Users do not read the library's log, so it stays silent.
     log = logging.getLogger("firstcontact.page")
     log.setLevel(logging.CRITICAL)

@@ -87,10 +87,7 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
-    """Return the scores of one rig, shape (models, speed measurements, ``KEYS``).
-
-    They are mean squared errors in Shore A squared, and coverage.
-    """
+    """Return the scores of one rig, shape (models, speed measurements, ``KEYS``)."""
     rig = judged_rig(*job, seed, free_speed=free)
     rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
     scores = [_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]

@@ -80,7 +80,7 @@ def _loudness_edges(quiet: int, new: int, n: int) -> NDArray[np.intp]:
 
 
 def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
-    """Return features of windows: their newest waveform, and the loudness of nine pieces of each."""
+    """Return features of windows: newest waveform, and loudness of nine pieces of each."""
     count, n = windows.shape
     new, quiet = n - step, n - 2 * step
     # Row 0 is the signal, row 1 its differences. Each operation below handles both.

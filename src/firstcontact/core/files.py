@@ -50,7 +50,7 @@ def given_path(path: object, parameter: str = "path") -> Path:
 
 
 def resolved(path: Path) -> Path:
-    """Return the absolute path without links. A link to itself stays: the system refuses it later."""
+    """Return the absolute path without links. A link to itself stays as it is."""
     return Path(os.path.realpath(path))
 
 

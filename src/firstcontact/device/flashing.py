@@ -148,7 +148,7 @@ def check_model_fits(port: str, data: bytes) -> None:
 
 
 def flash_model(port: str, data: bytes) -> str:
-    """Send a model image to a device. Return the digest of the active model, as the device states."""
+    """Send a model image to a device. Return the digest that the device reports."""
     with closing(_Link(port)) as link:
         link.hello()  # not parsed: a stored model that damages the descriptor can be replaced
         if link.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:

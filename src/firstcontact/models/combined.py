@@ -64,7 +64,7 @@ class CombinedModel(InContextModel):
         seed: int,
         scale: NDArray[np.float64],
     ) -> Self:
-        """Return a model of a rig. Condition the network on its contacts, and fit the regression."""
+        """Return a model of a rig, from the network and a regression."""
         rigs = known_rigs(touches, shore_a, scheme, seed)
         regressions = {}
         for finger, (rig, members) in rigs.items():

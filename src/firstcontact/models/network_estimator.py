@@ -275,7 +275,7 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
 def condition(
     dataset: Dataset, seed: int, contacts: Alignment, kind: type[NetworkEstimator]
 ) -> tuple[RigPredictor, list[str]]:
-    """Return the network conditioned on the rig of these pinches, and sentences about the result."""
+    """Return the network conditioned on the rig of these pinches, and remarks."""
     base = pretrained()
     if not is_same_rate(dataset.layout.rate, base.rate):
         raise UnknownRigError(

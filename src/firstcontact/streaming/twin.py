@@ -105,7 +105,7 @@ def cache_folder() -> Path:
 
 
 def twin_model(condition: str, seed: int) -> Path:
-    """Return the folder of a model for the twin. If there is none, simulate pinches and train one."""
+    """Return the folder of a model for the twin, which is trained if there is none."""
     if (condition, seed) == SHIPPED_HAND:
         return SHIPPED
     folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"

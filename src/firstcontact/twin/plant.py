@@ -171,7 +171,7 @@ class GraspPlant:
         self.sample = stop
 
     def copy(self, lift: Lift | None = None) -> Self:
-        """Return an independent copy in the current state. ``lift``, if given, replaces the lift."""
+        """Return an independent copy in the current state, with ``lift`` if given."""
         other = copy.copy(self)
         other._run = self._run.fork()
         other._readings = self._readings.fork()

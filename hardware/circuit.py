@@ -107,7 +107,7 @@ def _finger(place: int, finger: str) -> list[Part]:
     ]  # fmt: skip
     return parts + [
         _resistor(
-            f"R{n + 7 + c}", f"{finger}_column_{c}", "gnd", 4.7e3, "4K7",
+            f"R{n + 7 + c}", f"{finger}_column_{c}", "gnd", 22e3, "22K",
             f"divider of column {c}",
         )
         for c in range(COLUMNS)

@@ -49,7 +49,7 @@ def pins_table() -> str:
         f"adc_{f}": (f, "piezo, behind the low pass") for f in FINGERS
     } | {f"strip_{f}": (f, "strip, over 1 kΩ") for f in FINGERS}  # fmt: skip
     for finger in FINGERS:
-        words |= {f"{finger}_column_{c}": (finger, f"column {c} with its 4.7 kΩ") for c in range(2)}
+        words |= {f"{finger}_column_{c}": (finger, f"column {c} with its 22 kΩ") for c in range(2)}
         words |= {f"{finger}_row_{r}": (finger, f"row {r}") for r in range(3)}
     lines = ["| pin | finger | goes to |", "|---|---|---|"]
     for pin, net in TEENSY.items():

@@ -26,7 +26,9 @@ typedef struct {
 void fc_smooth_init(fc_smooth *s);
 int16_t fc_smooth_step(fc_smooth *s, uint16_t count);
 
-/* Sliding means of one array. One taxel is read per sample, row by row. */
+/* Sliding means of one array. One taxel is read per sample, row by row, while the other rows are at
+   ground. A column's taxels then share its divider: the more its other taxels conduct, the less a
+   reading is. The means are corrected for that. */
 typedef struct {
     uint16_t reading[FC_TAXELS][FC_READINGS];
     uint16_t sum[FC_TAXELS];
@@ -37,7 +39,7 @@ typedef struct {
 /* A taxel's mean is 0 before its first reading, which then also fills the seven before it. */
 void fc_means_init(fc_means *m);
 
-/* Take the reading of one taxel and give all six means. */
+/* Take the reading of one taxel. Give for all six what each would read alone in its column. */
 void fc_means_step(fc_means *m, uint8_t taxel, uint16_t count, int16_t out[FC_TAXELS]);
 
 #ifdef __cplusplus

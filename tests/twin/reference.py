@@ -187,10 +187,15 @@ def force_counts(
         late += (load - late) * dt / p.creep
         response = (1 - p.creep_share) * quick + p.creep_share * late
         conductance = p.leak + p.conductance * response**p.exponent
-        taxel = (first + i) % TAXELS
-        # Taxels 2r and 2r + 1 share a row.
-        g = p.resistor * (conductance[taxel] + p.crosstalk * conductance[taxel ^ 1])
-        out[i] = adc_count(ADC_VOLTS * g / (1 + g) + noise[i])
+        row, column = divmod((first + i) % TAXELS, 2)
+        # Kirchhoff's current law at three rows and two columns.
+        g = conductance.reshape(3, 2)
+        rows = np.diag(1 / p.pin + g.sum(axis=1))
+        columns = np.diag(1 / p.resistor + g.sum(axis=0))
+        currents = np.zeros(5)
+        currents[row] = ADC_VOLTS / p.pin
+        volts = np.linalg.solve(np.block([[rows, -g], [-g.T, columns]]), currents)
+        out[i] = adc_count(volts[3 + column] + noise[i])
 
 
 def slide_patches(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -31,14 +33,19 @@ def reference(scans: NDArray[np.uint16]) -> list[list[int]]:
     """Filter scans with a simple implementation."""
     out = []
     for i, scan in enumerate(scans.tolist()):
-        row = [0] * 16
+        row, means = [0] * 16, [0] * TAXELS
         for f in range(2):
             row[f] = scan[f] * SUBCOUNTS if i == 0 else (out[-1][f] + scan[f] * SUBCOUNTS) // 2
             for k in range(TAXELS):
                 readings = scans[k : i + 1 : TAXELS, 2 + f].tolist()
                 if readings:
                     recent = ([readings[0]] * FORCE_READINGS + readings)[-FORCE_READINGS:]
-                    row[2 + 6 * f + k] = sum(recent) * SUBCOUNTS // FORCE_READINGS
+                    means[k] = sum(recent) * SUBCOUNTS // FORCE_READINGS
+            for k, mean in enumerate(means):
+                # Exact share of the supply alone in the column, rounded half up.
+                left = ADC_COUNTS * SUBCOUNTS - sum(means[k % 2 :: 2]) + mean
+                alone = Fraction(mean, max(left, 1)) * ADC_COUNTS * SUBCOUNTS
+                row[2 + 6 * f + k] = min(math.floor(alone + Fraction(1, 2)), TOP)
             row[14 + f] = scan[4 + f]
         out.append(row)
     return out

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, TAXELS
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS, TAXELS
 from firstcontact.twin.mechanics import VelostatParameters
-from firstcontact.twin.sensor import force_readings, open_reading, piezo_readings
+from firstcontact.twin.sensor import DeviceFilter, force_readings, open_reading, piezo_readings
 
 TOP = ADC_COUNTS - 1
 DT = 1 / FINGERTIP_RATE
@@ -38,15 +38,13 @@ def test_count_is_a_1024th_of_the_range() -> None:
 
 def test_taxels_are_read_in_turn() -> None:
     # Without a threshold and with instant response the readings follow the force.
-    p = VelostatParameters()._replace(
-        threshold=0.0, rise=DT, fall=DT, creep_share=0.0, crosstalk=0.0
-    )
+    p = VelostatParameters()._replace(threshold=0.0, rise=DT, fall=DT, creep_share=0.0, pin=0.0)
     force = 20 * np.random.default_rng(3).random(600)
     out = read(force, p)
     for taxel in range(TAXELS):
         g = p.leak + p.conductance * (force * EVEN[taxel]) ** p.exponent
-        volts = ADC_VOLTS * p.resistor * g / (1 + p.resistor * g)
-        assert (out[:, taxel] == np.floor(volts * ADC_COUNTS / ADC_VOLTS)[taxel::TAXELS]).all()
+        share = p.resistor * g / (1 + 3 * p.resistor * g)
+        assert (out[:, taxel] == np.floor(share * ADC_COUNTS)[taxel::TAXELS]).all()
 
 
 @pytest.mark.parametrize("cut", [1, 5, 6, 250, 399])
@@ -77,7 +75,7 @@ def test_force_below_the_threshold_changes_no_reading() -> None:
 
 
 def test_sheet_is_slow_creeps_and_has_a_longer_decay() -> None:
-    force = np.r_[np.zeros(498), np.full(3000, 12.0), np.zeros(3000)]
+    force = np.r_[np.zeros(498), np.full(3000, 6.0), np.zeros(3000)]
     readings = read(force, VelostatParameters()).astype(float)[:, 0]
     readings -= readings[0]
     on, off = 498 // TAXELS, 3498 // TAXELS
@@ -88,8 +86,18 @@ def test_sheet_is_slow_creeps_and_has_a_longer_decay() -> None:
     assert (np.diff([*creeping, readings[off - 1]]) > 0).all(), "creep"
 
 
-def test_neighbour_in_a_row_has_crosstalk() -> None:
-    only_first = np.array([1.0, 0, 0, 0, 0, 0])
-    out = read(np.full(3000, 8.0), VelostatParameters(), only_first)[-1]
-    assert out[0] > out[1] > out[2]
-    assert out[2] == out[3] == out[4] == out[5]
+def test_taxel_alone_in_its_column_is_told_from_its_neighbours() -> None:
+    # The filter of the device removes what the other taxels of the column and the row do.
+    p = VelostatParameters()._replace(pin=0.0, noise=0.0)
+    shares = np.array([0.3, 0.0, 0.3, 0.3, 0.1, 0.0])
+    scans = np.zeros((6000, 6), np.uint16)
+    for f, force in enumerate((10.0, 0.0)):
+        state = np.zeros((2, TAXELS))
+        load = np.full(len(scans), force)
+        scans[:, 2 + f] = force_readings(load, shares, p, 0 * load, DT, state, 0)
+    pressed, unloaded = (DeviceFilter().update(scans)[-1, 2:14] / SUBCOUNTS).reshape(2, TAXELS)
+    assert np.ptp(scans[-TAXELS:, 2]) > 100
+    g = p.leak + p.conductance * np.maximum(10 * shares - p.threshold, 0.0) ** p.exponent
+    alone = p.resistor * g / (1 + p.resistor * g) * ADC_COUNTS
+    assert pressed == pytest.approx(alone, abs=6.0)
+    assert pressed[[1, 5]] == pytest.approx(unloaded[[1, 5]], abs=3.0)

@@ -74,7 +74,7 @@ def test_each_pinch_has_all_phases(condition: str) -> None:
         running = scans[contact_sample - round(0.12 * FINGERTIP_RATE) : contact_sample, :2]
         assert (running.std(axis=0) > rest_scans[:, :2].std(axis=0)).all()
         squeezed = scans[contact_sample + round(0.3 * FINGERTIP_RATE), 2:4].astype(int)
-        assert (squeezed > rest_scans[-1, 2:4].astype(int) + 100).all()
+        assert (squeezed > rest_scans[-1, 2:4].astype(int) + 50).all()
 
 
 @pytest.mark.parametrize("condition", CONDITIONS)

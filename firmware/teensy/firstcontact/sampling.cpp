@@ -19,12 +19,13 @@ static float next_period() {
   return fc_pace_next(&pace) / TICKS_PER_MICROSECOND;
 }
 
-// Drive one row of each array and let the others float. The row settles until the next sample.
+// Drive one row of each array and hold the others at ground: fc_means_step relies on it. The row
+// settles until the next sample. The earlier row is grounded first, so that never two are driven.
 static void select_taxel() {
   const uint8_t row = fc_scan_row(&device->scan);
   for (uint8_t f = 0; f < FC_FINGERS; f++) {
     for (uint8_t r = 0; r < 3; r++) {
-      pinMode(ROW_PIN[f][r], r == row ? OUTPUT : INPUT);
+      digitalWrite(ROW_PIN[f][r], LOW);
     }
     digitalWrite(ROW_PIN[f][row], HIGH);
   }
@@ -52,6 +53,9 @@ void start_sampling(fc_device *fingertips) {
   analogReadAveraging(1);
   for (uint8_t f = 0; f < FC_FINGERS; f++) {
     pinMode(STRIP_PIN[f], INPUT_PULLUP);
+    for (uint8_t r = 0; r < 3; r++) {
+      pinMode(ROW_PIN[f][r], OUTPUT);
+    }
   }
   fc_pace_init(&pace, TIMER_HZ, FC_RATE_HZ);
   select_taxel();

@@ -17,8 +17,8 @@ from firstcontact.core.files import AnyPath, given_path, read_regular, temporary
 from firstcontact.core.layout import ADC_VOLTS, Finger, finger_name
 from firstcontact.core.records import LONGEST, Name, read_record
 
-#: Resistor of the published divider, ohm.
-DIVIDER_OHM = 4700.0
+#: Resistor of a column's divider on the project's board, ohm.
+DIVIDER_OHM = 22000.0
 
 
 _REMEDY = "make a calibration with `firstcontact calibrate`"

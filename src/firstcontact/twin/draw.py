@@ -115,6 +115,11 @@ OFFSET_SD = 10.35e-3
 OFFSET_MAX = 75e-3
 #: Range of the first contact within a pinch, s.
 FIRST_CONTACT = (0.130, 0.150)
+#: Range of a sheet's conductance at a response of 1 N, S, and of its exponent.
+CONDUCTANCE = (16e-6, 38e-6)
+EXPONENT = (0.6, 1.1)
+#: Standard deviation of ln(parameter) of a sheet between two loadings.
+LOADING_SCATTER = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,6 +168,7 @@ def draw_pinch(
     """Draw one pinch of a specimen in a session. ``key`` identifies the pinch in the session."""
     c = condition
     hand = generator(seed, c.name, "hand")
+    sheet = generator(seed, c.name, "sheet")
     day = generator(seed, c.name, "session", session)
     rng = generator(seed, c.name, "pinch", session, key)
 
@@ -201,13 +207,15 @@ def draw_pinch(
             replace(MotorNoise().scaled(speed, loud), click_rate=c.click_rate, mains_rate=mains)
         )
         v = VelostatParameters()
-        # Velostat has poor repeatability: tens of per cent between loadings.
-        poor = np.exp(0.15 * rng.standard_normal(3))
+        conductance = math.exp(sheet.uniform(*np.log(CONDUCTANCE)))
+        exponent = float(sheet.uniform(*EXPONENT))
+        poor = np.exp(LOADING_SCATTER * rng.standard_normal(3))
         arrays.append(
             v._replace(
                 threshold=v.threshold * poor[0],
                 rise=v.rise * poor[1],
-                conductance=v.conductance * poor[2],
+                conductance=conductance * poor[2],
+                exponent=exponent,
             )
         )
     hold = factor("clamp")

@@ -140,15 +140,15 @@ class VelostatParameters(NamedTuple):
     """Share of the response that is slow."""
     creep: float = 0.4
     """Time constant of the slow response, s."""
-    conductance: float = 2.2e-4
-    """Conductance at a response of 1 N, in S / N^0.85."""
+    conductance: float = 2.5e-5
+    """Conductance at a response of 1 N, in S / N^exponent."""
     exponent: float = 0.85
-    leak: float = 2.0e-5
+    leak: float = 2.0e-6
     """Conductance of an unloaded taxel, S."""
-    resistor: float = 4700.0
-    """Resistor of the divider, ohm."""
-    crosstalk: float = 0.04
-    """Share of the conductance of the neighbour in the same row that a reading includes."""
+    resistor: float = 22000.0
+    """Resistor of a column's divider, ohm."""
+    pin: float = 23.0
+    """Resistance of each row's pin, ohm."""
     noise: float = 0.004
     """RMS of the noise at the converter, V."""
 

@@ -83,7 +83,8 @@ class DeviceFilter:
 
     Force: sliding mean over the last 8 readings of each taxel, exact in 1/32 counts. The first
     reading of a taxel counts as 8 equal readings. A taxel without a reading is 0. Scan i reads
-    taxel i modulo 6.
+    taxel i modulo 6. The means are then corrected for the other taxels of the column, which share
+    its divider: the sample is what the taxel would read alone, rounded to 1/32 count.
 
     A strip is 1 if its reading is not 0. Counts above 1023 are treated as 1023.
     """

@@ -8,6 +8,7 @@ static const double RATE = 4936.0, VOLTS = 3.3, OFFSET = 1.65, COUNTS = 1024.0, 
 static const double PI = 3.141592653589793;
 
 enum { SUBCOUNTS = 32, HIGHEST = 1023, ROUND = TAXELS * READINGS, STEPS_OF_SLIP = 20 };
+enum { LINES = 2, ROWS = TAXELS / LINES }; /* columns and rows of a force array */
 
 WIDE void fc_tones(double (*lines)[2], const double (*turns)[2], const double *amplitudes,
                    const double *depth, int32_t count, double *out, int64_t n)
@@ -78,6 +79,37 @@ static double conductance(const double *p, double quick, double late)
     return p[7] + p[5] * power;
 }
 
+/* Return the voltage of a taxel's column while its row is driven and the other rows are at ground.
+
+   A row's pin has the resistance `pin`, and a column's divider `load`. Solved by Gauss-Seidel: a
+   sweep reduces the error at least by the ratio of `pin` to the resistance of a row's taxels, about
+   40, and the first sweep is exact without `pin`. */
+static double column_volts(const double g[TAXELS], int32_t taxel, double pin, double load)
+{
+    enum { SWEEPS = 4 };
+    double row[ROWS] = {0}, column[LINES] = {0};
+    row[taxel / LINES] = VOLTS;
+    for (int32_t sweep = 0; sweep < SWEEPS; sweep++) {
+        for (int32_t r = 0; sweep > 0 && r < ROWS; r++) {
+            double current = r == taxel / LINES ? VOLTS : 0.0, sum = 1.0;
+            for (int32_t c = 0; c < LINES; c++) {
+                current += pin * g[LINES * r + c] * column[c];
+                sum += pin * g[LINES * r + c];
+            }
+            row[r] = current / sum;
+        }
+        for (int32_t c = 0; c < LINES; c++) {
+            double current = 0.0, sum = 1.0;
+            for (int32_t r = 0; r < ROWS; r++) {
+                current += load * g[LINES * r + c] * row[r];
+                sum += load * g[LINES * r + c];
+            }
+            column[c] = current / sum;
+        }
+    }
+    return column[taxel % LINES];
+}
+
 WIDE void fc_force_readings(const double *force, const double *shares, const double *p,
                             const double *noise, double dt, double *state, int64_t first,
                             uint16_t *out, int64_t n)
@@ -95,11 +127,11 @@ WIDE void fc_force_readings(const double *force, const double *shares, const dou
             quick[k] += (load - quick[k]) * dt / tau;
             late[k] += (load - late[k]) * dt / creep;
         }
-        const int32_t taxel = (int32_t)((first + i) % TAXELS), beside = taxel ^ 1;
-        const double g = conductance(p, quick[taxel], late[taxel])
-                         + p[9] * conductance(p, quick[beside], late[beside]);
-        const double volts = VOLTS * resistor * g / (1.0 + resistor * g) + noise[i];
-        out[i] = reading(volts * (COUNTS / VOLTS));
+        double g[TAXELS];
+        for (int32_t k = 0; k < TAXELS; k++)
+            g[k] = conductance(p, quick[k], late[k]);
+        const double volts = column_volts(g, (int32_t)((first + i) % TAXELS), p[9], resistor);
+        out[i] = reading((volts + noise[i]) * (COUNTS / VOLTS));
     }
     memcpy(state, quick, TAXELS * sizeof *state);
     memcpy(state + TAXELS, late, TAXELS * sizeof *state);
@@ -108,6 +140,15 @@ WIDE void fc_force_readings(const double *force, const double *shares, const dou
 static int64_t clipped(uint16_t count)
 {
     return count < HIGHEST ? count : HIGHEST;
+}
+
+/* Return the reading of a taxel alone in its column, as firmware/core/fc_filter.c does. */
+static int16_t alone(int64_t mean, int64_t others)
+{
+    const int64_t full = (int64_t)COUNTS * SUBCOUNTS, top = HIGHEST * SUBCOUNTS;
+    const int64_t left = others < full ? full - others : 1;
+    const int64_t value = (mean * full + left / 2) / left;
+    return (int16_t)(value < top ? value : top);
 }
 
 void fc_filter(const uint16_t *scans, int64_t n, int64_t *place, int64_t *smoothed,
@@ -133,8 +174,13 @@ void fc_filter(const uint16_t *scans, int64_t n, int64_t *place, int64_t *smooth
             sum[taxel] += count - kept[slot];
             kept[slot] = count;
             out[f] = (int16_t)smoothed[f];
+            int64_t mean[TAXELS], column[LINES] = {0};
+            for (int k = 0; k < TAXELS; k++) {
+                mean[k] = sum[k] * (SUBCOUNTS / READINGS);
+                column[k % LINES] += mean[k];
+            }
             for (int k = 0; k < TAXELS; k++)
-                out[2 + TAXELS * f + k] = (int16_t)(sum[k] * (SUBCOUNTS / READINGS));
+                out[2 + TAXELS * f + k] = alone(mean[k], column[k % LINES] - mean[k]);
             out[2 + 2 * TAXELS + f] = scans[4 + f] != 0;
         }
         *place = (*place + 1) % ROUND;

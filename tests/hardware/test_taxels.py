@@ -1,0 +1,62 @@
+"""The force array as a network, the closed form that solves it, and the table of decision 0023."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import taxels
+from hypothesis import given
+from hypothesis import strategies as st
+from taxels import SHEET, Method
+
+from firstcontact.core.layout import ADC_VOLTS
+
+loads = st.lists(st.floats(0.0, 12.0), min_size=6, max_size=6)
+
+
+def in_siemens(volts: np.ndarray) -> np.ndarray:
+    """Return the conductance of each taxel if it were alone in its column, S."""
+    return volts / (ADC_VOLTS - volts) / SHEET.resistor
+
+
+def test_page_has_the_table() -> None:
+    page = taxels.PAGE.read_text(encoding="utf-8")
+    assert taxels.filled(page) == page
+
+
+@given(loads)
+def test_columns_of_grounded_rows_are_solved_exactly(forces: list[float]) -> None:
+    g = taxels.conductances(forces)
+    volts = taxels.readings(g, Method.SOLVED, pin=1e-6)
+    columns = g.reshape(3, 2).sum(axis=0)
+    expected = ADC_VOLTS * g / (1 / SHEET.resistor + np.tile(columns, 3))
+    assert volts == pytest.approx(expected)
+    assert in_siemens(taxels.alone(volts)) == pytest.approx(g, rel=1e-5)
+
+
+@given(loads)
+def test_pins_change_a_loaded_taxel_by_less_than_two_percent(forces: list[float]) -> None:
+    g = taxels.conductances(forces)
+    solved = in_siemens(taxels.alone(taxels.readings(g, Method.SOLVED)))
+    assert solved == pytest.approx(g, rel=0.02, abs=0.05 * SHEET.leak + 0.002 * g.max())
+
+
+def test_floating_rows_show_load_at_the_fourth_corner_of_a_rectangle() -> None:
+    # Two loaded taxels in series with a third lead from the driven row to the column.
+    g = taxels.conductances([0, 3, 3, 3, 0, 0])
+    floating = in_siemens(taxels.readings(g, Method.FLOATING, pin=1e-6))
+    assert floating[0] / g[0] == pytest.approx(7.0, abs=0.1)
+
+
+def test_floating_rows_of_two_by_two_have_the_closed_form(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # The third row hardly conducts. Dividers of 1 GOhm draw the same current i from both columns.
+    monkeypatch.setattr(taxels, "SHEET", SHEET._replace(resistor=1e9))
+    a, b, c, d = 1e-5, 2e-5, 3e-5, 4e-5
+    volts = taxels.readings(np.array([a, b, c, d, 0, 0]) + 1e-12, Method.FLOATING, pin=0.1)
+    i = ADC_VOLTS / 1e9
+    own = i / (a + 1 / (1 / b + 1 / d + 1 / c))  # through a, beside b, d and c in series
+    detour = 1 / (1 / a + 1 / c + 1 / d)
+    other = i * detour / (b + detour) / a  # part of the other column's current that goes through a
+    assert ADC_VOLTS - volts[0] == pytest.approx(own + other, rel=1e-3)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from firstcontact.core import InputError
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
-    from firstcontact.core import Contact, Dataset
+    from firstcontact.core import Contact, Dataset, Pinch
     from firstcontact.core.display import Progress
     from firstcontact.core.files import AnyPath
-    from firstcontact.models import Model
+    from firstcontact.models import Evaluation, Model, Predictions
 
 
 def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
@@ -47,6 +47,60 @@ def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     from firstcontact.recording import load_dataset
 
     return load_dataset(path if isinstance(path, str | os.PathLike) else list(path))
+
+
+def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
+    """Draw a pinch, a dataset, predictions or an evaluation with Matplotlib.
+
+    Parameters
+    ----------
+    subject
+        A pinch: all its channels over time. A dataset: the vibration after the first contact,
+        coloured by hardness. Predictions: each value with its interval. An evaluation: the error
+        by the time after the contact.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes of a new figure; for a pinch an array with one for each kind of channel.
+
+    Raises
+    ------
+    InputError
+        Matplotlib is not installed, or nothing of this kind can be drawn.
+
+    Examples
+    --------
+    >>> import matplotlib
+    >>> matplotlib.use("agg")
+    >>> import firstcontact as fc
+    >>> axes = fc.plot(fc.load("recordings"))
+    >>> axes.get_xlabel()
+    'time since first contact (ms)'
+    """
+    from firstcontact.core import Dataset, Pinch
+    from firstcontact.core.installation import require_modules
+    from firstcontact.core.plot import PLAIN, draw_dataset, draw_pinch
+    from firstcontact.models import Evaluation, Predictions
+    from firstcontact.models.plots import draw_evaluation, draw_predictions
+
+    drawings: dict[type, Callable[[Any, Any], Any]] = {
+        Pinch: draw_pinch,
+        Dataset: draw_dataset,
+        Predictions: draw_predictions,
+        Evaluation: draw_evaluation,
+    }
+    if type(subject) not in drawings:
+        raise InputError(
+            f"{type(subject).__name__} cannot be drawn: give a pinch, a dataset, predictions or "
+            "one evaluation",
+            parameter="subject",
+        )
+    require_modules("plot", "matplotlib")
+    from matplotlib import pyplot, rc_context
+
+    with rc_context(PLAIN):
+        return drawings[type(subject)](subject, pyplot.figure(layout="constrained"))
 
 
 def import_recordings(

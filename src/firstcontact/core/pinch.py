@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
-from typing import Annotated, Any, overload
+from functools import partial
+from html import escape
+from math import nan
+from typing import TYPE_CHECKING, Annotated, Any, overload
 
 import numpy as np
 from msgspec import Meta
@@ -14,9 +17,13 @@ from numpy.typing import NDArray
 from firstcontact.core._block import Block
 from firstcontact.core._errors import InputError
 from firstcontact.core.calibration import Calibration
-from firstcontact.core.layout import ChannelKind, Finger, Layout
+from firstcontact.core.layout import ChannelKind, Finger, Layout, finger_name
+from firstcontact.core.plot import draw_dataset, draw_pinch, picture
 from firstcontact.core.records import Name
 from firstcontact.core.text import counted
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 #: Largest magnitude of a hardness rank.
 HIGHEST_RANK = 1000
@@ -181,6 +188,20 @@ class Pinch:
             return None
         return (self.truth[1].sample - self.truth[0].sample) / self.layout.rate
 
+    def __repr__(self) -> str:
+        """Return object, length and contacts, without the samples."""
+        first, rate = self.first, self.layout.rate
+        parts = [self.label.object or "unknown object", f"{len(self.data) / rate * 1e3:.1f} ms"]
+        if self.label.shore_a is not None:
+            parts.insert(1, f"{self.label.shore_a:g} Shore A")
+        if first is not None:
+            at = (first.sample - self.first_sample) / rate * 1e3
+            parts.append(f"{finger_name(first.finger)} first at {at:.1f} ms")
+        return f"Pinch({', '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        return f"<code>{escape(repr(self))}</code><br>{picture(partial(draw_pinch, self))}"
+
     def vibration(self) -> NDArray[np.float64]:
         """Return the vibration channels in their unit, shape (samples, vibration channels).
 
@@ -281,6 +302,38 @@ class Dataset:
         return (
             f"Dataset({counted(len(self), 'pinch')}, {', '.join(counts)}, {self.layout.rate:g} Hz, "
             f"source={self.source!r})"
+        )
+
+    def _repr_html_(self) -> str:
+        drawing = picture(partial(draw_dataset, self)) if self.pinches else ""
+        return f"<code>{escape(repr(self))}</code><br>{drawing}"
+
+    def to_frame(self) -> DataFrame:
+        """Return labels, contacts and closing speeds as a pandas table, one row for each pinch."""
+        from pandas import DataFrame
+
+        def ms(pinch: Pinch, contact: Contact | None) -> float:
+            at = nan if contact is None else contact.sample - pinch.first_sample
+            return 1e3 * at / pinch.layout.rate
+
+        rows = [
+            {
+                **pinch.label.to_json(),
+                "shore_a": pinch.label.shore_a if pinch.label.shore_a is not None else nan,
+                "length_ms": 1e3 * len(pinch.data) / pinch.layout.rate,
+                "first_finger": finger_name(pinch.first.finger) if pinch.first else None,
+                "first_contact_ms": ms(pinch, pinch.first),
+                "second_contact_ms": ms(pinch, pinch.second),
+                "closing_speed_mm_s": 1e3 * pinch.closing_speed.speed
+                if pinch.closing_speed
+                else nan,
+            }
+            for pinch in self
+        ]
+        return (
+            DataFrame(rows).astype({"shore_a": float, "hardness_rank": float})
+            if rows
+            else DataFrame()
         )
 
     @property

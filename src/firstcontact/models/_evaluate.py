@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
+from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +16,7 @@ from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import AnyPath
+from firstcontact.core.plot import picture
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import counted
 from firstcontact.models._predictors import Predictor, RigPredictor
@@ -25,6 +29,7 @@ from firstcontact.models.alignment import (
 )
 from firstcontact.models.card import Digests, TrainingData, pinch_digests
 from firstcontact.models.model import Model, load_model, require_dataset
+from firstcontact.models.plots import draw_evaluation
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.scores import (
     RegressionScores,
@@ -43,6 +48,9 @@ from firstcontact.models.training import (
 )
 from firstcontact.models.window_model import Values
 from firstcontact.signal import resample_dataset
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,6 +152,35 @@ class Evaluation:
     def width(self) -> Mapping[float, float]:
         """Mean width of the interval by elapsed time (s); empty if :attr:`rmse` is."""
         return self._unseen_mean(lambda group: group.width)
+
+    def __repr__(self) -> str:
+        """Return the predictor, and its error at the latest time."""
+        at = max(self.rmse, default=0.0)
+        error = f", {self.rmse[at]:.3g} RMSE at {1e3 * at:g} ms" if at else ""
+        return f"Evaluation({self.predictor}, {counted(self.scored, 'pinch')}{error})"
+
+    def _repr_html_(self) -> str:
+        return f"<code>{escape(repr(self))}</code><br>{picture(partial(draw_evaluation, self))}"
+
+    def to_frame(self) -> DataFrame:
+        """Return a pandas table of scores, one row for each group of pinches and elapsed time.
+
+        Errors and widths have the unit of the target, usually Shore A.
+        """
+        from pandas import DataFrame
+
+        return DataFrame(
+            {
+                "group": group.title,
+                "pinches": group.n,
+                "elapsed_ms": 1e3 * at,
+                **{name: getattr(scores, name, math.nan) for name in ("rmse", "mae", "accuracy")},
+                "coverage_percent": 100 * group.coverage.get(at, math.nan),
+                "width": group.width.get(at, math.nan),
+            }
+            for group in self.groups
+            for at, scores in group.scores.items()
+        )
 
     def _unseen_mean(
         self, values: Callable[[GroupScores], Mapping[float, float]]

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from html import escape
 from math import nan
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact
+from firstcontact.core import Contact, finger_name
+from firstcontact.core.plot import picture
 from firstcontact.models.interval import SHORE_A
+from firstcontact.models.plots import draw_predictions
 from firstcontact.models.touches import Touches
 from firstcontact.models.window_model import Values
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,6 +65,31 @@ class Predictions:
 
     def __len__(self) -> int:
         return len(self.value)
+
+    def __repr__(self) -> str:
+        """Return number, median and estimator, without the arrays."""
+        made = self.value[~np.isnan(self.value)]
+        median = f", median {np.median(made):.3g}" if len(made) else ""
+        by = f" by {self.estimator!r}" if self.estimator else ""
+        return f"Predictions({len(made)} of {len(self)} pinches{median}{by})"
+
+    def _repr_html_(self) -> str:
+        return f"<code>{escape(repr(self))}</code><br>{picture(partial(draw_predictions, self))}"
+
+    def to_frame(self) -> DataFrame:
+        """Return a pandas table, one row for each prediction.
+
+        ``value``, ``spread``, ``low`` and ``high`` have the unit of the target, usually Shore A.
+        """
+        from pandas import DataFrame
+
+        value, spread, low, high, is_out, elapsed = self.columns
+        frame = DataFrame({"value": value, "spread": spread, "low": low, "high": high})
+        frame["out_of_range"], frame["elapsed_ms"] = is_out, 1e3 * elapsed
+        if self.contacts:
+            frame["finger"] = [c and finger_name(c.finger) for c in self.contacts]
+            frame["contact_sample"] = [nan if c is None else c.sample for c in self.contacts]
+        return frame
 
     @property
     def columns(self) -> tuple[NDArray[Any], ...]:

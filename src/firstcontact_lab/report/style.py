@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Layout
 from firstcontact.core.display import INK
+from firstcontact.core.plot import PLAIN, figure_label
 from firstcontact.models.scores import Ends
-from firstcontact.recording.plot import PLAIN, figure_label
 from firstcontact_lab.report.findings import Figure
 
 if TYPE_CHECKING:

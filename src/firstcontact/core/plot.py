@@ -1,22 +1,29 @@
-"""Plot of a pinch: vibration, force and strips of both fingers over time.
+"""Plots of pinches and datasets.
 
 Names from recordings are drawn as plain text, in characters that the font has.
 """
 
 from __future__ import annotations
 
+import base64
+import io
+from collections.abc import Callable
 from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Finger, Pinch, finger_name
 from firstcontact.core.files import replacing
+from firstcontact.core.layout import ChannelKind, Finger, finger_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from firstcontact.core.pinch import Dataset, Pinch
 
 #: Settings for :func:`matplotlib.rc_context` that draw text literally, dollar signs included.
 PLAIN: Any = {"text.parse_math": False, "text.usetex": False, "font.family": "DejaVu Sans"}
@@ -24,6 +31,8 @@ PLAIN: Any = {"text.parse_math": False, "text.usetex": False, "font.family": "De
 MOST = 28
 #: Colour of each finger, distinct for colour-blind readers.
 COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e", None: "#0b6e99"}
+#: Most pinches in one plot, and the time shown before and after their first contacts, s.
+MANY, SHOWN = 60, (0.002, 0.015)
 #: Longest title, characters.
 TITLE = 80
 _QUIET = "#8a8f98"
@@ -33,21 +42,35 @@ _HEIGHTS = {ChannelKind.VIBRATION: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRI
 def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
     """Draw all channels of a pinch into an image file."""
     from matplotlib import rc_context
+    from matplotlib.figure import Figure
 
     # Names and units come from the recording. They must be drawn as text, not as formulas.
     with rc_context(PLAIN), replacing(path) as temporary:
-        figure = _figure(pinch, title)
+        figure = Figure(layout="constrained")
+        draw_pinch(pinch, figure, title)
         figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
 
 
-def _figure(pinch: Pinch, title: str) -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+def picture(draw: Callable[[Figure], object]) -> str:
+    """Return a small drawing as an HTML image; "" without Matplotlib."""
+    if find_spec("matplotlib") is None:
+        return ""
+    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
+    with rc_context(PLAIN), io.BytesIO() as file:
+        figure = Figure(layout="constrained")
+        draw(figure)
+        figure.savefig(file, dpi=60, format="png")
+        image = base64.b64encode(file.getvalue()).decode()
+    return f'<img alt="" src="data:image/png;base64,{image}">'
+
+
+def draw_pinch(pinch: Pinch, figure: Figure, title: str = "") -> NDArray[Any]:
+    """Draw all channels of a pinch, one axes for each kind of channel; return the axes."""
     kinds = [kind for kind in _HEIGHTS if pinch.layout.columns(kind)]
     heights = [_HEIGHTS[kind] for kind in kinds]
-    figure = Figure(figsize=(9.0, 1.1 + sum(heights)), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure.set_size_inches(9.0, 1.1 + sum(heights))
     grid = figure.subplots(len(kinds), 1, sharex=True, squeeze=False, height_ratios=heights)
     zero = pinch.first.sample if pinch.first else pinch.first_sample
     number = pinch.first_sample + np.arange(len(pinch.data))
@@ -75,7 +98,46 @@ def _figure(pinch: Pinch, title: str) -> Figure:
     since = "first contact" if pinch.first else "the start of the pinch"
     grid[-1, 0].set_xlabel(f"time since {since} (ms)")
     figure.suptitle(figure_label(title, TITLE), x=0.02, ha="left", fontsize=12, fontweight="bold")
-    return figure
+    return grid[:, 0]
+
+
+def draw_dataset(data: Dataset, figure: Figure) -> Axes:
+    """Draw the vibration after the first contact of up to 60 pinches, coloured by hardness."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    figure.set_size_inches(7.0, 3.6)
+    axes = figure.subplots()
+    labels = data.shore_a[~np.isnan(data.shore_a)]
+    ends = (labels.min(), labels.max()) if len(labels) else (0, 100)
+    colours = ScalarMappable(Normalize(*ends), "viridis_r")
+    touched = [
+        (pinch, first)
+        for pinch in data
+        if (first := pinch.first) and first.finger in pinch.layout.vibration_fingers
+    ]
+    shown = touched[:: -(-len(touched) // MANY) or 1]
+    for pinch, first in shown:
+        rate, zero = pinch.layout.rate, first.sample - pinch.first_sample
+        column = list(pinch.layout.vibration_fingers).index(first.finger)
+        begin = max(zero - round(SHOWN[0] * rate), 0)
+        values = pinch.vibration()[begin : zero + round(SHOWN[1] * rate), column]
+        hardness = pinch.label.shore_a
+        axes.plot(
+            (begin - zero + np.arange(len(values))) / rate * 1e3, values, lw=0.6, alpha=0.6,
+            color=_QUIET if hardness is None else colours.to_rgba(np.array(hardness)),
+        )  # fmt: skip
+    if len(labels):
+        figure.colorbar(colours, ax=axes, label="Shore A")
+    if shown:
+        sensor = data.layout.vibration[0]
+        axes.set_ylabel(f"{sensor.sensor} ({figure_label(sensor.unit, 12)})")
+    axes.set_xlabel("time since first contact (ms)")
+    axes.set_title(
+        f"{len(shown)} of {len(data)} pinches, the finger that touches first", loc="left"
+    )
+    axes.spines[["top", "right"]].set_visible(False)
+    return axes
 
 
 def _vibration(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Contact, Finger, Label, Pinch, fingertip_layout
-from firstcontact.recording.plot import MOST, figure_label, plot_pinch
+from firstcontact.core.plot import MOST, figure_label, plot_pinch
 
 NAMES = [r"$\frac{$", "a\nb\r\tc\x00", "x" * 5000, "🍎" * 50, "\ud800"]
 MORE_NAMES = [

@@ -1,0 +1,61 @@
+"""Plots of predictions and evaluations."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from firstcontact.core.display import BLUE, GREY, ORANGE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from firstcontact.models._evaluate import Evaluation
+    from firstcontact.models.predictions import Predictions
+
+
+def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
+    """Draw the value and the interval of each prediction."""
+    axes = _axes(figure)
+    number, value = np.arange(len(predictions)), predictions.value
+    for is_out, colour, label in ((False, BLUE, "prediction"), (True, ORANGE, "out of range")):
+        rows = (predictions.out_of_range == is_out) & ~np.isnan(value)
+        if rows.any():
+            ends = np.stack([value - predictions.low, predictions.high - value])[:, rows]
+            axes.errorbar(number[rows], value[rows], ends.clip(0), fmt="o", ms=3, lw=0.8,
+                          color=colour, label=f"{label} and interval")  # fmt: skip
+    axes.set_xlabel("pinch")
+    axes.set_ylabel("predicted value")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
+    return axes
+
+
+def draw_evaluation(evaluation: Evaluation, figure: Figure) -> Axes:
+    """Draw the error, or the accuracy, of each group of pinches over the time after the contact."""
+    axes = _axes(figure)
+    for group, colour in zip(evaluation.groups, (BLUE, ORANGE, GREY), strict=False):
+        name = "rmse" if group.rmse else "accuracy"
+        times = 1e3 * np.array(list(group.scores))
+        values = np.array([getattr(scores, name) for scores in group.scores.values()])
+        intervals = [scores.intervals for scores in group.scores.values()]
+        ends = [i.get(name, (v, v)) for i, v in zip(intervals, values, strict=True)]
+        low, high = np.array(ends, float).T
+        axes.errorbar(times, values, [values - low, high - values], fmt="o-", ms=4, lw=1,
+                      color=colour, label=f"{group.title}, {group.n} pinches")  # fmt: skip
+        axes.set_ylabel("root mean square error" if name == "rmse" else "accuracy")
+    axes.set_xlabel("time since first contact (ms)")
+    axes.set_ylim(bottom=0)
+    axes.set_title(evaluation.predictor, loc="left")
+    axes.legend(frameon=False)
+    return axes
+
+
+def _axes(figure: Figure) -> Axes:
+    figure.set_size_inches(7.0, 3.6)
+    axes = figure.subplots()
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(axis="y", alpha=0.2, lw=0.6)
+    return axes

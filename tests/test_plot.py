@@ -1,0 +1,90 @@
+"""Plots, short descriptions and tables of what the front door returns."""
+
+from __future__ import annotations
+
+import base64
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import firstcontact as fc
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*interactive.*")
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    folder = tmp_path_factory.mktemp("plots") / "recordings"
+    data = fc.simulate(folder, pinches_per_block=3, pinches_per_object=0)
+    model = fc.adapt(data)
+    return {
+        "pinch": data[0],
+        "dataset": data,
+        "predictions": model.predict(data),
+        "evaluation": fc.evaluate(model, data)[0],
+    }
+
+
+@pytest.fixture(autouse=True)
+def without_display() -> None:
+    import matplotlib
+
+    matplotlib.use("agg")
+
+
+KINDS = ("pinch", "dataset", "predictions", "evaluation")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_draws_axes_with_data_and_labels(kind: str, shown: dict[str, Any]) -> None:
+    from matplotlib import pyplot
+
+    axes = fc.plot(shown[kind])
+    for each in axes if kind == "pinch" else [axes]:
+        assert each.has_data()
+        assert each.get_ylabel()
+    assert (axes[-1] if kind == "pinch" else axes).get_xlabel()
+    pyplot.close("all")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_describes_itself_in_one_line_and_as_a_picture(kind: str, shown: dict[str, Any]) -> None:
+    text = repr(shown[kind])
+    assert len(text) < 100
+    assert "array" not in text
+    page = shown[kind]._repr_html_()
+    image = re.search(r'src="data:image/png;base64,([^"]+)"', page)
+    assert image
+    assert base64.b64decode(image[1]).startswith(b"\x89PNG")
+    assert len(page) < 200_000
+
+
+def test_names_from_recordings_stay_text(shown: dict[str, Any]) -> None:
+    from dataclasses import replace
+
+    pinch = replace(shown["pinch"], label=fc.Label(object="<script>$x$"))
+    assert "<script>" not in pinch._repr_html_()
+
+
+def test_an_empty_dataset_and_other_things(shown: dict[str, Any]) -> None:
+    assert "0 pinches" in fc.Dataset(())._repr_html_()
+    with pytest.raises(fc.InputError) as refusal:
+        fc.plot(Path())  # type: ignore[arg-type]
+    assert refusal.value.parameter == "subject"
+
+
+def test_tables_have_a_row_for_each_and_units(shown: dict[str, Any]) -> None:
+    pytest.importorskip("pandas")
+    data, predictions, evaluation = (shown[kind] for kind in KINDS[1:])
+    table = data.to_frame()
+    assert table["shore_a"].tolist() == data.shore_a.tolist()
+    offset = 1e-3 * (table["second_contact_ms"] - table["first_contact_ms"])
+    assert offset.tolist() == pytest.approx([pinch.offset for pinch in data])
+    table = predictions.to_frame()
+    assert table["elapsed_ms"].tolist() == pytest.approx(1e3 * predictions.elapsed)
+    assert len(table) == len(predictions)
+    table = evaluation.to_frame()
+    group = evaluation.groups[0]
+    assert table["rmse"][: len(group.scores)].tolist() == list(group.rmse.values())

@@ -1,7 +1,6 @@
 """Grasp study: picks by simulated hands, with policies that use or ignore the stiffness.
 
-The study has two parts. In the household part policies pick up household objects of unknown weight.
-In the payload task policies hold objects of at most an assumed mass, as gently as possible. Terms:
+Terms:
 
 - A *kind* is a household object by name, such as "raspberry". Its specimens differ at random.
 - A *family* is a group of similar kinds. A *fold* is a group of whole families, held out together.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,30 +31,17 @@ CONDITION = "paper-rig"
 AFTER = 0.060
 
 
-class Order(NamedTuple):
-    """Command that was sent ``at`` seconds after the first sample of the closing."""
-
-    at: float
-    command: Command
-
-
 class PlantHand(Hand):
-    """Hand that sends its commands to the simulated plant."""
-
     name = "plant"
     limits = HandLimits(speed=0.25, force=12.0, rate=math.inf, watchdog=math.inf)
 
     def __init__(self, plant: GraspPlant) -> None:
-        self.orders: list[Order] = []
         self._plant = plant
 
     def send(self, command: Command) -> None:
-        """Send the command. It takes effect one latency of the drive after the newest sample."""
-        self.orders.append(Order(self._plant.now, command))
         self._plant.command(command)
 
     def release(self) -> None:
-        """Open the hand."""
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
@@ -63,11 +49,7 @@ class PlantHand(Hand):
 
 
 class SlipWatch:
-    """Ideal slip detector.
-
-    It reports a slip ``latency`` seconds after it starts, and again after every further ``latency``
-    seconds.
-    """
+    """Ideal slip detector."""
 
     def __init__(self, latency: float) -> None:
         self._latency = latency
@@ -84,8 +66,6 @@ class SlipWatch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnHand:
-    """Detector and model of one hand, from its block pinches."""
-
     detector: Detector
     model: InContextModel
     pinches: int

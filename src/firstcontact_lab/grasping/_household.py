@@ -48,7 +48,7 @@ from firstcontact_lab.grasping.results import (
     ReflexSuccess,
     TunedOn,
 )
-from firstcontact_lab.grasping.settings import HouseholdSettings
+from firstcontact_lab.grasping.settings import GraspStudySettings
 
 #: Target of the study: relative reduction in drops.
 TARGET = 0.35
@@ -59,8 +59,6 @@ HALF = 1e-4
 
 
 class HouseholdStudy:
-    """Steps of the household part, in order, and their intermediate results."""
-
     hands: OwnHands
     tuning: list[Branches]
     rows: list[Branches]
@@ -69,24 +67,21 @@ class HouseholdStudy:
     judgement: Judgement
     full: list[FullRow]
 
-    def __init__(self, settings: HouseholdSettings, seed: int, runner: Runner) -> None:
-        self.settings, self._seed, self._runner = settings, seed, runner
+    def __init__(self, settings: GraspStudySettings, runner: Runner) -> None:
+        self.settings, self._runner = settings, runner
         self._how = Branching(settings.speeds, settings.forces, settings.boosts)
-        self.tuning_hands, self.judged_hands = settings.hand_seeds(seed)
+        self.tuning_hands, self.judged_hands = settings.hand_seeds()
 
     def adapt_hands(self) -> None:
-        """Adapt every hand to its own blocks, at each approach speed."""
         seeds = (*self.tuning_hands, *self.judged_hands)
         hands = [(h, v) for h in seeds for v in self._how.speeds]
         made = self._runner.map(own_hand, hands, self.settings.blocks)
         self.hands = dict(zip(hands, made, strict=True))
 
     def simulate_tuning(self) -> None:
-        """Simulate the closings for the tuning of policies."""
         self.tuning = self._closings(self.tuning_hands, self.settings.tuning_specimens)
 
     def simulate_judged(self) -> None:
-        """Simulate the closings on which policies are judged."""
         self.rows = self._closings(self.judged_hands, self.settings.judged_specimens)
 
     def _closings(self, seeds: Sequence[int], specimens: Sequence[int]) -> list[Branches]:
@@ -95,7 +90,6 @@ class HouseholdStudy:
         return self._runner.map(branches, jobs, self.hands, self._how)
 
     def tune(self) -> None:
-        """Tune and judge all policies in the tables of closings."""
         settings = self.settings
         self.tables = Tables(
             ClosingTable.from_branches(self.tuning, self._how),
@@ -103,9 +97,9 @@ class HouseholdStudy:
             settings.folds,
             settings.budget,
             settings.few,
-            self._seed,
+            settings.seed,
         )
-        self.weights = resample_weights(self.tables.judged, self._seed)
+        self.weights = resample_weights(self.tables.judged, settings.seed)
         self.judgement = judgement(self.tables)
 
     def close(self) -> None:
@@ -122,12 +116,10 @@ class HouseholdStudy:
         self.full = self._runner.map(full_closing, jobs, self.hands)
 
     def filmed(self) -> dict[str, SettingsOf]:
-        """Return the settings of the two policies of the film: without and with stiffness."""
         chosen = self.judgement.chosen()
         return {kind.name: chosen[kind.name] for kind in (baseline(), candidate())}
 
     def results(self) -> Household:
-        """Return all results of the household part, with those of control experiments."""
         tables, table, weights = self.tables, self.tables.judged, self.weights
         judged, seed = self.judgement, self.tables.seed
         blind, ours, everyone = judged.blind, judged.ours, judged.everyone
@@ -200,7 +192,6 @@ class HouseholdStudy:
         return between(float(flags.mean()), drawn)
 
     def _shares(self, name: str, judged: Judged) -> RealClosings:
-        """Return the share of each outcome in the full closings of a tuned policy."""
         rows = [row for row in self.full if row.job.policy == name]
         damaged = np.array([r.damaged for r in rows])
         # A damaged object that also falls counts as damaged only.
@@ -233,7 +224,6 @@ class HouseholdStudy:
         return [row for row in self.rows if row.speed == speeds[fold_of[row.pick.kind]]]
 
     def _estimates(self) -> Estimates:
-        """Return errors and times of the live estimates over all picks for judging."""
         rows = self._approaches()
         within = [r for r in rows if _label(r) <= FIRMEST]
         longest = [max((a.elapsed for a in r.answers), default=0.0) for r in rows]
@@ -299,7 +289,6 @@ def _rmse(errors: Mapping[str, Sequence[float]]) -> dict[str, float]:
 
 
 def _success(judged: Judged) -> float:
-    """Return the share of picks that a tuned policy neither drops nor damages."""
     outcomes = judged.outcomes
     return float(1 - np.maximum(outcomes.dropped[TUNED], outcomes.damaged[TUNED]).mean())
 

@@ -68,23 +68,17 @@ class Tables:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """Outcomes of a policy on objects and hands on which its settings were not tuned.
-
-    ``outcomes`` are by scale (the factor on the tuned forces, smallest first) and by pick.
-    ``chosen`` holds the settings of each fold of objects.
-    """
+    """Outcomes of a policy on objects and hands on which its settings were not tuned."""
 
     outcomes: Outcomes
     chosen: tuple[ChosenSettings, ...]
 
     @property
     def front(self) -> Front:
-        """Shares of dropped and of damaged picks at each scale, over all picks."""
         return front(self.outcomes)
 
 
 def household_policies() -> dict[str, type[Policy]]:
-    """Return the policies for household objects by name, in the order of the registry."""
     return {n: p for n, p in POLICIES.items() if p.task is Task.HOUSEHOLD}
 
 
@@ -161,13 +155,7 @@ def _by_fold(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Outcomes of the policies on picks that were not used for tuning.
-
-    ``plain`` holds policies without a slip reflex; some get labels with noise as estimates.
-    ``reflexes`` holds the two policies with a slip reflex, without and with stiffness, by the lift
-    and the latency of the slip detection. ``fold_of`` is the fold of each object: the settings for
-    a fold were tuned without its objects.
-    """
+    """Outcomes of the policies on picks that were not used for tuning."""
 
     plain: Mapping[str, Judged]
     reflexes: Mapping[str, tuple[Judged, Judged]]
@@ -175,12 +163,10 @@ class Judgement:
 
     @property
     def blind(self) -> Judged:
-        """Outcomes of the policy that uses no stiffness."""
         return self.plain[baseline().name]
 
     @property
     def ours(self) -> Judged:
-        """Outcomes of the policy that acts on the estimate."""
         return self.plain[candidate().name]
 
     @property
@@ -201,7 +187,6 @@ class Judgement:
 
 
 def judgement(tables: Tables) -> Judgement:
-    """Tune and judge all policies."""
     plain = {n: judged(tables, k) for n, k in household_policies().items() if not k.has_reflex()}
     for noise in NOISES:
         estimates = (

@@ -42,21 +42,17 @@ LOOK = 10
 
 @dataclass(frozen=True, slots=True, order=True)
 class Pick:
-    """One attempt of a hand to pick up an object."""
-
     kind: str
     hand: int
     specimen: int
 
 
 def pick_specimen(pick: Pick) -> TwinObject:
-    """Return the specimen of a pick, with its mass, friction and breaking force."""
     kind = household_named(pick.kind)
     return draw_household_specimen(pick.hand, condition(CONDITION), kind, pick.specimen)
 
 
 def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> GraspPlant:
-    """Return the simulated hand, ready to close on the object of a pick."""
     specimen = pick_specimen(pick)
     rig = condition(CONDITION)
     draw = draw_pinch(pick.hand, rig, f"household-{pick.specimen}", specimen, pick.kind)
@@ -65,17 +61,12 @@ def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> Gra
 
 
 def make_pipeline(hand: OwnHand) -> Pipeline:
-    """Return the live pipeline with the detector and the model of a hand."""
     return Pipeline(LAYOUT, hand.detector, AnytimePredictor(hand.model), clock=lambda: 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approached:
-    """State of a closing when both fingers touch, and what the pipeline reported until then.
-
-    ``heard`` and ``offset`` are the times from the first contact to the decision on the second
-    contact, and to the second contact itself, s.
-    """
+    """State of a closing when both fingers touch, and what the pipeline reported until then."""
 
     plant: GraspPlant
     estimate: Estimate | None
@@ -159,7 +150,6 @@ class Course:
 
 
 def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
-    """Simulate a full closing, and return its outcome."""
     return play(job, hands).row
 
 

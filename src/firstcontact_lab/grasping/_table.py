@@ -37,8 +37,6 @@ class Branching:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branches:
-    """Outcomes of one pick at one approach speed, for each grip force."""
-
     pick: Pick
     speed: float
     mass: float
@@ -118,8 +116,6 @@ class Reflexed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcomes:
-    """Outcomes of every pick: dropped or not, damaged or not."""
-
     dropped: Values
     damaged: Values
 
@@ -159,21 +155,17 @@ class ClosingTable:
 
     @property
     def kinds(self) -> NDArray[np.str_]:
-        """Name of each pick's object, shape (picks,)."""
         return np.array([pick.kind for pick in self.picks])
 
     @property
     def hands(self) -> NDArray[np.intp]:
-        """Seed of each pick's hand, shape (picks,)."""
         return np.array([pick.hand for pick in self.picks], np.intp)
 
     @property
     def shore_a(self) -> Values:
-        """Label of each pick's object, shape (picks,)."""
         return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
 
     def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> ClosingTable:
-        """Return a copy of the table with the given needed forces or limits."""
         return replace(
             self,
             needed=self.needed if needed is None else needed,

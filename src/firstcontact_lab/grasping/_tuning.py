@@ -164,7 +164,6 @@ def policy_forces(
 
 
 def speed_place(table: ClosingTable, settings: Settings) -> int:
-    """Return the table's index of the approach speed in the settings."""
     return table.how.speeds.index(settings["approach"])
 
 

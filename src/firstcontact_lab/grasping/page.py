@@ -14,7 +14,6 @@ from firstcontact.core.display import GREY, INK
 from firstcontact.grasp import POLICIES
 from firstcontact.grasp.policy import PolicyRole, Task
 from firstcontact_lab.grasping._judgement import baseline, candidate
-from firstcontact_lab.grasping._payload import variants
 from firstcontact_lab.grasping.results import (
     CEILING,
     FIRMEST,
@@ -24,7 +23,6 @@ from firstcontact_lab.grasping.results import (
     FrontPoints,
     Household,
     ObjectErrors,
-    Payload,
 )
 from firstcontact_lab.grasping.sentences import percent, policy_title, sentences
 from firstcontact_lab.report.findings import Figure, State
@@ -49,7 +47,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 HOUSEHOLD = Field.optional("household", Household)
-PAYLOAD = Field.optional("payload", Payload)
 FILM = Field.optional("film", Filmed)
 
 #: Approximate Shore A of the firmest object in the training of the network.
@@ -68,7 +65,6 @@ APART = 0.35
 
 
 def fronts_picture(household: Household, image: Path) -> None:
-    """Draw the fronts of all policies, and write them as a PNG."""
     with canvas(size=SIZE) as (figure, axes):
         _draw_fronts(axes[0, 0], household)
         figure.savefig(image, format="png", dpi=150, metadata={"Software": None})
@@ -124,8 +120,6 @@ def _of(records: Mapping[str, T], value: Callable[[T], Value]) -> Callable[[str]
 
 
 def policies_table(household: Household) -> Table:
-    """Return the table of drops and successes of each policy."""
-
     def drops(name: str) -> Value:
         between = household.drops_between.get(name)
         return household.drops_at_10_damage[name] if between is None else between.bounded
@@ -147,7 +141,6 @@ def policies_table(household: Household) -> Table:
 
 
 def reflex_table(household: Household) -> Table:
-    """Return the table of drops with a slip reflex, with and without stiffness."""
     reflexes = household.slip_reflex
     return _table(
         "Drops and success of policies with a slip reflex: alone, and with the stiffness "
@@ -173,7 +166,6 @@ def _gains(
 
 
 def controls_table(household: Household) -> Table:
-    """Return the table of the gain from stiffness that remains in each control."""
     return _gains(
         "Controls: reduction of drops if each object gets the weight or the damage limit of "
         "another object, drawn at random. Both policies are tuned again. Mean and middle 95 % of "
@@ -185,7 +177,6 @@ def controls_table(household: Household) -> Table:
 
 
 def sensitivity_table(household: Household) -> Table:
-    """Return the table of the gain from stiffness if objects' estimated properties change."""
     return _gains(
         "Reduction of drops if the estimated numbers of the household have other values. Both "
         "policies are tuned again. The last row has the smallest and the largest value of its "
@@ -197,7 +188,6 @@ def sensitivity_table(household: Household) -> Table:
 
 
 def closings_table(household: Household) -> Table:
-    """Return the table of the outcomes of full closings."""
     closings = household.closings
     return _table(
         "Closings that are simulated in full at the tuned settings, with the live estimates and "
@@ -222,7 +212,6 @@ def _window_title(window: str) -> str:
 
 
 def estimates_table(household: Household) -> Table:
-    """Return the table of errors and times of the live estimates."""
     estimates = household.estimates
     lines = [
         Line([Cell(title), *(format_cell(values.get(w), unit) for w in estimates.rmse)])
@@ -259,7 +248,6 @@ def _firm(household: Household) -> str:
 
 
 def objects_table(household: Household) -> Table:
-    """Return the table of errors, drops and damage of each object."""
     objects = household.by_object
 
     def outcome(policy: str) -> Callable[[ObjectErrors], Value]:
@@ -282,7 +270,6 @@ def objects_table(household: Household) -> Table:
 
 
 def tuned_tables(household: Household) -> list[Table]:
-    """Return a table of the chosen settings of each policy."""
     made = []
     on = household.tuned_on
     for name, chosen in household.tuned.items():
@@ -315,32 +302,7 @@ def tuned_tables(household: Household) -> list[Table]:
     return made
 
 
-def payload_table(results: SubjectResults) -> Table | None:
-    """Return the table of the payload task."""
-    payload = results[PAYLOAD]
-    if payload is None:
-        return None
-    policies, ms = payload.policies, payload.latency
-
-    def group(key: str, name: str) -> Callable[[str], Value]:
-        return lambda policy: bounded(policies[policy][ms].get(name), key)
-
-    return _table(
-        "Earlier task: hold a known payload of 0.2 kg with little peak force on soft blocks, "
-        f"{payload.data.closings} closings at {ms} ms brake latency. Stiffness helps little here, "
-        "because the same force holds the payload for every object.",
-        {key: variant.title for key, variant in variants().items()},
-        [
-            Row("Peak, soft", group("peak_n", "soft"), "newton"),
-            Row("Time to grasp", group("time_ms", "lasting"), "whole ms"),
-            Row("Dropped", lambda name: policies[name][ms]["all"].dropped, "whole"),
-            Row("Brittle broken", group("broken", "brittle"), "whole"),
-        ],
-    )
-
-
 def household_tables(results: SubjectResults) -> list[Table]:
-    """Return all tables of the household part."""
     household = results[HOUSEHOLD]
     if household is None:
         return []
@@ -357,7 +319,6 @@ def household_tables(results: SubjectResults) -> list[Table]:
 
 
 def fronts_figure(household: Household) -> Figure:
-    """Return the figure of the trade-off between drops and damage, by policy."""
     with canvas(size=SIZE) as (figure, axes):
         _draw_fronts(axes[0, 0], household)
         image = uri(figure)
@@ -375,7 +336,6 @@ def fronts_figure(household: Household) -> Figure:
 
 
 def film_figure(filmed: Filmed, film: Path) -> Figure:
-    """Return the figure that shows the film."""
     return Figure(
         "film",
         f"{' and '.join(filmed.objects).capitalize()}, picked up by the same hand",
@@ -389,12 +349,10 @@ def film_figure(filmed: Filmed, film: Path) -> Figure:
 GRASP_PARTS: Mapping[str, Part] = {
     "household": Part("household", "What stiffness saves", tables=household_tables),
     "film": Part("film", "Film"),
-    "payload": Part("payload", "A known payload", tables=[payload_table]),
 }
 
 
 def grasp_page(state: State) -> Page:
-    """Return the front of the report of a grasp study so far."""
     results = state.findings[0].results
     household = results[HOUSEHOLD]
     size = "running"
@@ -417,22 +375,15 @@ def grasp_page(state: State) -> Page:
         ],
         warning="Quick study with few pinches: do not quote its numbers",
         outcome=sentences(household) if household else [],
-        how=[(title, [text]) for title, text in _how(state, household, results[PAYLOAD]).items()],
+        how=[(title, [text]) for title, text in _how(state, household).items()],
     )
 
 
-def _how(state: State, household: Household | None, payload: Payload | None) -> dict[str, str]:
+def _how(state: State, household: Household | None) -> dict[str, str]:
     how = {"Seed": str(state.settings["seed"]), "Time": state.elapsed}
     how["Time"] += f" with {state.settings['workers']} workers"
     if household is not None:
         how = {**_household_how(household), **how}
-    if payload is not None:
-        errors = [f"{ms} ms window {rmse:.1f}" for ms, rmse in payload.models.rmse.items()]
-        how["Earlier task"] = (
-            f"{_listed(payload.data.objects)}; each in {payload.data.sessions} sessions. Its "
-            f"models were trained on {payload.data.training} pinches. RMSE on held-out sessions: "
-            f"{', '.join(errors)} Shore A."
-        )
     return how
 
 

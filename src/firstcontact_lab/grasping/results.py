@@ -15,59 +15,10 @@ USED = "used"
 FIRMEST = 70.0
 
 
-class Summary(Record, frozen=True, kw_only=True):
-    """Means and shares over closings. Intervals are bootstrap intervals over sessions."""
-
-    peak_n: float
-    squeeze_mm: float
-    steady: float
-    dropped: float
-    broken: float
-    time_ms: float | None = None
-    n: int
-    misses: int
-    intervals: dict[str, Ends]
-
-
-class Tuning(Record, frozen=True, kw_only=True):
-    """Chosen settings of a variant in the payload task, with their scores on the tuning pinches."""
-
-    settings: dict[str, float]
-    tried: int
-    peak: float
-    time: float
-    unsteady: float
-
-
-class GraspData(Record, frozen=True, kw_only=True):
-    """Objects and closings of the payload task, and number of pinches for training."""
-
-    source: str
-    objects: list[str]
-    sessions: int
-    pinches: int
-    closings: int
-    training: int
-    latencies_ms: list[float]
-
-
-class ModelErrors(Record, frozen=True, kw_only=True):
-    """RMSE and interval width on held-out sessions, Shore A, by window length, ms."""
-
-    rmse: dict[str, float]
-    interval_width: dict[str, float]
-
-
 class Filmed(Record, frozen=True, kw_only=True):
-    """Content of the film: two objects, seed of the hand, and number of the specimens."""
-
     objects: list[str]
     hand: int
     specimen: int
-
-
-#: Summaries by variant, latency (ms) and group of objects.
-Policies = dict[str, dict[str, dict[str, Summary]]]
 
 
 class Between(Record, frozen=True, kw_only=True):
@@ -79,13 +30,10 @@ class Between(Record, frozen=True, kw_only=True):
 
     @property
     def bounded(self) -> Bounded:
-        """Number with its interval, as the reports show it."""
         return Bounded(self.value, (self.low, self.high))
 
 
 class FrontPoints(Record, frozen=True, kw_only=True):
-    """Shares of dropped and of damaged picks at each scale, smallest scale first."""
-
     dropped: list[float]
     damaged: list[float]
 
@@ -112,8 +60,6 @@ class TunedOn(Record, frozen=True, kw_only=True):
 
 
 class RealClosings(Record, frozen=True, kw_only=True):
-    """Shares of outcomes in the full closings of a tuned policy."""
-
     n: int
     success: float
     dropped: float
@@ -126,8 +72,6 @@ class RealClosings(Record, frozen=True, kw_only=True):
 
 
 class ReflexSuccess(Record, frozen=True, kw_only=True):
-    """Shares of successes of two policies with a slip reflex."""
-
     blind: float
     stiffness: float
 
@@ -156,8 +100,6 @@ class ObjectErrors(Record, frozen=True, kw_only=True):
 
 
 class Estimates(Record, frozen=True, kw_only=True):
-    """Errors and times of the live estimates on the picks for judging."""
-
     rmse: dict[str, float]
     bearing: dict[str, float]
     decided: dict[str, float]
@@ -167,8 +109,6 @@ class Estimates(Record, frozen=True, kw_only=True):
 
 
 class Household(Record, frozen=True, kw_only=True):
-    """Results of the household part: drops and damage with and without stiffness."""
-
     objects: int
     hands: int
     picks: int
@@ -197,17 +137,3 @@ class Household(Record, frozen=True, kw_only=True):
         """True if the reduction of drops reaches the target, and the interval excludes zero."""
         gain = self.fewer_drops_than_blind
         return gain.value >= self.target and gain.low > 0
-
-
-class Payload(Record, frozen=True, kw_only=True):
-    """Results of the payload task: to hold objects of at most an assumed mass gently."""
-
-    data: GraspData
-    models: ModelErrors
-    feedback: dict[str, Tuning]
-    policies: Policies
-
-    @property
-    def latency(self) -> str:
-        """Latency of the hand, ms, as text: a key of ``policies``."""
-        return f"{self.data.latencies_ms[0]:g}"

@@ -1,4 +1,4 @@
-"""Run of a whole grasp study: training, search for settings, closings, and files."""
+"""Run of a whole grasp study: closings, tuned policies, and files."""
 
 from __future__ import annotations
 
@@ -7,15 +7,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 from firstcontact.core.jobs import Runner
-from firstcontact.models import Model
 from firstcontact_lab.grasping._film import KINDS, PICTURES, film
 from firstcontact_lab.grasping._household import HouseholdStudy
-from firstcontact_lab.grasping._payload import learn, payload
 from firstcontact_lab.grasping.page import (
     FILM,
     GRASP_PARTS,
     HOUSEHOLD,
-    PAYLOAD,
     film_figure,
     fronts_figure,
     fronts_picture,
@@ -41,11 +38,7 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool) -> Pat
 
 
 def _jobs(settings: GraspStudySettings, out: Path, pictures: int, runner: Runner) -> list[Job]:
-    household = HouseholdStudy(settings.household, settings.seed, runner)
-    models: list[Model] = []
-
-    def train() -> None:
-        models.append(learn(settings, out))
+    household = HouseholdStudy(settings, runner)
 
     def judge() -> PartResult:
         results = household.results()
@@ -53,21 +46,16 @@ def _jobs(settings: GraspStudySettings, out: Path, pictures: int, runner: Runner
         return PartResult([HOUSEHOLD(results)], [fronts_figure(results)])
 
     def make_film() -> PartResult:
-        sizes = settings.household
-        kinds = [k for k in KINDS if k in sizes.kinds] or [sizes.kinds[0], sizes.kinds[-1]]
-        hand, specimen = household.judged_hands[0], sizes.judged_specimens[0]
+        kinds = [k for k in KINDS if k in settings.kinds] or [settings.kinds[0], settings.kinds[-1]]
+        hand, specimen = household.judged_hands[0], settings.judged_specimens[0]
         path = out / "film.gif"
         filmed = film(path, kinds, hand, specimen, household.filmed(), household.hands, pictures)
         return PartResult([FILM(filmed)], [film_figure(filmed, path)])
-
-    def hold() -> PartResult:
-        return PartResult([PAYLOAD(payload(settings, models[0], runner))])
 
     def job(part: str, title: str, run: Callable[[], PartResult | None], cost: float) -> Job:
         return Job("twin", part, title, lambda: run() or PartResult(), vital=True, cost=cost)
 
     return [
-        job("payload", "models", train, 5),
         job("household", "own hands", household.adapt_hands, 20),
         job("household", "closings to tune on", household.simulate_tuning, 25),
         job("household", "closings to judge", household.simulate_judged, 60),
@@ -75,5 +63,4 @@ def _jobs(settings: GraspStudySettings, out: Path, pictures: int, runner: Runner
         job("household", "full closings", household.close, 20),
         job("household", "controls", judge, 30),
         job("film", "film", make_film, 10),
-        job("payload", "payload", hold, 15),
     ]

@@ -18,17 +18,14 @@ REFERENCES = {
 
 
 def policy_title(name: str) -> str:
-    """Return the title of a policy, or of a reference such as the ceiling."""
     return POLICIES[name].title if name in POLICIES else REFERENCES.get(name, name)
 
 
 def percent(share: float) -> str:
-    """Return a share as a whole percentage."""
     return any_percent(share, 0)
 
 
 def ends(number: Between, sign: bool = False) -> str:
-    """Return a share with its interval as text."""
     form = "{:+.0f}" if sign else "{:.0f}"
     value, low, high = (form.format(100 * x + 0.0) for x in (number.value, number.low, number.high))
     return f"{value} % ({low} to {high})".replace("-", "−")
@@ -42,7 +39,6 @@ def fewer(number: Between) -> str:
 
 
 def headline(household: Household) -> str:
-    """Return sentences with the gain from stiffness, and whether it reaches the target."""
     gain = household.fewer_drops_than_blind
     ours, blind = (household.drops_at_10_damage[k.name] for k in (candidate(), baseline()))
     verdict = "met" if household.met else "not met"
@@ -58,7 +54,6 @@ def headline(household: Household) -> str:
 
 
 def reflex_sentence(household: Household) -> str:
-    """Return sentences on the gain from stiffness for a hand with a slip reflex."""
     parts = [
         f"{percent(reflex.blind.value)} to {percent(reflex.stiffness.value)} ({name})"
         for name, reflex in household.slip_reflex.items()
@@ -93,7 +88,6 @@ def shortly(household: Household) -> str:
 
 
 def sentences(household: Household) -> list[str]:
-    """Return sentences on the gain from stiffness, with and without a slip reflex."""
     return [
         headline(household),
         reflex_sentence(household),

@@ -25,11 +25,7 @@ _BEFORE, _AFTER = samples_in(Touches.BEFORE, _RATE), samples_in(Touches.LONGEST,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Batch:
-    """Batch of contacts: unscaled inputs and their targets ``shore_a``.
-
-    ``x`` holds inputs of each contact, and ``general`` those of its rig. ``row`` is the row of the
-    rig's token at the contact's number of samples. ``is_known`` is False for an unknown rig.
-    """
+    """Batch of contacts: unscaled inputs and their targets ``shore_a``."""
 
     x: NDArray[np.float32]
     general: NDArray[np.float32]

@@ -54,7 +54,6 @@ def compacted(
     directions: Mapping[str, int] = DIRECTIONS,
     progress: Callable[[int, float], object] = lambda step, loss: None,
 ) -> ContextNetwork:
-    """Return the compact form of the full network."""
     lots = _Lots(full, examples)
     compact = _TorchCompact(directions)
     compact.begin_as(full.network, lots.draw(np.random.default_rng([seed, 0])))
@@ -85,7 +84,6 @@ def compacted(
 
 
 def _linear(network: TorchNetwork) -> dict[str, nn.Linear]:
-    """Return the layers of a network by name."""
     return {name: x for name, x in network.layers.items() if isinstance(x, nn.Linear)}
 
 
@@ -151,7 +149,6 @@ class _TorchCompact(nn.Module):
     def forward(
         self, x: torch.Tensor, e: torch.Tensor, present: torch.Tensor, general: torch.Tensor
     ) -> Outputs:
-        """Return the outputs of :meth:`TorchNetwork.predict`."""
         silu, count = nn.functional.silu, present.sum(1, keepdim=True)
         fit = self.pool(e) - 1e4 * (1 - present[..., None])
         share = torch.softmax(fit, 1) * present[..., None]

@@ -75,7 +75,6 @@ class Examples:
 
 
 def joined(parts: Sequence[Examples]) -> Examples:
-    """Return several sets of examples, joined into one."""
     offsets = np.cumsum([0, *(len(part.tokens) for part in parts)])
     arrays = {f.name: [getattr(part, f.name) for part in parts] for f in fields(Examples)}
     arrays["rigs"] = [rigs + offset for rigs, offset in zip(arrays["rigs"], offsets, strict=False)]
@@ -83,7 +82,6 @@ def joined(parts: Sequence[Examples]) -> Examples:
 
 
 def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
-    """Return the signals in V."""
     return signals.astype(np.float32) * np.float32(ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
 
 

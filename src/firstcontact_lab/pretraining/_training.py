@@ -35,8 +35,6 @@ _KEYS = 16 * HEADS
 
 
 class TorchNetwork(nn.Module):
-    """Full network."""
-
     def __init__(self) -> None:
         super().__init__()
         sizes = {
@@ -100,8 +98,6 @@ Lot = tuple[torch.Tensor, ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Full:
-    """Full network with the scales of its inputs."""
-
     network: TorchNetwork
     scales: Mapping[str, NDArray[np.float32]]
 

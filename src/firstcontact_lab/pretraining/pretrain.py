@@ -33,8 +33,6 @@ SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in Touches.SCOR
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """Size of a pre-training: numbers of simulated rigs and of epochs."""
-
     rigs: int = 6000
     calibration: int = 300
     judgement: int = 100
@@ -43,7 +41,6 @@ class Size:
     steps: int = STEPS
 
     def resized(self, rigs: int, epochs: int) -> Size:
-        """Return this size with the given numbers of training rigs and epochs."""
         share = min(1.0, rigs / self.rigs)
         return Size(
             rigs,
@@ -93,7 +90,6 @@ def pretrain(
 
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    """Return the scores of the model at each time in ``SAMPLES``."""
     is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():

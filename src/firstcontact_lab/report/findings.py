@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """Figure of a report."""
-
     key: str
     title: str
     caption: str
@@ -61,11 +59,9 @@ class Findings:
 
     @property
     def title(self) -> str:
-        """Name of the subject for readers."""
         return self.name.replace("-", " ").capitalize()
 
     def add(self, part: str, result: PartResult) -> None:
-        """Add the result of a part."""
         self.results = self.results.replace(result.entries)
         figures = self.figures.setdefault(part, {})
         for figure in result.figures:
@@ -79,8 +75,6 @@ class Findings:
 
 
 class StudyRun(Record, frozen=True, kw_only=True):
-    """Command, settings and progress of a study."""
-
     command: str
     condition: str
     quick: bool
@@ -106,10 +100,7 @@ StudyResults = ByName[SubjectResults, SubjectResults]
 
 @dataclass(slots=True, kw_only=True)
 class State:
-    """Progress and findings of a study, its parts, and the function that makes its page.
-
-    ``options`` are the settings on which the results depend.
-    """
+    """Progress and findings of a study, its parts, and the function that makes its page."""
 
     settings: Mapping[str, Any]
     options: Mapping[str, Any]
@@ -128,7 +119,6 @@ class State:
 
     @property
     def pending(self) -> Sequence[str]:
-        """Titles of the remaining steps."""
         return self.steps[self.completed :]
 
     @property
@@ -145,7 +135,6 @@ class State:
         return text + (" so far" if self.pending else "")
 
     def results(self) -> StudyResults:
-        """Return the content of ``results.json``."""
         first, *further = self.findings
         run = StudyRun(
             command=self.command,
@@ -171,6 +160,5 @@ class State:
 
 
 def named_subjects(results: StudyResults) -> dict[str, SubjectResults]:
-    """Return the results of each subject, by the name of the subject."""
     run = results.about[STUDY]
     return {run.condition if run else "": results.about, **results}

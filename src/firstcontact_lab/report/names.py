@@ -21,8 +21,6 @@ SPLITS = {
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Title and colour of an estimator or a detector."""
-
     title: str
     colour: str
 
@@ -45,7 +43,6 @@ TITLES: Mapping[str, str] = {
 
 
 def competitor_title(name: str) -> str:
-    """Return the title of a competitor."""
     return TITLES.get(name) or estimator(name).title
 
 
@@ -55,7 +52,6 @@ def estimator(name: str) -> Look:
 
 
 def detector(name: str) -> Look:
-    """Return title and colour of a detector; if it is not installed, its name as the title."""
     return _look(DETECTORS, name)
 
 

@@ -25,8 +25,6 @@ _HALF = 8
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """Tables and figures of one subject in a section."""
-
     title: str
     tables: Sequence[Table]
     figures: Sequence[Figure]
@@ -89,7 +87,6 @@ def _template() -> Template:
 
 
 def render(state: State) -> str:
-    """Return the report of a study so far, HTML."""
     page = state.page(state)
     return replace(
         page,
@@ -103,7 +100,6 @@ def render(state: State) -> str:
 
 
 def sections(all_findings: Sequence[Findings], parts: Mapping[str, Part]) -> list[Section]:
-    """Return the sections of these parts that have content."""
     measured = [findings for findings in all_findings if findings.results is not NOTHING]
     subjects = {findings.title: findings.results for findings in measured}
     made = (_section(name, part, subjects, measured) for name, part in parts.items())
@@ -113,7 +109,6 @@ def sections(all_findings: Sequence[Findings], parts: Mapping[str, Part]) -> lis
 def _section(
     name: str, part: Part, subjects: Subjects, all_findings: Sequence[Findings]
 ) -> Section | None:
-    """Return a section of the report; None if it has no content."""
     tables = {title: part.made_tables(results) for title, results in subjects.items()}
     figures = {f.title: list(f.figures.get(name, {}).values()) for f in all_findings}
     if not any(tables.values()) and not any(figures.values()):

@@ -86,12 +86,10 @@ class _Options(msgspec.Struct):
 
 
 def write_results(path: Path, results: object) -> None:
-    """Write results to a file atomically. Leave out fields that are None."""
     write_json(path, to_tree(results))
 
 
 def read_results(path: Path, kind: type[T]) -> T:
-    """Return the results in a file, as a record of type ``kind``."""
     remedy = "give the results.json of a study of this version"
     return read_record(read_regular(path, LONGEST), kind, str(path), remedy, LONGEST)
 

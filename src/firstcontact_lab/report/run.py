@@ -112,7 +112,6 @@ class Job:
 
     @property
     def name(self) -> str:
-        """Name of the step with its subject."""
         return f"{self.subject}: {self.title}"
 
     def measure(self) -> PartResult:
@@ -201,6 +200,5 @@ def run_jobs(
 
 
 def write(state: State, out: Path) -> None:
-    """Write the report and the results of a study so far."""
     write_results(out / RESULTS, state.results())
     write_text(out / REPORT, render(state))

@@ -122,7 +122,6 @@ def banded_line(
 
 
 def vibration_unit(layout: Layout) -> str:
-    """Return the unit of the vibration channels as text for figures."""
     return figure_label(layout.vibration[0].unit, 12)
 
 

@@ -60,8 +60,6 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Table with its caption."""
-
     caption: str
     head: Sequence[str]
     lines: Sequence[Line]
@@ -76,7 +74,6 @@ class Claim:
     lower: bool = False
 
     def verdict(self, value: Value, unit: str) -> str:
-        """Return a comparison with the published value."""
         if value is None or isinstance(value, str):
             return ""
         bounded = value if isinstance(value, Bounded) else Bounded(value)
@@ -102,7 +99,6 @@ class Row(Generic[R]):
     note: Callable[[R], str] | None = None
 
     def cell(self, results: R) -> Cell:
-        """Return the cell with the value of one subject and its interval."""
         return format_cell(self.value(results), self.unit)
 
 

@@ -71,12 +71,10 @@ class Generalised(Record, frozen=True, kw_only=True):
 def rig_sets(
     seeds: Sequence[int], condition: Condition, sizes: Sizes, late: Sequence[int], runner: Runner
 ) -> list[RigSet]:
-    """Return one set of pinches per seed; see :func:`firstcontact_lab.study._rig_sets.rig_set`."""
     return runner.map(rig_set, list(seeds), condition, sizes, late)
 
 
 def fit_on_set(competitor: Competitor, rigs: RigSet, learn: Index, seed: int) -> ContactPredictor:
-    """Return a competitor that learned from some pinches of a set; see :func:`fit_predictor`."""
     windows = rigs.windows
     return fit_predictor(
         competitor, rigs.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
@@ -135,7 +133,6 @@ def compared(
     seed: int,
     runner: Runner,
 ) -> Generalised:
-    """Return the scores of all competitors over all sets."""
     queries = [
         Query(competitor, place, question, *sides(rigs, question))
         for place, rigs in enumerate(sets)

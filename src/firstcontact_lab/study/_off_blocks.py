@@ -48,7 +48,6 @@ class Answered:
 
 
 def off_blocks(answered: Sequence[Answered], options: Mapping[str, Any], seed: int) -> OffBlocks:
-    """Return the scores of one competitor over all its sets."""
     tally = _Tally(seed)
     objects = [_part(batch, Use.OBJECTS) for batch in answered]
     softest, hardest = _ends([batch for batch in objects if len(batch.values)])

@@ -175,8 +175,6 @@ def families_and_jobs(brief: bool, rigs: int) -> tuple[list[str], int, list[tupl
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JudgedRig:
-    """Labelled contacts of one rig."""
-
     touches: Touches
     shore_a: Values
     uses: NDArray[np.str_]

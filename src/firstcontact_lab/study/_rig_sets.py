@@ -71,12 +71,10 @@ class RigSet:
     too_short: float
 
     def indices(self, use: Use) -> NDArray[np.intp]:
-        """Return the positions of the pinches with this use."""
         return np.flatnonzero(self.uses == use)
 
 
 def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) -> RigSet:
-    """Return one set of pinches."""
     drawn = list(_planned(seed, condition, sizes))
     placed = generator(seed, condition.name, "placed")
     jobs = [PinchJob(excerpt(planned.draw, BEFORE), planned.label) for planned in drawn]

@@ -379,6 +379,5 @@ def draw_objects(rig: StructuredRig, count: int) -> Dataset:
 
 
 def draw_empty(rig: StructuredRig, count: int, free: float) -> Dataset:
-    """Return closings without an object."""
     pinches = [rig.closing(f"empty {i}", None, Label(), free) for i in range(count)]
     return Dataset(tuple(pinches), "synthetic")

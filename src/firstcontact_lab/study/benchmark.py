@@ -63,8 +63,6 @@ Names = NDArray[np.str_]
 
 @dataclass(frozen=True, slots=True)
 class BenchmarkSize:
-    """Size of a benchmark: seeds of the sets, and numbers of pinches in a set."""
-
     seeds: tuple[int, ...] = StudySettings().rig_seeds
     sizes: Sizes = field(default_factory=Sizes)
 
@@ -74,15 +72,11 @@ QUICK = BenchmarkSize((StudySettings().rig_seeds[0],), BRIEF)
 
 
 class Benchmarked(Record, frozen=True, kw_only=True):
-    """Scores of all competitors in one condition of the twin."""
-
     generalise: Generalised
     anytime: dict[str, AnytimeScores]
 
 
 class RecordedScores(Record, frozen=True, kw_only=True):
-    """Scores of one group of recorded pinches, by competitor."""
-
     learned: float
     folds: int
     cluster: str
@@ -91,8 +85,6 @@ class RecordedScores(Record, frozen=True, kw_only=True):
 
 
 class RecordedData(Record, frozen=True, kw_only=True):
-    """Recordings of a benchmark and the scores on them."""
-
     path: str
     source: str
     pinches: int
@@ -209,7 +201,6 @@ def benchmark(
 def _timed(
     query: tuple[Competitor, int], sets: Sequence[RigSet], seed: int
 ) -> dict[int, Predictions]:
-    """Return predictions for the unseen objects of a set, by the time after the contact."""
     competitor, place = query
     rigs = sets[place]
     model = fit_on_set(competitor, rigs, sides(rigs, HOME)[0], seed)
@@ -345,7 +336,6 @@ def _scores(
 def _predict(
     training: tuple[Competitor, Split], labelled: LabelledTouches, groups: Names, seed: int
 ) -> dict[int, Predictions]:
-    """Fit a competitor to the training side of a split. Return predictions of the test side."""
     competitor, split = training
     train, test = labelled.take(split.train), labelled.take(split.test)
     model = fit_predictor(competitor, train.touches, train.shore_a, groups[split.train], seed)
@@ -385,7 +375,6 @@ def _tables(results: SubjectResults) -> list[Table]:
 
 
 def _groups_of(data: RecordedData) -> list[tuple[str, RecordedScores]]:
-    """Return the groups of recorded pinches with their titles."""
     groups = [(f"Held-out {data.held_out.cluster}s", data.held_out)]
     return groups if data.objects is None else [*groups, ("Unseen objects", data.objects)]
 
@@ -418,7 +407,6 @@ _SOURCES = {
 
 
 def _text(subjects: Subjects) -> str:
-    """Return sentences about the data."""
     data = next((results[RECORDINGS] for results in subjects.values()), None)
     if data is None:
         return (

@@ -35,15 +35,7 @@ class Delays(Record, frozen=True, kw_only=True):
 
 
 class DetectionScores(Record, frozen=True, kw_only=True):
-    """Scores of a detector over pinches whose first contact is known.
-
-    The first trigger of a pinch is the first contact that the detector reports and does not
-    withdraw. As in the paper, one window is counted every 3 ms, judged by the first steady state of
-    the pinch. If a detector judges more often, its windows within 3 ms count as one, which fires if
-    any of them fires. A window of either finger is quiet if it ends before the contact. The contact
-    window is the touching finger's first window with at least 1 ms of the contact. No other windows
-    are counted.
-    """
+    """Scores of a detector over pinches whose first contact is known."""
 
     n: int
     #: Pinches without a known first contact, which are not in ``n``.
@@ -75,7 +67,6 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
     @property
     def median_delay(self) -> float | None:
-        """Median of :attr:`delay_ms`, ms."""
         return None if self.delay_ms is None else self.delay_ms.median
 
 
@@ -102,7 +93,6 @@ class _Counts:
     def add(
         self, windows: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
     ) -> None:
-        """Count the windows of one pinch."""
         if not len(windows.ends) or truth <= windows.ends[0] - step:
             self.too_soon += 1
             return
@@ -241,5 +231,4 @@ def _share(part: int, total: int) -> float | None:
 
 
 def quantiles(delays: NDArray[np.float64]) -> Delays:
-    """Return the median and the 95th percentile of delays in ms."""
     return Delays(median=float(np.median(delays)), p95=float(np.percentile(delays, 95)))

@@ -37,7 +37,6 @@ from firstcontact_lab.study.parts.objects import PUBLISHED as ERRORS
 
 
 def read_study(path: Path) -> StudyResults:
-    """Read the ``results.json`` of a study."""
     list(PARTS.values())  # loading a part defines its fields
     subject = subject_kind()
     kind: Any = ByName
@@ -48,7 +47,6 @@ def read_study(path: Path) -> StudyResults:
 
 
 def rows(subjects: Subjects, parts: Sequence[str] = ()) -> list[Row[SubjectResults]]:
-    """Return the row definitions of these parts; by default of all parts."""
     return [row for name in parts or PARTS for row in PARTS[name].rows(subjects)]
 
 
@@ -125,7 +123,6 @@ def subject_title(findings: Findings) -> str:
 
 
 def study_page(state: State) -> Page:
-    """Return the front of the report of a study so far."""
     all_findings = [findings for findings in state.findings if findings.results is not NOTHING]
     subjects = {subject_title(findings): findings.results for findings in all_findings}
     by_title = {findings.title: findings.results for findings in all_findings}

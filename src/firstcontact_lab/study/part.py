@@ -36,8 +36,6 @@ Tables = (
 
 @dataclass(frozen=True, slots=True)
 class StudySettings:
-    """Settings of a study: size and seed."""
-
     block_pinches: int = 500
     object_pinches: int = 50
     durations: tuple[float, ...] = (0.002, 0.003, 0.005, 0.008, 0.010, 0.015)
@@ -67,7 +65,6 @@ class StudySettings:
         )
 
     def options(self, estimator: str) -> Mapping[str, Any]:
-        """Return the options of an estimator for this study."""
         return ESTIMATORS[estimator].quick if self.brief else {}
 
 
@@ -140,26 +137,15 @@ Measure = Callable[[Subject, StudySettings, Runner], PartResult]
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One measurement of a part of a study.
-
-    Parameters
-    ----------
-    title
-        Title for the progress bar and the report.
-    run
-        Function that measures a subject, and returns the result.
-    late
-        True for a slow step. Slow steps run last, after the other steps of all subjects.
-    vital
-        True if the study ends when the step fails.
-    cost
-        Time that the step takes, relative to other steps. It serves to estimate the remaining time.
-    """
+    """One measurement of a part of a study."""
 
     title: str
     run: Measure
+    #: Slow steps run last, after the other steps of all subjects.
     late: bool = False
+    #: The study ends if a vital step fails.
     vital: bool = False
+    #: Time relative to other steps, to estimate the remaining time.
     cost: float = 1.0
 
 
@@ -176,52 +162,24 @@ def with_ranks(measure: Measure) -> Measure:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Part of a study: measurement, figures, tables, rows and text for one topic.
-
-    The report, ``results.json`` and the tables in the docs iterate over the registered parts.
-
-    Parameters
-    ----------
-    name
-        Name in the registry and in links to the section.
-    title
-        Heading of the section in the report.
-    steps
-        Measurements, in order.
-    text
-        Function that returns the introduction to the section, from the results so far.
-    tables
-        Functions that make a table of one subject, or one function that makes all. A missing
-        result is None or a table without lines. In the first open table, subjects are side by
-        side.
-    rows
-        Function that returns row definitions: numbers for the docs tables, the README and the
-        top of the report.
-    columns
-        Columns of the first table that the report shows; all if empty.
-    figures
-        Function that draws a figure of each subject from the results. If it returns none, the
-        report shows the first figure and the first table of each subject. All other figures and
-        tables are hidden until opened.
-    needs
-        Names of parts whose results the measurements use. These parts run first.
-    by_default
-        True if a study without a choice of parts includes the part.
-    """
+    """Part of a study: measurement, figures, tables, rows and text for one topic."""
 
     name: str
     title: str
     steps: Sequence[Step] = ()
     text: Callable[[Subjects], str] = lambda subjects: ""
+    #: A missing result is None or a table without lines.
     tables: Tables = ()
     rows: Callable[[Subjects], Sequence[Row[SubjectResults]]] = lambda subjects: ()
+    #: Columns of the first table that the report shows; all if empty.
     columns: Sequence[str] = ()
+    #: Open figures. Without them, the first figure and the first table of each subject are open.
     figures: Callable[[Subjects], Sequence[Figure]] = lambda subjects: ()
+    #: Parts that run first, because the measurements use their results.
     needs: Sequence[str] = ("data", "contacts")
     by_default: bool = True
 
     def made_tables(self, results: SubjectResults) -> list[Table]:
-        """Return the tables of one subject that have lines."""
         made = self.tables(results) if callable(self.tables) else [t(results) for t in self.tables]
         return [table for table in made if table and table.lines]
 
@@ -239,5 +197,4 @@ def titled(subjects: Subjects, field: Field[T | None], draw: Callable[[T], Figur
 
 
 def distinct(values: Iterable[str]) -> list[str]:
-    """Return the distinct values in order of first occurrence."""
     return list(dict.fromkeys(values))

@@ -34,7 +34,6 @@ Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 
 
 def run_study(settings: StudySettings, out: Path, recordings: Path | None, quick: bool) -> Path:
-    """Run every part of a study, and update the files after each step."""
     data = None if recordings is None else str(recordings.resolve())
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     state = State(
@@ -90,7 +89,6 @@ def _set_name(recordings: Path | None) -> str:
 
 
 def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner) -> Dataset:
-    """Simulate pinches of a condition into ``out/recordings``, and return them as a dataset."""
     directory = fresh(out / _RECORDINGS / condition, {"twin": condition, "seed": settings.seed})
     simulate(
         directory / "pinches",
@@ -104,7 +102,6 @@ def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner
 
 
 def recorded(path: Path, out: Path) -> Dataset:
-    """Return the pinches of recordings, or of data to import, resampled to the models' rate."""
     recordings = _recordings(path)
     dataset = load_dataset(recordings) if recordings else _imported(path, out)
     return resample_dataset(dataset, FINGERTIP_RATE)

@@ -31,8 +31,6 @@ from firstcontact_lab.study.parts.short_windows import REAL
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RealSet:
-    """Set of real recordings in a folder."""
-
     name: str
     dataset: Dataset
     noise: tuple[Block, ...]
@@ -46,7 +44,6 @@ class RealSet:
 
     @property
     def layout(self) -> Layout:
-        """Layout of the set's pinches."""
         return self.dataset.layout
 
 
@@ -106,8 +103,6 @@ class Placement(Record, frozen=True, kw_only=True):
 
 
 class DetectorScores(Placement, frozen=True, kw_only=True):
-    """Scores of a detector on a set."""
-
     late: int
     missed: int
     noise_false_alarms_per_minute: float | None = None
@@ -128,8 +123,6 @@ class Recorded(Placement, frozen=True, kw_only=True):
 
 
 class SetResults(Record, frozen=True, kw_only=True):
-    """Results of one set of real recordings."""
-
     n: int
     placed_2_ms: float | None = None
     early_triggers: int | None = None
@@ -276,7 +269,6 @@ def _by_file(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> dict[s
 
 
 def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderScores:
-    """Return the scores of the onset finder."""
     from_label, from_detector = [], []
     rate = recorded_set.layout.rate
     for pinch, first in zip(labelled.pinches, firsts, strict=True):

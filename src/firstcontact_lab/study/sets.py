@@ -187,8 +187,6 @@ _ERROR_ROWS: Sequence[Row[NoiseScores]] = (
 
 
 def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
-    """Return the row definitions of a set: sensor, default detector, and hardness of materials."""
-
     def lookup(value: Callable[[SetResults], Value]) -> Callable[[SubjectResults], Value]:
         return optional(lambda results: results[SET], value)
 
@@ -222,7 +220,6 @@ def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
 
 def overview(subjects: Subjects) -> Table:
-    """Return a table with the sets side by side."""
     title = DETECTORS[DETECTORS.default].title
     sets = {name: results for name, results in subjects.items() if results[SET]}
     caption = (
@@ -240,7 +237,6 @@ def _detector_title(name: str) -> str:
 
 
 def _trainings_table(results: SubjectResults) -> Table | None:
-    """Return a table of the scores of every detector, by its training data."""
     scores = results[SET]
     entries = [
         (Cell(_detector_title(name), _TRAINING[training]), entry, False)
@@ -263,7 +259,6 @@ def _finder_table(results: SubjectResults) -> Table | None:
 
 
 def _file_table(results: SubjectResults) -> Table | None:
-    """Return a table of the default detector's scores on each recording."""
     scores = results[SET]
     if not scores or not scores.files:
         return None
@@ -310,7 +305,6 @@ NOISE_PART = Part(
 
 
 def sets_page(state: State) -> Page:
-    """Return the front of the report of several sets."""
     table = overview({findings.name: findings.results for findings in state.findings})
     return Page(
         title="First contact: real sets",

@@ -48,7 +48,6 @@ class LadderModel:
 
     @property
     def lengths(self) -> tuple[int, ...]:
-        """Lengths of the windows in samples, ascending."""
         return tuple(rung.samples for rung in self._rungs)
 
     def predict(self, touches: Touches) -> Predictions:

@@ -36,7 +36,6 @@ class Benchmark:
     """Number of processes; 0 takes all cores."""
 
     def run(self) -> None:
-        """Run the benchmark with its progress on stderr, write the report and print the tables."""
         from firstcontact.core.jobs import worker_count
         from firstcontact.models.training_runs import check_seed
         from firstcontact.twin import CONDITIONS

@@ -29,7 +29,6 @@ class Pretrain:
     """Number of processes that simulate; 0 takes all cores."""
 
     def run(self) -> None:
-        """Simulate rigs, train the network, calibrate its intervals, and score it."""
         from firstcontact.core import InputError
         from firstcontact.core.jobs import parallel, worker_count
         from firstcontact.models.training_runs import check_seed

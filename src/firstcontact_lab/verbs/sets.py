@@ -31,7 +31,6 @@ class Sets:
     """Folders of the same twin pinches, each with noise of another sensor."""
 
     def run(self) -> None:
-        """Score every set, and write report.html and results.json into the folder."""
         require_modules("study", "jinja2")
         from firstcontact.recording import load_dataset
         from firstcontact_lab.report.tables import plain_lines

@@ -43,7 +43,6 @@ class Study:
     """Dask cluster that does the work: tcp://HOST:PORT."""
 
     def run(self) -> None:
-        """Run the study with its progress on stderr."""
         from firstcontact.core.jobs import worker_count
         from firstcontact.models import ESTIMATORS
         from firstcontact.models.training_runs import check_seed

@@ -7,27 +7,21 @@ import numpy as np
 from firstcontact.core.physics import GRAVITY
 from firstcontact.testing import make_estimate
 from firstcontact_lab.grasping._judgement import conditions, household_policies
-from firstcontact_lab.grasping._payload import TrialRow, by_policy, variants
 from firstcontact_lab.grasping._picks import Pick
 from firstcontact_lab.grasping._table import DETECTION, LIFTS, Branches, Branching, ClosingTable
-from firstcontact_lab.grasping.page import GRASP_PARTS, HOUSEHOLD, PAYLOAD, grasp_page
+from firstcontact_lab.grasping.page import GRASP_PARTS, HOUSEHOLD, grasp_page
 from firstcontact_lab.grasping.results import (
     Between,
     ChosenSettings,
     Estimates,
     FrontPoints,
-    GraspData,
     Household,
-    ModelErrors,
     ObjectErrors,
-    Payload,
     RealClosings,
     Reflexes,
     ReflexSuccess,
     TunedOn,
-    Tuning,
 )
-from firstcontact_lab.grasping.settings import HEADLINE
 from firstcontact_lab.report.findings import Findings, State
 from firstcontact_lab.report.results import NOTHING
 
@@ -62,36 +56,6 @@ def table(hands: tuple[int, ...]) -> ClosingTable:
     return ClosingTable.from_branches(
         [branch(kind, hand) for kind in THINGS for hand in hands], HOW
     )
-
-
-OBJECTS = ("block 5", "block 20", "block 60", "egg shell")
-SESSIONS = 4
-LATENCIES = (HEADLINE, 0.060)
-
-
-def row(kind: str, session: int, variant: str, latency: float, peak: float) -> TrialRow:
-    """Return the row of one closing. No object is dropped; the egg breaks above 6 N."""
-    return TrialRow(
-        kind=kind, session=session, variant=variant,
-        latency=latency, peak=peak, squeeze=1e-3 * peak, time=0.1 + 0.01 * session,
-        dropped=False, broken=kind == "egg shell" and peak > 6,
-        misses=int(variant == "first_contact"),
-    )  # fmt: skip
-
-
-#: Peak force of every closing of a variant, N.
-PEAKS = dict(zip(variants(), (12.0, 5.0, 4.0, 2.5, 2.6, 2.0), strict=True))
-
-
-def rows() -> list[TrialRow]:
-    """Return rows of every variant on the same pinches."""
-    return [
-        row(kind, session, variant, latency, PEAKS[variant])
-        for session in range(SESSIONS)
-        for kind in OBJECTS
-        for latency in LATENCIES
-        for variant in PEAKS
-    ]
 
 
 GAIN = Between(value=0.5, low=0.1, high=0.9)
@@ -156,33 +120,8 @@ def household() -> Household:
     )  # fmt: skip
 
 
-def payload() -> Payload:
-    """Return payload results of the made-up rows."""
-    from toys import rows
-
-    tuning = Tuning(
-        settings={"threshold": 0.05, "approach": 1.5, "speed": 0.02, "force": 2.6},
-        tried=7, peak=3.0, time=0.14, unsteady=0.0,
-    )  # fmt: skip
-    return Payload(
-        data=GraspData(
-            source="twin",
-            objects=["block 5"],
-            sessions=4,
-            pinches=16,
-            closings=96,
-            training=100,
-            latencies_ms=[20.0],
-        ),
-        models=ModelErrors(rmse={"15": 3.21}, interval_width={"15": 8.0}),
-        feedback={"feedback": tuning},
-        policies=by_policy(rows(), 0),
-    )
-
-
-def state(payload_results: Payload | None = None) -> State:
+def state() -> State:
     """Return the state of a whole study."""
-    entries = [HOUSEHOLD(household()), PAYLOAD(payload_results or payload())]
     return State(
         command="firstcontact grasp-study <b>",
         settings={"seed": 3, "workers": 2},
@@ -190,5 +129,5 @@ def state(payload_results: Payload | None = None) -> State:
         parts=GRASP_PARTS,
         page=grasp_page,
         quick=True,
-        findings=[Findings("twin", NOTHING.replace(entries))],
+        findings=[Findings("twin", NOTHING.replace([HOUSEHOLD(household())]))],
     )

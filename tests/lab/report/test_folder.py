@@ -13,8 +13,6 @@ import pytest
 
 from firstcontact.core import InputError
 from firstcontact.core.files import write_json
-from firstcontact_lab.grasping._payload import learn
-from firstcontact_lab.grasping.settings import GraspStudySettings
 from firstcontact_lab.report.run import MARK, fresh, sole_use
 
 ASKED = {"verb": "study", "recordings": None, "seed": 0, "durations": (0.003, 0.015)}
@@ -113,12 +111,3 @@ def test_only_what_a_study_made_is_removed(tmp_path: Path) -> None:
     made = fresh(tmp_path / "made", {"a": 1})
     (made / "old").touch()
     assert [p.name for p in fresh(made, {"a": 2}).iterdir()] == [MARK]
-
-
-@pytest.mark.parametrize("name", ["recordings", "models"])
-def test_a_grasp_study_removes_nobodys_folders(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "precious").touch()
-    with pytest.raises(InputError, match=f"{re.escape(str(tmp_path / name))} was not made"):
-        learn(GraspStudySettings().quick(), tmp_path)
-    assert (tmp_path / name / "precious").exists()

@@ -132,7 +132,6 @@ def _text(subjects: Subjects) -> str:
 
 
 def answer_table(results: SubjectResults) -> Table | None:
-    """Return a table of the time to a complete window, and the share before the second contact."""
     times = results[ANSWER]
     if not times:
         return None

@@ -160,7 +160,6 @@ def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapt
 
 
 def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
-    """Return folds that hold out whole sessions."""
     if home.named_sessions is None:
         return []
     folds = by_session(home.sessions, home.shore_a, settings.seed, settings.folds)
@@ -195,7 +194,6 @@ def _block_scores(
     home: LabelledTouches,
     seed: int,
 ) -> AnytimeScores:
-    """Return the scores on training pinches, predicted by models from other sessions."""
     queries = home.take(np.concatenate([fold.test for fold in folds]))
     return anytime_scores(join_by_time(predictions), queries.shore_a, queries.sessions, seed)
 
@@ -242,7 +240,6 @@ _SIDES = {"objects": ("o-", "unseen objects"), "blocks": ("s--", "blocks of othe
 
 
 def anytime_figure(results: AnytimeResults) -> Figure:
-    """Draw RMSE and mean interval width by time, with the default window estimator's RMSE."""
     look = names.estimator(results.estimator)
     sides: dict[str, AnytimeScores] = {results.pinches: results}
     if results.blocks is not None:
@@ -287,7 +284,6 @@ ANYTIME = Field.optional("anytime", AnytimeResults)
 
 
 def anytime_table(results: SubjectResults) -> Table | None:
-    """Return a table of error, and coverage and width of the interval, by time."""
     by_time = results[ANYTIME]
     if by_time is None:
         return None
@@ -322,7 +318,6 @@ def anytime_table(results: SubjectResults) -> Table | None:
 
 
 def others_table(results: SubjectResults) -> Table | None:
-    """Return a table of the errors on blocks and of the other estimators, by time."""
     by_time = results[ANYTIME]
     if by_time is None:
         return None

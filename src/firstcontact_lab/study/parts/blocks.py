@@ -70,22 +70,17 @@ class SplitScores(Record, frozen=True, kw_only=True):
 
 
 class BlockScores(Record, frozen=True, kw_only=True):
-    """Scores of an estimator in each split of the block pinches."""
-
     random_90_10: SplitScores | None = None
     by_session: SplitScores | None = None
     leave_one_shore_out: SplitScores | None = None
     strip_aligned: BlockScores | None = None
 
     def split(self, name: str) -> SplitScores | None:
-        """Return the scores in a split; None if there are none."""
         scores_by_model: SplitScores | None = getattr(self, name)
         return scores_by_model
 
 
 class BlockConditions(Record, frozen=True, kw_only=True):
-    """Conditions under which all estimators are scored on block pinches."""
-
     windows: WindowCounts | None = None
 
 
@@ -103,7 +98,6 @@ Splits = dict[tuple[str, Task], list[Split]]
 def blocks(
     subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
-    """Score these estimators in the random split, by session, and with each Shore A left out."""
     if len(subject.levels) < 2:
         return missing(
             "Shore A discrimination and regression: the pinches to learn from have fewer "
@@ -291,7 +285,6 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
 
 
 def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    """Draw predictions of pinches by models that were trained without the pinch's Shore A."""
     looks = {model: names.estimator(model) for model in drawn}
     levels = np.unique(next(iter(drawn.values()))[0].y)
     return box_figure(
@@ -337,7 +330,6 @@ def able(slow: bool) -> list[str]:
 def block_table(
     results: SubjectResults, split: str, columns: Sequence[Row[SplitScores]]
 ) -> Table | None:
-    """Return a table of the scores of all estimators in one split."""
     entries = []
     for name in names.estimators(results[BLOCKS], True):
         scores, title = results[BLOCKS][name], names.estimator(name).title

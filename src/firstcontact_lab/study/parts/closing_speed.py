@@ -62,8 +62,6 @@ KEYS = tuple(
 
 
 class ClosingSpeeds(Record, frozen=True, kw_only=True):
-    """Scores with a measured closing speed, on simulated rigs."""
-
     seed: int
     rigs: int
     families: list[str]

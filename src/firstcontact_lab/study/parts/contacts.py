@@ -53,7 +53,6 @@ class Accepted:
 
     @property
     def place(self) -> str:
-        """Name of the reference of all times: "label" or "known contact"."""
         return "label" if self.early else "known contact"
 
     @property
@@ -72,8 +71,6 @@ class Accepted:
 
 
 class DetectionFolds(Record, frozen=True, kw_only=True):
-    """Folds of the detection scores."""
-
     n: int
     held_out: str
     shares: list[str]
@@ -88,8 +85,6 @@ class MissingContacts(Record, frozen=True, kw_only=True):
 
 
 class ContactConditions(Record, frozen=True, kw_only=True):
-    """Conditions of the detection scores, and origin of the windows."""
-
     windows_start_at: str | None = None
     steady_state: dict[str, int] | None = None
     folds: DetectionFolds | None = None
@@ -239,7 +234,6 @@ def _text(subjects: Subjects) -> str:
 
 
 def detector_rows(accepted: Accepted) -> list[Row[DetectionScores]]:
-    """Return the row definitions of one detector."""
     suffix = " after its label" if accepted.early else ""
     return [
         Row("windows right", lambda s: s.window_accuracy, "share"),
@@ -263,7 +257,6 @@ _DETAILS: Sequence[Row[DetectionScores]] = (
 
 
 def contact_table(results: SubjectResults, *, details: bool = False) -> Table | None:
-    """Return a table of the scores of all detectors, or of what went wrong in detail."""
     detectors = {
         names.detector(name).title: results[CONTACT][name]
         for name in names.detectors(results[CONTACT])

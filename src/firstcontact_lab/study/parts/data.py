@@ -78,7 +78,6 @@ def early_force(pinch: Pinch) -> float | None:
 
 
 def describe(subject: Subject) -> PartResult:
-    """Describe the data: counts, offsets, and force before the second contact."""
     dataset = subject.dataset
     recorded, rate = dataset.recorded_rate, float(dataset.layout.rate)
     summary = DataSummary(
@@ -130,7 +129,6 @@ def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
 
 
 def offset_figure(offsets: NDArray[np.float64]) -> Figure:
-    """Draw a histogram of offsets (ms) with measured and published mean and SD."""
     mean, sd = float(offsets.mean()), float(offsets.std(ddof=min(1, len(offsets) - 1)))
     window = 1e3 * DURATION
     with canvas() as (figure, axes):
@@ -196,13 +194,11 @@ _SOURCES = {
 
 
 def is_twin(results: SubjectResults) -> bool:
-    """Return True if the pinches come from the twin."""
     data = results[DATA]
     return data is not None and data.source == "twin"
 
 
 def kind(subjects: Subjects) -> str:
-    """Return the kind of data, for a badge of the report."""
     data = next((results[DATA] for results in subjects.values()), None)
     if data is None:
         return "Just begun"
@@ -210,7 +206,6 @@ def kind(subjects: Subjects) -> str:
 
 
 def data_table(results: SubjectResults) -> Table | None:
-    """Return a table of source, size and rate of the data."""
     data = results[DATA]
     if not data:
         return None

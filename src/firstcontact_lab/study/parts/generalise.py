@@ -136,12 +136,10 @@ _OTHERS = {
 
 
 def objects_off_blocks(results: SubjectResults) -> Table | None:
-    """Return a table of errors on unseen objects: estimators, floor and ceilings."""
     return _table(results[GENERALISE], _OBJECTS, "Unseen objects: RMSE and bias")
 
 
 def others_off_blocks(results: SubjectResults) -> Table | None:
-    """Return a table of errors: another hand, a Shore A left out, blocks of other sessions."""
     return _table(results[GENERALISE], _OTHERS, "Other hands, levels and sessions: RMSE")
 
 

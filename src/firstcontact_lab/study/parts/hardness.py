@@ -51,8 +51,6 @@ class Material(Record, frozen=True, kw_only=True):
 
 
 class RankRegression(RankCorrelation, frozen=True, kw_only=True):
-    """Scores of a regression of the hardness rank."""
-
     errors: RegressionScores
 
 
@@ -223,7 +221,6 @@ def _by_material(
 
 
 def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
-    """Draw the spectral centroid of every pinch, one row per material."""
     materials = sorted(
         set(data.objects.tolist()), key=lambda m: (float(data.y[data.objects == m].mean()), m)
     )
@@ -286,7 +283,6 @@ def _text(subjects: Subjects) -> str:
 
 
 def order_table(results: SubjectResults) -> Table | None:
-    """Return a table of the rank correlations over materials."""
     order = results[HARDNESS]
     if not order:
         return None
@@ -301,7 +297,6 @@ def order_table(results: SubjectResults) -> Table | None:
 
 
 def class_table(results: SubjectResults) -> Table | None:
-    """Return a table of the accuracy of the hardness class."""
     order = results[HARDNESS]
     if not order:
         return None

@@ -43,7 +43,6 @@ class LiveDelays(msgspec.Struct, frozen=True):
 
 
 def read_delays(path: Path) -> LiveDelays:
-    """Return the delays in a ``live.json``."""
     remedy = "give the file of `benchmarks/live.py --out`"
     delays = read_record(read_regular(path, LONGEST), LiveDelays, str(path), remedy)
     for name, values in (("first_ms", delays.first_ms), ("later_ms", delays.later_ms)):
@@ -161,7 +160,6 @@ _COLUMNS: tuple[Row[InForce], ...] = (
 
 
 def in_force_table(results: SubjectResults) -> Table | None:
-    """Return a table of the share of pinches with an estimate in force, and of their errors."""
     scores = results[IN_FORCE]
     if scores is None:
         return None

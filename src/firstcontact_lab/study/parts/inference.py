@@ -53,8 +53,6 @@ _Positive = Annotated[int, msgspec.Meta(gt=0)]
 
 
 class BoardTime(Record, frozen=True, kw_only=True):
-    """Cost of one prediction on the board."""
-
     estimator: Name
     task: Name
     samples: _Positive
@@ -87,7 +85,6 @@ class _Board(msgspec.Struct):
 
 
 def read_board(path: Path) -> dict[str, BoardTime]:
-    """Return the costs in an ``embedded.json``, by the name of the form."""
     remedy = "give the embedded.json of `make embedded` of this version"
     rows = read_record(read_regular(path, LONGEST), _Board, str(path), remedy).models
     times_by_model = {
@@ -191,7 +188,6 @@ _TIMES = (
 
 
 def inference_table(results: SubjectResults) -> Table | None:
-    """Return a table of the times for one window, with our code and with the training library."""
     times = results[INFERENCE]
     if not times:
         return None
@@ -229,7 +225,6 @@ _CAPTION = (
 
 
 def board_table(results: SubjectResults) -> Table | None:
-    """Return a table of samples, instructions and time on the board, and time on this machine."""
     board = results[BOARD]
     if not board:
         return None

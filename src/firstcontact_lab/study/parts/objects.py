@@ -42,16 +42,12 @@ from firstcontact_lab.study.scores import MeanErrors, learns_one_value, over_obj
 
 
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):
-    """Scores of an estimator on unseen objects."""
-
     per_object: dict[str, SpecimenErrors]
     over_objects: MeanErrors
     strip_aligned: ObjectScores | None = None
 
 
 class ObjectConditions(Record, frozen=True, kw_only=True):
-    """Conditions of the scores on unseen objects."""
-
     windows: WindowCounts | None = None
     shares: list[str] | None = None
 
@@ -66,7 +62,6 @@ UNSEEN = "unseen_objects"
 def objects(
     subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
-    """Fit these estimators to all pinches of role ``train``, and score pinches of role ``test``."""
     reason = why_not_unseen(subject)
     if reason:
         return missing(reason)
@@ -184,7 +179,6 @@ _BIAS = Row[ObjectScores]("Bias", lambda s: bounded(s, "bias"), "bias")
 
 
 def objects_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    """Draw each estimator's predictions for the unseen objects, and the true Shore A."""
     looks = {model: names.estimator(model) for model in drawn}
     boxed: dict[str, tuple[float, dict[str, Values]]] = {}
     for model, (data, predicted) in drawn.items():
@@ -207,7 +201,6 @@ def objects_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figur
 
 
 def object_table(results: SubjectResults) -> Table | None:
-    """Return a table of the scores of all estimators on unseen objects."""
     entries: list[tuple[Cell, ObjectScores | None, bool]] = []
     for name in names.estimators(results[OBJECTS], True):
         scores, title = results[OBJECTS][name], names.estimator(name).title

@@ -77,8 +77,6 @@ METHODS = {
 
 
 class RandomRigs(Record, frozen=True, kw_only=True):
-    """Scores of the methods on simulated rigs."""
-
     seed: int
     rigs: int
     families: list[str]

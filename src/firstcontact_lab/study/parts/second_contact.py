@@ -24,11 +24,7 @@ from firstcontact_lab.study.parts.objects import PUBLISHED, UNSEEN
 
 
 class SecondContact(Record, frozen=True, kw_only=True):
-    """Errors by group of windows.
-
-    Keys are "with" and "without" (the second contact in the window), and "misplaced" (the window
-    does not begin at the first contact).
-    """
+    """Errors by group of windows."""
 
     blocks: dict[str, RegressionScores] | None = None
     objects: dict[str, RegressionScores] | None = None

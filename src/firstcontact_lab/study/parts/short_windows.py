@@ -47,8 +47,6 @@ class Reading(Record, frozen=True, kw_only=True):
 
 
 class RealMaterial(Record, frozen=True, kw_only=True):
-    """Scores of one material that was left out of training."""
-
     rank: float
     n: int
     accuracy: dict[str, float]
@@ -58,8 +56,6 @@ class RealMaterial(Record, frozen=True, kw_only=True):
 
 
 class ShortWindows(Record, frozen=True, kw_only=True):
-    """Order and classes of hardness in one set of recordings."""
-
     n: int
     materials: int
     material_held_out: dict[str, float]
@@ -178,7 +174,6 @@ def _lacking(data: LabelledWindows) -> str:
 
 
 def _by_material(data: LabelledWindows, predicted: Values) -> dict[str, float]:
-    """Return the share of correctly classified windows of each material."""
     right = predicted == data.y
     return {str(m): float(right[data.objects == m].mean()) for m in np.unique(data.objects)}
 
@@ -269,7 +264,6 @@ def _most(order: Values) -> float:
 
 
 def accuracy_figure(real: ShortWindows) -> Figure:
-    """Draw the accuracy of each reading (kind of windows) against the window length."""
     lengths = [float(ms) for ms in real.material_held_out]
     with canvas(size=(6.2, 4.0)) as (figure, axes):
         ax = axes[0, 0]
@@ -330,7 +324,6 @@ def real_set(results: SubjectResults) -> ShortWindows | None:
 
 
 def short_table(results: SubjectResults) -> Table | None:
-    """Return a table of each reading's balanced accuracy, by window length."""
     real = real_set(results)
     if real is None:
         return None
@@ -348,7 +341,6 @@ def short_table(results: SubjectResults) -> Table | None:
 
 
 def materials_table(results: SubjectResults) -> Table | None:
-    """Return a table of accuracy and spectral centroid of each material, the softest first."""
     real = real_set(results)
     if real is None:
         return None
@@ -380,7 +372,6 @@ def materials_table(results: SubjectResults) -> Table | None:
 
 
 def _order(real: ShortWindows) -> str:
-    """Return a sentence about the order of hardness."""
     smooth = real.conditioned_order
     if real.rho is None or real.p is None or smooth.rho is None:
         return ""

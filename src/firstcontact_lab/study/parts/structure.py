@@ -49,8 +49,6 @@ OUTCOMES = ("success", "false_alarms", "late", "misses", "wrong_finger")
 
 
 class StructureScores(Record, frozen=True, kw_only=True):
-    """Scores of a detector on rigs whose structure differs from the twin's."""
-
     placed: float
     early: float
     late: float
@@ -194,8 +192,6 @@ def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, 
 
 
 def _scores(rows: Values, seed: int) -> StructureScores:
-    """Return the scores of a detector from its sums on each rig."""
-
     def ratio(sums: Values, name: str) -> Values:
         above, below = _RATIOS[name]
         value = np.asarray(sums[..., above] / np.maximum(sums[..., below], 1e-9))
@@ -235,7 +231,6 @@ _NAMES = {
 
 
 def structure_table(results: SubjectResults) -> Table | None:
-    """Return a table of the scores of each detector, with and without withdrawn contacts."""
     structures = results[STRUCTURE]
     if structures is None:
         return None
@@ -252,7 +247,6 @@ def structure_table(results: SubjectResults) -> Table | None:
 
 
 def unknown_table(results: SubjectResults) -> Table | None:
-    """Return a table of errors of the unconditioned network, by the time after the contact."""
     structures = results[STRUCTURE]
     if structures is None:
         return None

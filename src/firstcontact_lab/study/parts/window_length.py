@@ -24,8 +24,6 @@ from firstcontact_lab.study.scores import learns_one_value
 
 
 class WindowErrors(Record, frozen=True, kw_only=True):
-    """Errors with windows of one length, on blocks and on unseen objects."""
-
     blocks: RegressionScores | None = None
     objects: RegressionScores | None = None
 
@@ -86,7 +84,6 @@ def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def lengths_figure(scores_by_length: Mapping[str, Mapping[str, WindowErrors]]) -> Figure:
-    """Draw the RMSE of the model against the window length, ms, for blocks and for objects."""
     (model,) = names.estimators(next(iter(scores_by_length.values())))
     title = names.estimator(model).title
     with canvas() as (figure, axes):
@@ -134,7 +131,6 @@ _ROWS: Sequence[Row[WindowErrors]] = (
 
 
 def length_table(results: SubjectResults) -> Table | None:
-    """Return a table of the RMSE by window length."""
     lengths = results[WINDOW_LENGTH]
     if not lengths:
         return None

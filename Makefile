@@ -100,8 +100,15 @@ quick-embedded: $(VENV)/.study ## the same, small (a minute)
 real: $(VENV)/.study ## the real sets in FIRSTCONTACT_DATA on one page: firstcontact-study/real/report.html
 	@sh examples/real.sh "$(FIRSTCONTACT_DATA)" "$(OUT)" "$(BIN)"
 
-.PHONY: hardware
-hardware: $(VENV)/.dev ## simulate the fingertip's circuit (needs ngspice) and write the tables of the build page
+# Python with the CAD kernel: 1 GB, so beside .venv.
+CAD ?= hardware/.venv/bin/python
+.PHONY: hardware mount
+mount: ## mount, mould and jig of the fingertip: make, check and draw them (needs build123d)
+	@if $(CAD) -c 'import build123d' 2>/dev/null; then $(CAD) hardware/mount.py; else \
+		echo 'hardware/mount stays as it is, since build123d is missing: install it (1 GB) with' \
+		'python3 -m venv hardware/.venv && hardware/.venv/bin/pip install -r hardware/requirements-mount.txt'; fi
+
+hardware: $(VENV)/.dev mount ## simulate the fingertip's circuit (needs ngspice) and write the tables of the build page
 	$(BIN)/python hardware/write_page.py --measure
 
 # --- live --------------------------------------------------------------------------------------

@@ -14,12 +14,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from dimensions import NOMINAL
 from scipy.special import j1
 
-#: Board of the paper, m, and its usual thickness (assumption).
-LENGTH, WIDTH, THICKNESS = 20e-3, 15e-3, 1.6e-3
-#: Radius (paper) and thickness (assumption) of the disc, m, and its capacitance, F.
-RADIUS, DISC_THICKNESS, CAPACITANCE = 5e-3, 0.1e-3, 12e-9
+#: Board, m.
+LENGTH, WIDTH = NOMINAL.board_length * 1e-3, NOMINAL.board_width * 1e-3
+THICKNESS = NOMINAL.board_thickness * 1e-3
+#: Disc, m, and its capacitance, F (assumption).
+RADIUS, DISC_THICKNESS = NOMINAL.disc_diameter / 2 * 1e-3, NOMINAL.disc_thickness * 1e-3
+CAPACITANCE = 12e-9
 #: PZT-5A, data sheets: d33 and d31 (absolute) in C/N, Young's modulus in Pa, Poisson's ratio.
 D33, D31, PZT_MODULUS, PZT_POISSON = 390e-12, 175e-12, 61e9, 0.31
 

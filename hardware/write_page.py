@@ -13,6 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from circuit import FINGERS, TEENSY, Kind, parts
+from mount_tables import fit_table, pour_table, print_table
 from simulate import Board, check, measure, twin_response
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -90,7 +91,14 @@ def simulation_table(board: Board) -> str:
 
 def filled(text: str, board: Board) -> str:
     """Return the page with its tables replaced."""
-    tables = {"parts": parts_table(), "pins": pins_table(), "simulation": simulation_table(board)}
+    tables = {
+        "parts": parts_table(),
+        "pins": pins_table(),
+        "simulation": simulation_table(board),
+        "print": print_table(),
+        "pour": pour_table(),
+        "fit": fit_table(),
+    }
     for name, table in tables.items():
         pattern = rf"(<!-- hardware: {name} -->\n\n).*?(\n\n<!-- /hardware -->)"
         text, count = re.subn(pattern, lambda m, t=table: m[1] + t + m[2], text, flags=re.DOTALL)

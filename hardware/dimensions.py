@@ -1,0 +1,175 @@
+"""Dimensions of the fingertip's mount, pad, mould and jig, in mm: the one table.
+
+The solids, the drawings, the checks and the table of the build page are made from
+:class:`Dimensions`. Each value names its source, or is marked as an assumption. Heights of the
+assembled fingertip begin at the back of the mount.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+
+from circuit import ASSUMED, COLUMNS, PAPER, ROWS
+
+
+def _mm(value: float, meaning: str, source: str = ASSUMED) -> float:
+    return field(default=value, metadata={"meaning": meaning, "source": source})
+
+
+@dataclass(frozen=True)
+class Dimensions:
+    """Dimensions in mm, angles in degrees. The x axis points from the hand to the tip."""
+
+    # The fingertip
+    board_length: float = _mm(20.0, "board, along the finger", PAPER)
+    board_width: float = _mm(15.0, "board, across the finger", PAPER)
+    board_thickness: float = _mm(1.6, "FR4, the usual thickness")
+    board_tolerance: float = _mm(0.16, "10 % of the thickness, as board houses state")
+    disc_diameter: float = _mm(10.0, "PZT disc", PAPER)
+    disc_thickness: float = _mm(0.1, "PZT disc, as in the twin")
+    sheet_thickness: float = _mm(0.1, "Velostat", PAPER)
+    pad_thickness: float = _mm(3.0, "silicone without its dimples", PAPER)
+    dimple_diameter: float = _mm(2.5, "end of a dimple: six are a tenth of the pad, as in the twin")
+    dimple_height: float = _mm(0.8, "dimple, as in the twin")
+    board_glue: float = _mm(0.05, "conductive epoxy between disc and board")
+    post_glue: float = _mm(0.1, "epoxy between disc and post: one sheet of paper")
+
+    # Printing
+    nozzle: float = _mm(0.4, "nozzle")
+    layer: float = _mm(0.2, "layer height: heights of printed faces are multiples of it")
+    thinnest: float = _mm(1.2, "least wall: three lines of the nozzle")
+    bridge: float = _mm(8.0, "longest bridge without support")
+    edge: float = _mm(0.4, "chamfer of outer edges, also against a wide first layer")
+
+    # Mount
+    clearance: float = _mm(0.2, "between the board's edges and the walls")
+    wall: float = _mm(1.6, "walls: four lines of the nozzle")
+    floor: float = _mm(4.8, "floor of the tray: holds the threads")
+    post_height: float = _mm(3.0, "post above the floor: room for wires under the board")
+    wall_top: float = _mm(11.6, "walls above the back: hold the pad's lower third")
+    joint_length: float = _mm(2.0, "step in the post's edge for the solder joint of the disc")
+    joint_depth: float = _mm(1.2, "the same, below the post's top")
+    cable_width: float = _mm(
+        12.6, "opening for nine wires of up to 1 mm, 1.45 mm apart on the board"
+    )
+    tongue_length: float = _mm(8.0, "tongue that the cable is tied to")
+    tongue_width: float = _mm(13.2, "the same")
+    tie_width: float = _mm(3.2, "slots for a cable tie of 2.5 mm")
+    tie_thickness: float = _mm(1.6, "the same")
+    tie_spacing: float = _mm(8.8, "between the middles of the slots")
+    screw_length: float = _mm(16.0, "between screws along the finger")
+    screw_width: float = _mm(11.0, "between screws across the finger")
+    screw_diameter: float = _mm(2.0, "M2")
+    insert_diameter: float = _mm(3.2, "hole for a heat-set insert M2, 3 mm long and 3.5 mm wide")
+    insert_depth: float = _mm(3.4, "the same")
+
+    # Mould of the pad
+    draft: float = _mm(2.0, "draft of the pad's sides and dimples, degrees")
+    land: float = _mm(1.6, "rim around each pad, on which the glass lies")
+    gutter: float = _mm(2.0, "width of the gutter around the rims")
+    gutter_depth: float = _mm(1.6, "depth of the gutter below the rims")
+    border_drop: float = _mm(0.8, "outer border below the rims")
+    mould_floor: float = _mm(1.6, "below the dimples")
+
+    # Jig: the locator centres the disc on the board, the press sets the board's height
+    board_fit: float = _mm(0.15, "between board and locator, each side")
+    disc_fit: float = _mm(0.15, "between disc and locator, radial")
+    locator_depth: float = _mm(1.0, "skirt of the locator over the board's edges")
+    plate: float = _mm(1.6, "plate of the locator")
+    slot: float = _mm(3.0, "slot of the locator for the disc's wire")
+    squeeze: float = _mm(0.4, "chamfer of the locator's hole: keeps it off the glue")
+    press_plate: float = _mm(3.0, "plate of the press")
+    press_margin: float = _mm(1.0, "from the press's face to the board's edges")
+    press_drop: float = _mm(2.6, "face of the press below its plate")
+    paper: float = _mm(0.1, "copy paper of 80 g/m²")
+
+    @property
+    def inner(self) -> tuple[float, float]:
+        """Length and width of the tray between its walls."""
+        return self.board_length + 2 * self.clearance, self.board_width + 2 * self.clearance
+
+    @property
+    def outer(self) -> tuple[float, float]:
+        """Length and width of the tray over its walls."""
+        return self.inner[0] + 2 * self.wall, self.inner[1] + 2 * self.wall
+
+    @property
+    def post_top(self) -> float:
+        """Height of the post's top."""
+        return self.floor + self.post_height
+
+    @property
+    def board_back(self) -> float:
+        """Height of the board's back."""
+        return self.post_top + self.post_glue + self.disc_thickness + self.board_glue
+
+    @property
+    def board_front(self) -> float:
+        """Height of the board's front."""
+        return self.board_back + self.board_thickness
+
+    @property
+    def pad_bottom(self) -> float:
+        """Height of the pad's underside, without its dimples."""
+        return self.board_front + self.sheet_thickness + self.dimple_height
+
+    @property
+    def pad_top(self) -> float:
+        """Height of the pad's face."""
+        return self.pad_bottom + self.pad_thickness
+
+    @property
+    def mould_top(self) -> float:
+        """Height of the mould's rims."""
+        return self.mould_floor + self.dimple_height + self.pad_thickness
+
+    @property
+    def mould_pitch(self) -> float:
+        """Distance between the middles of the mould's two cavities."""
+        return self.board_length + 2 * self.land + self.gutter
+
+    @property
+    def press_gap(self) -> float:
+        """Gap between press and walls before gluing, for a board of the nominal thickness."""
+        return self.press_drop - (self.wall_top - self.board_front) - self.post_glue
+
+    @property
+    def taxels(self) -> list[tuple[float, float]]:
+        """Middles of the taxels, below which the dimples lie."""
+        length, width = self.board_length / ROWS, self.board_width / COLUMNS
+        return [
+            ((row - (ROWS - 1) / 2) * length, ((COLUMNS - 1) / 2 - column) * width)
+            for row in range(ROWS)
+            for column in range(COLUMNS)
+        ]
+
+    @property
+    def screws(self) -> list[tuple[float, float]]:
+        """Middles of the threads in the mount's back."""
+        return [
+            (x * self.screw_length / 2, y * self.screw_width / 2) for x in (-1, 1) for y in (-1, 1)
+        ]
+
+    def pad_volume(self) -> float:
+        """Return the volume of one pad, mm³: a truncated pyramid and truncated cones."""
+        slope, h = math.tan(math.radians(self.draft)), self.pad_thickness
+        faces = [
+            (self.board_length - 2 * z * slope) * (self.board_width - 2 * z * slope)
+            for z in (0, h / 2, h)
+        ]
+        end = self.dimple_diameter / 2
+        root = end + self.dimple_height * slope
+        dimple = math.pi / 3 * self.dimple_height * (end**2 + end * root + root**2)
+        return h / 6 * (faces[0] + 4 * faces[1] + faces[2]) + len(self.taxels) * dimple
+
+
+NOMINAL = Dimensions()
+
+
+def sources(dimensions: Dimensions = NOMINAL) -> list[tuple[str, float, str, str]]:
+    """Return the name, value, meaning and source of each dimension."""
+    return [
+        (f.name, getattr(dimensions, f.name), f.metadata["meaning"], f.metadata["source"])
+        for f in fields(dimensions)
+    ]

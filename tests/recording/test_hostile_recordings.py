@@ -15,11 +15,11 @@ import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
+from mcap.writer import CompressionType, Writer
 
 from firstcontact.core import Block, Contact, Finger, InputError, Label, fingertip_layout
 from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, read_recording
-from firstcontact.recording._chunk_file import MAGIC, ChunkFile
-from firstcontact.recording._chunks import find_chunks, unpack_chunk
+from firstcontact.recording._chunks import MAGIC, find_chunks, unpack_chunk
 from firstcontact.recording.messages import block_message
 
 LAYOUT = fingertip_layout()
@@ -32,12 +32,14 @@ BLOCK = Block(np.ones((1000, 16), np.int16))
 
 def write(path: Path, *parts: tuple[str, bytes]) -> Path:
     """Write a complete recording of these messages."""
-    with path.open("w+b") as stream:
-        file = ChunkFile(stream, 100, "ros2", "test")
+    with path.open("wb") as stream:
+        file = Writer(stream, 100, compression=CompressionType.NONE)
+        file.start("ros2", "test")
         topics = ("/header", "/samples", "/pinch", "/marker")
-        numbers = {t: file.register(t, "json", (t, "jsonschema", b"{}")) for t in topics}
+        schemas = {topic: file.register_schema(topic, "jsonschema", b"{}") for topic in topics}
+        numbers = {t: file.register_channel(t, "json", number) for t, number in schemas.items()}
         for place, (topic, data) in enumerate(parts):
-            file.add(numbers[topic], 0, data, place)
+            file.add_message(numbers[topic], 0, data, 0, place)
         file.finish()
     return path
 

@@ -81,6 +81,16 @@ def test_other_mcap_readers_see_increasing_times(tmp_path, layout, counted):
     assert [s.epoch for s in read_recording(path).stretches] == [0, 1, 2]
 
 
+def test_index_contains_every_message(small):
+    with small.open("rb") as stream:
+        reader = make_reader(stream)
+        summary = reader.get_summary()
+        sequence_numbers = [m.sequence for _, _, m in reader.iter_messages()]
+    assert summary is not None
+    assert len(summary.chunk_indexes) == summary.statistics.chunk_count
+    assert sorted(sequence_numbers) == list(range(summary.statistics.message_count))
+
+
 def test_separate_pinches_are_epochs(tmp_path, layout, counted):
     def pinch(first):
         return Pinch(counted(first, 100).data, layout, first_sample=first)

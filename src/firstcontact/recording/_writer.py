@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from mcap.writer import CompressionType, Writer
 
 from firstcontact.core import Block, InputError, Pinch
 from firstcontact.core.files import AnyPath
-from firstcontact.recording._chunk_file import ChunkFile
 from firstcontact.recording.messages import (
     LAST_SAMPLE,
     LONGEST_TEXT,
@@ -63,7 +63,7 @@ class RecordingWriter:
         self.header = header
         self._head = self._packed(header.to_json(), read_header, "the header")
         try:
-            self._stream = path.open("x+b")
+            self._stream = path.open("xb")
         except FileExistsError as error:
             raise InputError(
                 f"{path} exists and recordings are never overwritten: choose another name"
@@ -84,7 +84,7 @@ class RecordingWriter:
         bytes_a_second = header.layout.rate * header.layout.width * np.dtype(header.dtype).itemsize
         self._chunk_size = int(bytes_a_second * HANDED_OVER_EVERY)
         try:
-            self._file = ChunkFile(self._stream, self._chunk_size, "ros2", "firstcontact")
+            self._file = Writer(self._stream, self._chunk_size, compression=CompressionType.NONE)
             self._start()
         except (OSError, InputError) as error:
             failed = self._failed(error) if isinstance(error, OSError) else error
@@ -175,8 +175,7 @@ class RecordingWriter:
         if not self._open:
             return
         try:
-            self._file.end_chunk()
-            self._stream.flush()
+            self._file.flush()
         except OSError as error:
             raise self._failed(error) from error
 
@@ -201,16 +200,23 @@ class RecordingWriter:
         self.close()
 
     def _start(self) -> None:
-        def json_channel(topic: str, name: str) -> int:
-            return self._file.register(topic, "json", (name, "jsonschema", _JSON_SCHEMA))
+        file = self._file
 
+        def json_channel(topic: str, name: str) -> int:
+            schema = file.register_schema(name, "jsonschema", _JSON_SCHEMA)
+            return int(file.register_channel(topic, "json", schema))
+
+        file.start(profile="ros2", library="firstcontact")
         self._headers = json_channel("/header", "firstcontact.Header")
-        kind = ("firstcontact_msgs/msg/Samples", "ros2msg", block_schema(self.header.dtype))
-        self._samples = {"": self._file.register("/samples", "cdr", kind)}
+        samples = file.register_schema(
+            "firstcontact_msgs/msg/Samples", "ros2msg", block_schema(self.header.dtype)
+        )
+        self._samples = {"": file.register_channel("/samples", "cdr", samples)}
         self._pinches = json_channel("/pinch", "firstcontact.PinchMark")
         self._markers = json_channel("/marker", "firstcontact.Marker")
         for group in self.header.layout.groups:
-            self._samples[group.name] = self._file.register(f"/samples/{group.name}", "cdr", kind)
+            topic = f"/samples/{group.name}"
+            self._samples[group.name] = file.register_channel(topic, "cdr", samples)
         # Spaces fill a whole chunk, so that the header does not wait for samples.
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
@@ -232,7 +238,7 @@ class RecordingWriter:
         time = round((self._origin + sample) * _NANO / self.header.layout.rate)
         time = min(max(0, time), _LATEST)
         try:
-            self._file.add(channel, time, data, self._sequence)
+            self._file.add_message(channel, time, data, time, self._sequence)
             self._stream.flush()
         except OSError as error:
             raise self._failed(error) from error

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -109,17 +108,6 @@ def test_children_die_with_a_killed_parent(module: Path, words: str, is_stopped:
         assert gone(pid)
 
 
-def test_child_outlives_the_thread_that_started_it(module: Path) -> None:
-    module.write_text(ECHO)
-    processes: list[Child] = []
-    thread = threading.Thread(target=lambda: processes.append(Child("child")))
-    thread.start()
-    thread.join()
-    processes[0].tell("still there", PATIENCE)
-    assert processes[0].answer(PATIENCE) == "heard still there"
-    processes[0].end(PATIENCE)
-
-
 def test_child_ignores_modules_of_the_working_folder(
     module: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -147,23 +135,3 @@ def test_suspended_child_with_wakes_is_continued(module: Path) -> None:
         parent.kill()
         assert gone(pid)
     assert proof.exists()
-
-
-def test_child_polls_for_its_parent_without_kernel_support(module: Path) -> None:
-    module.write_text(
-        "import os, signal, sys, time\n"
-        "from firstcontact.core import children as parent\n"
-        "parent.POLL_INTERVAL = 0.01\n"
-        "libc = __import__('ctypes').CDLL(None)\n"
-        "libc.prctl(1, 0, 0, 0, 0)\n"  # what the kernel was asked for is taken back
-        "parent._request_parent_signal = lambda number: False\n"
-        "parent.follow(os.getppid(), signal.SIGKILL)\n"
-        "print('ready', flush=True)\n"
-        "time.sleep(600)\n"
-    )
-    pipe = subprocess.PIPE
-    with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
-        assert parent.stdout is not None
-        pid = int(parent.stdout.readline())
-        parent.kill()
-        assert gone(pid)

@@ -63,14 +63,12 @@ def declared(shape: str) -> bytes:
         {"piezo": declared("(1000000000000, 60, 1)")},
         {"piezo": declared("(-3, -60, 1)")},
         {"piezo": declared("(0, 60, 1)")},
-        {"piezo": b""},
         {"piezo": b"hello"},
-        {"piezo": b"\x93NUMPY"},
         {"piezo": b"\x93NUMPY\7\0"},
         {"piezo": npy(np.array([{"a": 1}], dtype=object))},
         {"piezo": npy(np.zeros((100_000, 60, 1), "S0")).replace(b"S1", b"S0")},
     ],
-    ids=str,
+    ids=range(9),
 )
 def test_invalid_members_are_refused_by_name(
     tmp_path: Path, check_refused: Check, members: dict[str, bytes]

@@ -66,8 +66,8 @@ def record(
     hand, notes
         Hand and remarks for the header of the recording.
     screen
-        Display that shows results and asks for the next object, a
-        :class:`firstcontact.collect.Screen`.
+        Display that shows results and asks for the next object, such as a
+        ``firstcontact.collect.session.Screen``.
     progress
         True to show a bar, or a function that is called with 1 for each valid pinch.
     stopped

@@ -40,24 +40,12 @@ QUIET = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One object of a plan.
-
-    Parameters
-    ----------
-    object, specimen
-        Name of the object, and of the specimen if that differs.
-    pinches
-        Number of valid pinches wanted in a session.
-    shore
-        Shore A; None if unknown.
-    role
-        Use of the pinches: training or test.
-    """
+    """One object of a plan, with the number of valid pinches wanted in a session."""
 
     object: str
     pinches: int
-    shore: float | None = None
-    specimen: str = ""
+    shore: float | None = None  # Shore A
+    specimen: str = ""  # if its name differs from that of the object
     role: Role = Role.TRAIN
 
     def __post_init__(self) -> None:
@@ -124,57 +112,24 @@ def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """Result of a closing that touched an object.
-
-    Parameters
-    ----------
-    label
-        Label of the object that was to be pinched.
-    faults
-        Reasons why the closing does not count; empty if it counts.
-    mark
-        Mark of the pinch to write; None if the closing does not count.
-    k, wanted
-        Number of valid pinches of the object so far, and number of wanted pinches.
-    offset
-        Time from the first to the second contact, by the strips, s; None if a contact is missing.
-    disagreement
-        Time from the first strip's contact to that of the same finger's piezo, s; None if one is
-        missing.
-    noise
-        Noise of the louder finger in the quietest 0.1 s since the last closing, as a multiple of
-        the noise floor.
-    """
+    """Result of a closing that touched an object. It counts if it has no faults."""
 
     label: Label
     faults: tuple[str, ...]
     mark: PinchMark | None
+    #: Number of valid pinches of the object so far, and of wanted ones.
     k: int
     wanted: int
+    #: Time from the first to the second contact, by the strips, s.
     offset: float | None
+    #: Time from the first strip's contact to that of the same finger's piezo, s.
     disagreement: float | None
+    #: Noise of the louder finger in the quietest 0.1 s since the last closing, in noise floors.
     noise: float
 
 
 class Guide:
-    """Judge that decides whether a closing is a valid pinch of the wanted object.
-
-    Parameters
-    ----------
-    layout, calibration
-        Columns of the blocks, and noise floors of the fingers.
-    items, session
-        Wanted objects in order, and the name of the session.
-    recorded
-        Number of valid pinches that are recorded already, by label.
-
-    Attributes
-    ----------
-    paused
-        True during a pause. Closings that begin in it do not count.
-    left_out
-        Number of closings that touched an object but did not count.
-    """
+    """Judge that decides whether a closing is a valid pinch of the wanted object."""
 
     def __init__(
         self,
@@ -185,7 +140,9 @@ class Guide:
         recorded: Counter[Label] | None = None,
     ) -> None:
         self.layout = layout
+        #: True during a pause. Closings that begin in it do not count.
         self.paused = False
+        #: Number of closings that touched an object but did not count.
         self.left_out = 0
         self._wanted = {item.label(session): item.pinches for item in items}
         self._done = Counter(recorded or {})

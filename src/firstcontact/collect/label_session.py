@@ -48,15 +48,7 @@ class _Request:
 
 
 class Session:
-    """Marks of some recordings, with their journal. New recordings are written at the end.
-
-    Parameters
-    ----------
-    recordings, out, by
-        Recordings to label, folder for the new recordings and the journal, and author.
-    is_new_allowed
-        False to refuse an ``out`` without a journal, and leave it unchanged.
-    """
+    """Marks of some recordings, with their journal. New recordings are written to ``out``."""
 
     def __init__(
         self, recordings: Sequence[Recording], out: Path, by: Labeller, is_new_allowed: bool = True
@@ -178,15 +170,7 @@ class Session:
 
 
 class LabelServer:
-    """Server of the page of one labelling session, on this machine only.
-
-    Parameters
-    ----------
-    session
-        Session that the page shows.
-    port
-        TCP port; 0 takes a free one.
-    """
+    """Server of the page of one labelling session, on this machine only."""
 
     def __init__(self, session: Session, port: int) -> None:
         from firstcontact.streaming.page.serving import (  # needs the extra `live`

@@ -24,10 +24,7 @@ WAIT = 0.1
 
 
 class Screen:
-    """Display for the person who records. It shows results and asks for the next object.
-
-    A subclass overrides what it shows.
-    """
+    """Display for the person who records. Subclasses show results and ask for the next object."""
 
     def say(self, line: str) -> None:
         """Show a line."""

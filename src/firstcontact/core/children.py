@@ -23,28 +23,13 @@ from typing import IO, Any
 KILLED = 5.0
 #: Longest wait in one call of ``select``, s. It does not notice a signal that came just before it.
 LOOK = 0.5
-#: Poll interval for the parent, s, on systems whose kernel sends no signal.
-POLL_INTERVAL = 0.5
 
 
 class Child:
-    """Child process that runs a module and exchanges lines over its standard input and output.
-
-    Closing the child's input asks it to end. The child runs in its own session, so signals to the
-    terminal's process group do not reach it.
-
-    Parameters
-    ----------
-    module
-        Module to run, as ``python -m`` would.
-    options
-        Command-line arguments of the module.
-    wakes
-        Signal to the child when this process ends. True sends SIGCONT, so that even a suspended
-        child notices the end of its input and exits. False kills it.
-    """
+    """Child process that runs a module and exchanges lines over its standard input and output."""
 
     def __init__(self, module: str, *options: str, wakes: bool = False) -> None:
+        # SIGCONT wakes even a suspended child, which then notices the end of its input and exits.
         number = signal.SIGCONT if wakes else signal.SIGKILL
         started: Future[subprocess.Popen[bytes]] = Future()
         # The kernel treats the thread that starts a child as its parent, so the thread must live
@@ -151,33 +136,14 @@ def _open(stream: IO[bytes] | None) -> IO[bytes]:
 
 
 def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
-    """Send this process a signal when its parent ends."""
-    if not _request_parent_signal(number):
-        threading.Thread(
-            target=_poll_parent, args=(parent, number), name="parent", daemon=True
-        ).start()
+    """Send this process a signal when its parent ends, if the system is Linux."""
+    if sys.platform == "linux":
+        import ctypes
+
+        set_parent_death_signal = 1
+        ctypes.CDLL(None).prctl(set_parent_death_signal, int(number), 0, 0, 0)
     if os.getppid() != parent:
         os.kill(os.getpid(), number)
-
-
-def _request_parent_signal(number: signal.Signals) -> bool:
-    """Request the signal from the kernel. Return False if the kernel does not support it."""
-    if sys.platform != "linux":
-        return False
-    import ctypes
-
-    set_parent_death_signal = 1
-    try:
-        libc = ctypes.CDLL(None, use_errno=True)
-        return bool(libc.prctl(set_parent_death_signal, int(number), 0, 0, 0) == 0)
-    except (OSError, AttributeError):
-        return False
-
-
-def _poll_parent(parent: int, number: signal.Signals) -> None:
-    while os.getppid() == parent:
-        time.sleep(POLL_INTERVAL)
-    os.kill(os.getpid(), number)
 
 
 def main() -> None:

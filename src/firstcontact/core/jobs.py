@@ -49,11 +49,9 @@ _runners: list[Callable[[Tick], Runner]] = []
 
 
 class Runner(ABC):
-    """Runner of many similar jobs.
+    """Runner that calls ``function(job, *shared)`` for many small jobs.
 
-    A runner calls ``function(job, *shared)`` for every job. Each job should be a small object,
-    because jobs are sent one by one. Shared data are sent to the workers once, and the arrays in
-    them are read-only.
+    Shared data are sent to the workers once. Arrays in them are read-only.
     """
 
     @abstractmethod

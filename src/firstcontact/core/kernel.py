@@ -11,18 +11,9 @@ Real = NDArray[Any]  # of float32 or float64
 
 
 class RbfKernel:
-    """RBF kernel ``exp(-gamma |x - v|²)`` of inputs x and fixed vectors v.
+    """RBF kernel ``exp(-gamma |x - v|²)`` of inputs x and fixed vectors v (vectors, inputs)."""
 
-    The kernel is computed as ``exp(2 gamma v·x - gamma |v|² - gamma |x|²)``, in the precision of
-    the vectors. One input then costs one matrix-vector product and one exponential per vector.
-
-    Parameters
-    ----------
-    vectors
-        Array of float32 or float64, shape (vectors, inputs).
-    gamma
-        Kernel coefficient, above 0.
-    """
+    # exp(2 gamma v·x - gamma |v|² - gamma |x|²) costs one matrix-vector product for each input.
 
     def __init__(self, vectors: Real, gamma: float) -> None:
         self._gamma = gamma

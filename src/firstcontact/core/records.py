@@ -67,17 +67,7 @@ class Record(
 
 
 class ByName(Mapping[str, Each], Generic[Each, About]):
-    """Mapping from names to entries, together with a record of fixed fields.
-
-    JSON stores both in one object, so no entry may have the name of a field.
-
-    Parameters
-    ----------
-    entries
-        Entries by name, in order.
-    about
-        A :class:`Record` with the fixed fields. In JSON they precede the entries.
-    """
+    """Mapping from names to entries, with a record of fixed fields that precede them in JSON."""
 
     __slots__ = ("about", "entries")
 

@@ -14,13 +14,7 @@ from firstcontact.core import InputError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.records import LONGEST_NAME
-from firstcontact.recording.untrusted import as_text, check_unpacked, library_errors
-
-#: Largest number of texts read together, and largest size of them, bytes.
-_TEXTS = 4096
-_TEXT_BYTES = 64 << 20
-#: Largest cell of a cell array, with one unpacked chunk, bytes.
-_CELL = 16 * LONGEST_NAME
+from firstcontact.recording.untrusted import check_unpacked, library_errors
 
 
 def read_hdf5(
@@ -52,7 +46,7 @@ def read_hdf5(
 
 def _check(path: Path, name: str, dataset: Any) -> None:
     """Raise an error for data outside of the file, and for neither numbers nor texts."""
-    from h5py import Reference, check_ref_dtype, check_string_dtype
+    from h5py import check_string_dtype
 
     if dataset.external or dataset.is_virtual:
         raise InputError(
@@ -61,11 +55,11 @@ def _check(path: Path, name: str, dataset: Any) -> None:
         )
     if dataset.shape is None:
         raise InputError(f"{path}: '{name}' is empty: give it values, or leave it out")
-    is_cells = check_ref_dtype(dataset.dtype) is Reference and dataset.size in dataset.shape
     is_texts = check_string_dtype(dataset.dtype) is not None and dataset.size in (*dataset.shape, 1)
-    if dataset.dtype.hasobject and not is_texts and not is_cells:
+    if dataset.dtype.hasobject and not is_texts:
         raise InputError(
-            f"{path}: '{name}' holds neither numbers nor one text for each pinch: store those"
+            f"{path}: '{name}' holds neither numbers nor one text for each pinch: store those, or "
+            "save a MATLAB file with -v7"
         )
 
 
@@ -76,45 +70,12 @@ def _declared(dataset: Any) -> int:
 
 
 def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
-    from h5py import check_ref_dtype
-
-    if check_ref_dtype(dataset.dtype) is not None:
-        cells = [_cell(path, name, dataset.file[ref]) for ref in dataset[()].reshape(-1)]
-        return np.array(cells, dtype=object)
-    if not dataset.dtype.hasobject or not dataset.ndim:
-        return np.asarray(dataset[()])
-    # Texts lie elsewhere in the file, and several may share one place.
-    step = min(_TEXTS, max(1, _TEXT_BYTES // path.stat().st_size))
-    texts: list[Any] = []
-    for start in range(0, len(dataset), step):
-        texts += list(dataset[start : start + step].reshape(-1))
-        longest = max(map(len, texts[start:]))
-        if longest > 4 * LONGEST_NAME:
+    values = np.asarray(dataset[()])
+    if values.dtype.hasobject and values.ndim:
+        values = values.reshape(-1)
+        if (longest := max(map(len, values))) > 4 * LONGEST_NAME:
             raise InputError(
                 f"{path}: '{name}' has a text of {longest} bytes: give at most {LONGEST_NAME} "
                 "characters"
             )
-    return np.array(texts, dtype=object)
-
-
-def _cell(path: Path, name: str, target: Any) -> Any:
-    """Return the text or number in a cell of MATLAB: a small dataset elsewhere in the file."""
-    from h5py import Dataset
-
-    refusal = InputError(
-        f"{path}: a cell of '{name}' holds neither a number nor a text of at most {LONGEST_NAME} "
-        "characters: correct it"
-    )
-    if not isinstance(target, Dataset) or target.dtype.kind not in "iuf":
-        raise refusal
-    _check(path, name, target)
-    if _declared(target) > _CELL:
-        raise refusal
-    if "MATLAB_empty" in target.attrs:
-        return ""
-    values = np.asarray(target[()])
-    if values.dtype == np.uint16 and as_text(target.attrs.get("MATLAB_class", "char")) == "char":
-        return values.astype("<u2").tobytes().decode("utf-16-le", "replace")
-    if values.size != 1:
-        raise refusal
-    return values.reshape(-1)[0]
+    return values

@@ -20,10 +20,6 @@ from firstcontact.recording._reader import Recording, read_recording
 from firstcontact.recording._writer import RecordingWriter
 from firstcontact.recording.messages import Header, PinchMark
 
-#: Largest sum of the lengths of all marked pinches, as a multiple of the recording's length. A
-#: hand's closings do not overlap so much.
-_OVERLAP = 8
-
 
 def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     """Load all pinches of one recording, of several recordings, or of a folder and its subfolders.
@@ -68,11 +64,6 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
         assumed |= header.session_assumed
         notes |= dict.fromkeys(header.notes.splitlines())
         losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
-        # A pinch that is longer than the recording spans missing samples, and overlaps no others.
-        lengths = [mark.end - mark.first_sample for mark in recording.pinches]
-        if sum(n for n in lengths if n <= recording.samples) > _OVERLAP * recording.samples:
-            losses.append(f"{file.name}: its pinches overlap too much and are left out")
-            continue
         for mark in recording.pinches:
             pinch = cut(recording, mark)
             if pinch is None:

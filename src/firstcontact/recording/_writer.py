@@ -175,7 +175,7 @@ class RecordingWriter:
         if not self._open:
             return
         try:
-            self._file.flush()
+            self._file.flush()  # type: ignore[no-untyped-call]
         except OSError as error:
             raise self._failed(error) from error
 
@@ -186,7 +186,7 @@ class RecordingWriter:
         try:
             # A second header, so that one damaged chunk never loses it.
             self._add(self._headers, self._head, self._end or 0)
-            self._file.finish()
+            self._file.finish()  # type: ignore[no-untyped-call]
             self._stream.flush()
         except OSError as error:
             raise self._failed(error) from error

@@ -14,8 +14,8 @@ from scipy.io import wavfile
 from firstcontact.cli.main import main
 from firstcontact.core import Finger
 from firstcontact.recording import import_path, load_dataset
-from firstcontact.recording._sound import import_events
 from firstcontact.recording.events import AFTER, BEFORE
+from firstcontact.recording.sound import import_events
 
 RATE = 8000
 SAMPLES = 20_000

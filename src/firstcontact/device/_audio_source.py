@@ -83,20 +83,12 @@ class AudioSource(ThreadedSource):
                 f"{self.name} cannot be opened ({error}): close what else uses it, or see "
                 "`firstcontact ports`"
             ) from error
-        settings = FileSettings(VibrationSensor.PIEZO, self._rate, "full scale")
-        layout = make_layout(settings, self._channels, scale=1.0)
-        if self._channels == 1:  # a single disc belongs to no finger
-            (channel,) = layout.channels
-            channel = replace(channel, name=VibrationSensor.PIEZO.value, finger=None)
-            layout = replace(layout, channels=(channel,))
-        return Descriptor(
-            layout,
-            firmware=f"PortAudio, from {self._input_rate:g} Hz",
-            sensor=f"sound input {device['name']}",
-            source="real",
-            dtype="float32",
-            delay=delay,
+        described = (
+            f"PortAudio, from {self._input_rate:g} Hz",
+            f"sound input {device['name']}",
+            "real",
         )
+        return sound_descriptor(self._rate, self._channels, *described, delay)
 
     def _callback(self, data: NDArray[np.float32], frames: int, times: Any, status: Any) -> None:
         """Queue a block, in PortAudio's thread."""
@@ -144,6 +136,20 @@ class AudioSource(ThreadedSource):
         closer.join(CLOSING_TIME)
         if not closer.is_alive():
             stream.close()
+
+
+def sound_descriptor(
+    rate: float, channels: int, firmware: str, sensor: str, source: str, delay: float
+) -> Descriptor:
+    """Return the descriptor of a sound with one or two channels."""
+    layout = make_layout(
+        FileSettings(VibrationSensor.PIEZO, rate, "full scale"), channels, scale=1.0
+    )
+    if channels == 1:  # a single disc belongs to no finger
+        (channel,) = layout.channels
+        channel = replace(channel, name=VibrationSensor.PIEZO.value, finger=None)
+        layout = replace(layout, channels=(channel,))
+    return Descriptor(layout, firmware, sensor, source=source, dtype="float32", delay=delay)
 
 
 def portaudio() -> Any:

@@ -131,6 +131,7 @@ _BUILT_IN = (
         origin="real",
         discover=_lazy("_audio_source", "discover"),
     ),
+    SourceKind("tape", "tape:FILE.wav for a sound file", _lazy("_tape_source", "from_name")),
     SourceKind(
         "csv",
         "csv:PORT for a board that prints numbers in lines (csv:PORT@BAUD#COLUMN,COLUMN)",

@@ -86,8 +86,8 @@ IMPORTERS: Registry[Importer] = Registry(
     "importer",
     "firstcontact.importers",
     {
-        "wav": f"{_HERE}._sound:WAV",
-        "events": f"{_HERE}._sound:EVENTS",
+        "wav": f"{_HERE}.sound:WAV",
+        "events": f"{_HERE}.sound:EVENTS",
         "hdf5": f"{_HERE}._arrays:HDF5",
         "npz": f"{_HERE}._arrays:NPZ",
         "csv": f"{_HERE}._csv:CSV",

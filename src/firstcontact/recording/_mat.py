@@ -28,7 +28,7 @@ from firstcontact.recording._signals import (
     read_signals,
     select_samples,
 )
-from firstcontact.recording._sound import LABELS
+from firstcontact.recording.sound import LABELS
 from firstcontact.recording.table import Table, match_each_file, read_columns
 from firstcontact.recording.untrusted import check_unpacked, library_errors, listed
 

@@ -1,0 +1,64 @@
+"""Source that plays a sound file as if its sensor were connected: ``tape:FILE.wav``."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device._audio_source import sound_descriptor
+from firstcontact.device.descriptor import Descriptor
+from firstcontact.device.opening import SourceOptions
+from firstcontact.device.threaded import ThreadedSource
+from firstcontact.recording.sound import FULL_SCALE, read_sound
+
+#: Length of a block, s, like that of a sound input.
+BLOCK = 0.005
+
+
+class TapeSource(ThreadedSource):
+    """Player of a WAV or FLAC file with one or two channels, at a multiple of real time."""
+
+    def __init__(self, path: Path, speed: float) -> None:
+        super().__init__(f"tape:{path}")
+        self._path, self._speed = path, speed
+        self._values: NDArray[np.float32] = np.zeros((0, 1), np.float32)
+        self._behind = speed != 1.0  # the rate is checked against this machine's clock
+
+    def _open(self) -> Descriptor:
+        rate, stored = read_sound(self._path)
+        if stored.shape[1] > 2:
+            raise InputError(
+                f"{self._path} has {stored.shape[1]} channels: keep one, or one for each finger"
+            )
+        delay = self._resample(rate, FINGERTIP_RATE)
+        middle = 128.0 if stored.dtype == np.uint8 else 0.0
+        values = ((stored - middle) / FULL_SCALE[str(stored.dtype)]).astype(np.float32)
+        # The filter delays its output: the last value goes on until the last sample is out.
+        after = np.repeat(values[-1:], round(2 * delay * rate) + 1, axis=0)
+        self._values = np.concatenate([values, after])
+        described = f"tape, from {rate:g} Hz", f"sound file {self._path.name}", "unknown"
+        return sound_descriptor(FINGERTIP_RATE, stored.shape[1], *described, delay)
+
+    def _work(self) -> None:
+        began, size = time.monotonic(), max(round(BLOCK * self._input_rate), 1)
+        for start in range(0, len(self._values), size):
+            end = min(start + size, len(self._values))
+            due = began + end / self._input_rate / self._speed
+            if self._closing.wait(max(due - time.monotonic(), 0.0)):
+                return
+            self._give(self._values[start:end], np.arange(start, end), 0, due)
+
+    def _shut(self) -> None:
+        self._values = self._values[:0]
+
+
+def from_name(name: str, options: SourceOptions) -> TapeSource:
+    """Return the player for a device name, ``tape:FILE.wav``."""
+    if not options.speed > 0:
+        raise InputError(f"--speed is {options.speed:g}: give a positive number, or inf")
+    return TapeSource(Path(name.partition(":")[2]), options.speed)

@@ -26,13 +26,11 @@ COLOURS = {
     "fr4": "#7fb58d",
     "velostat": "#4a4a4a",
     "silicone": "#f2c9b0",
-    "glass": "#d5ebf2",
     "epoxy": "#c98be0",
     "paper": "#ffffff",
 }
 _STYLE = """.v{fill:none;stroke:#1b2a41;stroke-width:1.4;stroke-linejoin:round;stroke-linecap:round}
 .f{stroke:#1b2a41;stroke-width:.9;stroke-linejoin:round}
-.h{fill:none;stroke:#8593a8;stroke-width:.9;stroke-dasharray:5 3}
 .c{fill:none;stroke:#8593a8;stroke-width:.9;stroke-dasharray:14 3 3 3}
 .d{fill:none;stroke:#2f6fa8;stroke-width:.9}.a{fill:#2f6fa8}.n{fill:#2f6fa8}
 .l{fill:none;stroke:#50627a;stroke-width:.9}.o{fill:#50627a}
@@ -56,20 +54,18 @@ class View:
     """Lines and filled areas of a projection, in mm."""
 
     visible: list[Line] = field(default_factory=list)
-    hidden: list[Line] = field(default_factory=list)
     areas: list[tuple[str, list[Line]]] = field(default_factory=list)
     """Material and outlines of each filled face."""
+    is_section: bool = False
+    """True if the areas are cuts, which are hatched and lie over the lines."""
 
 
-def project(part: Part, direction: tuple = TOP, show_hidden: bool = False) -> View:
-    """Return the projection of a part."""
+def project(part: Part, direction: tuple = TOP) -> View:
+    """Return the visible lines of a part."""
     eye, up = direction
     origin = Vector(*eye).normalized() * 1000
-    visible, hidden = part.project_to_viewport(origin, up, look_at=(0, 0, 0))
-    return View(
-        [_points(edge) for edge in visible],
-        [_points(edge) for edge in hidden] if show_hidden else [],
-    )
+    visible, _ = part.project_to_viewport(origin, up, look_at=(0, 0, 0))
+    return View([_points(edge) for edge in visible])
 
 
 def seen(point: tuple[float, float, float], direction: tuple = ISOMETRIC) -> Point:
@@ -98,7 +94,7 @@ def section(parts: Iterable[tuple[str, Part, float]]) -> View:
 
     Each part has its material and the y at which it is cut.
     """
-    view = View()
+    view = View(is_section=True)
     for material, part, y in parts:
         beyond = Pos(0, y, 0) * Box(500, 500, 500, align=(Align.CENTER, Align.MIN, Align.CENTER))
         view.visible += project(part & beyond, SIDE).visible
@@ -152,18 +148,15 @@ class Drawing:
                 for points in lines
             )
 
-        self.items.append(f'<path class="h" d="{path(view.hidden)}"/>' if view.hidden else "")
-        is_section = view.areas and len(view.areas[0][1]) < 3
-        lines = f'<path class="v" d="{path(view.visible)}"/>'
-        if is_section:
-            self.items.append(lines.replace('"v"', '"l"'))
+        lines = f'<path class="{"l" if view.is_section else "v"}" d="{path(view.visible)}"/>'
+        areas = []
         for material, outlines in view.areas:
-            fill = f"url(#{material})" if is_section else COLOURS[material]
-            edge = ' class="f" fill="{0}"' if is_section else ' fill="{0}" stroke="{0}"'
-            rule = ' fill-rule="evenodd"' if is_section else ""
-            self.items.append(f'<path{edge.format(fill)}{rule} d="{path(outlines, "Z")}"/>')
-        if not is_section:
-            self.items.append(lines)
+            if view.is_section:
+                look = f'class="f" fill="url(#{material})" fill-rule="evenodd"'
+            else:
+                look = 'fill="{0}" stroke="{0}"'.format(COLOURS[material])
+            areas.append(f'<path {look} d="{path(outlines, "Z")}"/>')
+        self.items += [lines, *areas] if view.is_section else [*areas, lines]
         return placed
 
     def write(self, path: Path) -> None:
@@ -182,7 +175,7 @@ class Drawing:
             f"<title>{escape(self.title)}</title>",
             f"<style>{_STYLE}</style><defs>{hatched}</defs>",
             f'<rect fill="#fff" width="{width}" height="{height}"/>',
-            *filter(None, self.items),
+            *self.items,
             "</svg>",
         ]
         path.write_text("\n".join(lines) + "\n", "utf-8")
@@ -202,28 +195,26 @@ class Placed:
         return self.x + point[0] * self.scale, self.y - point[1] * self.scale
 
     def centre(self, middle: Point, across: float, up: float) -> None:
-        """Add centre lines, each by its half length. A length of 0 adds none."""
+        """Add centre lines, each by its half length."""
         x, y = middle
         for dx, dy in ((across, 0), (0, up)):
-            if dx or dy:
-                ends = [self.at((x - dx, y - dy)), self.at((x + dx, y + dy))]
-                self.drawing.line(ends, "c")
+            self.drawing.line([self.at((x - dx, y - dy)), self.at((x + dx, y + dy))], "c")
 
     def width(self, x0: float, x1: float, y: float, line: float, words: str = "") -> None:
         """Add a horizontal dimension of features at ``y``, with its line at ``line`` mm."""
-        (a, start), (b, end), words = self.at((x0, y)), self.at((x1, line)), words or f"{x1 - x0:g}"
+        (a, start), (b, end) = self.at((x0, y)), self.at((x1, line))
         away = math.copysign(4, end - start)
         for x in (a, b):
             self.drawing.line([(x, start + away), (x, end + away)], "d")
-        self._dimension((a, end), (b, end), words)
+        self._dimension((a, end), (b, end), words or f"{x1 - x0:g}")
 
     def height(self, y0: float, y1: float, x: float, line: float, words: str = "") -> None:
         """Add a vertical dimension of features at ``x``, with its line at ``line`` mm."""
-        (start, a), (end, b), words = self.at((x, y0)), self.at((line, y1)), words or f"{y1 - y0:g}"
+        (start, a), (end, b) = self.at((x, y0)), self.at((line, y1))
         away = math.copysign(4, end - start)
         for y in (a, b):
             self.drawing.line([(start + away, y), (end + away, y)], "d")
-        self._dimension((end, a), (end, b), words)
+        self._dimension((end, a), (end, b), words or f"{y1 - y0:g}")
 
     def _dimension(self, a: Point, b: Point, words: str) -> None:
         """Add a dimension line with arrows. Short ones have their arrows outside."""

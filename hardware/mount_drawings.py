@@ -42,7 +42,7 @@ def _stack(layers: list[tuple[str, float, str]]) -> tuple[View, list[tuple[Point
 
     Each layer has its material, its thickness and its words.
     """
-    view, points, z = View(), [], 0.0
+    view, points, z = View(is_section=True), [], 0.0
     for material, thickness, words in layers:
         top = z + thickness
         view.areas.append((material, [[(0.0, z), (0.8, z), (0.8, top), (0.0, top)]]))
@@ -243,7 +243,7 @@ def gluing(d: Dimensions) -> Drawing:
         (right, d.board_back), (inside, d.board_back), (inside, d.wall_top),
         (outside, d.wall_top), (outside, top), (right, top),
     ]  # fmt: skip
-    sheet.place(View(areas=[("paper", [strip])]), 330, 500, 15)
+    sheet.place(View(areas=[("paper", [strip])], is_section=True), 330, 500, 15)
     v.labels(
         560, 265,
         [

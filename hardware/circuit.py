@@ -1,7 +1,8 @@
-"""Parts and nets of the amplifier board for two fingertips and a Teensy 4.0: the one table.
+"""Parts and nets of the two boards: the one table.
 
 The SPICE netlist, the KiCad files, the bill of materials and the tables of the build page are made
-from :func:`parts`. Each value names its source, or is marked as an assumption.
+from :func:`parts` (amplifier for two fingertips and a Teensy 4.0) and :func:`fingertip_parts`.
+Each value names its source, or is marked as an assumption.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ TEENSY = {
     "8": "strip_index", "9": "strip_thumb",
     "3V3": "3v3", "GND": "gnd",
 }  # fmt: skip
+#: Wires of a fingertip's cable, in the order of the connector's pins. The disc lies between two
+#: grounds. The strip changes by 3.3 V at the very contact, so it lies farthest from the disc.
+CABLE = ("column_1", "column_0", "gnd", "disc", "gnd", "row_2", "row_1", "row_0", "strip")
 PAPER = "paper"
 ASSUMED = "assumption"
 
@@ -34,11 +38,36 @@ class Kind(StrEnum):
     AMPLIFIER = "operational amplifier, four in one case"
     CONNECTOR = "connector"
     BOARD = "microcontroller board"
+    TEST_POINT = "test point"
+    TAXEL = "taxel: two combs under Velostat"
+    DISC = "piezo disc"
+    PADS = "pads for wires"
+
+
+#: KiCad footprint by kind. Those of the library "firstcontact" are drawn by ``write_boards.py``.
+FOOTPRINTS = {
+    Kind.RESISTOR: "Resistor_SMD:R_0805_2012Metric",
+    Kind.CAPACITOR: "Capacitor_SMD:C_0805_2012Metric",
+    Kind.DIODES: "Package_TO_SOT_SMD:SOT-23",
+    Kind.AMPLIFIER: "Package_SO:SOIC-14_3.9x8.7mm_P1.27mm",
+    Kind.CONNECTOR: "Connector_JST:JST_XH_S9B-XH-A_1x09_P2.50mm_Horizontal",
+    Kind.BOARD: "firstcontact:Teensy_4.0_sockets",
+    Kind.TEST_POINT: "TestPoint:TestPoint_THTPad_D2.0mm_Drill1.0mm",
+    Kind.TAXEL: "firstcontact:taxel",
+    Kind.DISC: "firstcontact:disc_10mm",
+    Kind.PADS: "firstcontact:wires_{}",
+}
+#: What is ordered besides the parts on the boards: manufacturer's number, quantity, purpose.
+ACCESSORIES = (
+    ("PPTC141LFBN-RC", 2, "socket of 14 contacts for the Teensy"),
+    ("XHP-9", 2, "housing for the plug of a cable"),
+    ("SXH-001T-P0.6", 18, "crimp contact for the plug of a cable"),
+)
 
 
 @dataclass(frozen=True)
 class Part:
-    """Part of the amplifier board, with the net of each of its pins."""
+    """Part of a board, with the net of each of its pins."""
 
     reference: str
     kind: Kind
@@ -56,12 +85,19 @@ class Part:
     @property
     def label(self) -> str:
         """Value as it is printed on a drawing, such as ``82k`` or ``33n``."""
+        if self.kind in (Kind.TEST_POINT, Kind.PADS):
+            return next(iter(self.pins.values())) if len(self.pins) == 1 else "cable"
         if self.kind not in (Kind.RESISTOR, Kind.CAPACITOR):
-            return self.number.split(",")[0] or self.kind
+            return self.number.split(",")[0] or self.kind.split(":")[0]
         for unit, factor in (("k", 1e3), ("", 1.0), ("u", 1e-6), ("n", 1e-9)):
             if self.value >= factor * 0.9999:
                 return f"{self.value / factor:.3g}{unit}"
         raise ValueError(f"{self.reference} has the value {self.value}")
+
+    @property
+    def footprint(self) -> str:
+        """KiCad footprint, as library and name."""
+        return FOOTPRINTS[self.kind].format(len(self.pins))
 
 
 def _resistor(reference: str, a: str, b: str, value: float, code: str, purpose: str) -> Part:
@@ -73,6 +109,15 @@ def _capacitor(
     reference: str, a: str, b: str, value: float, tolerance: float, number: str, purpose: str
 ) -> Part:
     return Part(reference, Kind.CAPACITOR, {"1": a, "2": b}, purpose, value, tolerance, number)
+
+
+def _wire(wire: str, finger: str) -> str:
+    """Return the amplifier board's net of a wire of the cable."""
+    if wire == "gnd":
+        return wire
+    if wire in ("disc", "strip"):
+        return f"{'pad' if wire == 'strip' else wire}_{finger}"
+    return f"{finger}_{wire}"
 
 
 def _finger(place: int, finger: str) -> list[Part]:
@@ -96,12 +141,7 @@ def _finger(place: int, finger: str) -> list[Part]:
         _resistor(f"R{n + 6}", f"pad_{finger}", f"strip_{finger}", 1e3, "1K", "protects the pin"),
         Part(
             f"J{place}", Kind.CONNECTOR,
-            {
-                "1": f"disc_{finger}", "2": "gnd",
-                **{str(3 + r): f"{finger}_row_{r}" for r in range(ROWS)},
-                **{str(6 + c): f"{finger}_column_{c}" for c in range(COLUMNS)},
-                "8": f"pad_{finger}", "9": "gnd",
-            },
+            {str(pin): _wire(wire, finger) for pin, wire in enumerate(CABLE, 1)},
             f"cable to the {finger} fingertip", number="S9B-XH-A(LF)(SN)",
         ),
     ]  # fmt: skip
@@ -132,5 +172,33 @@ def parts() -> tuple[Part, ...]:
         _capacitor("C1", "half", "gnd", 10e-6, 0.2, "GRM21BR61C106KE15L", "steadies 1.65 V"),
         _capacitor("C2", "3v3", "gnd", 100e-9, 0.1, "C0805C104K5RACTU", "supply of U1"),
         Part("A1", Kind.BOARD, dict(TEENSY), "converts and sends", 0, 0, "Teensy 4.0", PAPER),
+        *(
+            Part(f"TP{n}", Kind.TEST_POINT, {"1": net}, "for a multimeter")
+            for n, net in enumerate(("3v3", "vref", "gnd"), 1)
+        ),
     ]  # fmt: skip
     return (*shared, *_finger(1, "index"), *_finger(2, "thumb"))
+
+
+def fingertip_parts() -> tuple[Part, ...]:
+    """Return what the fingertip's board carries. A taxel's number is 2 * row + column."""
+    return (
+        Part(
+            "J1", Kind.PADS, {str(pin): wire for pin, wire in enumerate(CABLE, 1)},
+            "cable to the amplifier board",
+        ),
+        Part("E1", Kind.PADS, {"1": "strip"}, "wire of the contact strip"),
+        Part(
+            "BZ1", Kind.DISC, {"1": "disc", "2": "gnd"},
+            "vibration: wire of the outer face, land under the inner face", source=PAPER,
+        ),
+        *(
+            Part(
+                f"T{COLUMNS * row + column}", Kind.TAXEL,
+                {"1": f"row_{row}", "2": f"column_{column}"},
+                f"force in row {row} and column {column}", source=PAPER,
+            )
+            for row in range(ROWS)
+            for column in range(COLUMNS)
+        ),
+    )  # fmt: skip

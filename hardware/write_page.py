@@ -26,6 +26,8 @@ def parts_table() -> str:
     rows: dict[tuple[str, str, str], list[str]] = {}
     purposes: dict[tuple[str, str, str], str] = {}
     for part in parts():
+        if part.kind is Kind.TEST_POINT:
+            continue
         unit = {Kind.RESISTOR: "Ω", Kind.CAPACITOR: "F"}.get(part.kind, "")
         number, prefix = re.fullmatch(r"([\d.]+)(\D?)", part.label).groups() if unit else ("", "")
         value = f"{number} {prefix}{unit}".replace("u", "µ") if unit else part.kind

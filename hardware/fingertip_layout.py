@@ -1,0 +1,141 @@
+"""Board of the fingertip: six taxels on its front, disc and wires on its back.
+
+The board lies with its cable to the left. From left to right there are row 2, row 1 and row 0; row
+0 is at the tip. Column 0 is the lower one.
+
+A finger of a comb is 0.3 mm wide and so is the gap. Both are well above what board houses etch
+without extra cost (0.15 mm), so that gold does not bridge a gap. A dimple of 2.5 mm covers four
+periods: wherever it lands along the comb, the length of gap below it varies by less than 4 %.
+"""
+
+from __future__ import annotations
+
+import math
+
+from circuit import CABLE, COLUMNS, ROWS
+from layout import BACK, TRACK, Layout, Point, Step, Text, Track
+
+#: Size of the board (paper), and its thickness (assumption), mm.
+LENGTH, WIDTH, THICKNESS = 20.0, 15.0, 1.6
+#: Width of a comb's finger and of the gap beside it, mm.
+FINGER, GAP = 0.3, 0.3
+#: Fingers of a taxel. The outer ones belong to the row: an idle row is held at ground and so
+#: separates the columns' fingers of neighbouring rows.
+FINGERS = 9
+#: Half of the length over which the fingers overlap, mm.
+OVERLAP = 2.25
+#: Widths of the spines of row and column, and from the end of the overlap to each of them.
+ROW_SPINE, COLUMN_SPINE = 0.3, 0.4
+#: Opening of the solder mask beyond the fingers, mm. The spines stay covered.
+OPENING = 0.12
+#: Radius of the disc's land on the back, mm.
+LAND = 5.0
+#: Pads of the nine wires, mm: place, pitch and size.
+WIRES_X, WIRES_PITCH, WIRE_PAD = -8.45, 1.45, (1.4, 0.95)
+#: Pad of the thin wire to the disc's outer face, relative to the disc, and its side.
+DISC_WIRE, DISC_WIRE_SIDE = (-6.1, -2.3), 1.2
+
+
+def taxel_center(row: int, column: int) -> Point:
+    """Return the middle of a taxel: thirds of the length, halves of the width."""
+    pitch_x, pitch_y = LENGTH / ROWS, WIDTH / COLUMNS
+    return (ROWS - 1) / 2 * pitch_x - row * pitch_x, ((COLUMNS - 1) / 2 - column) * pitch_y
+
+
+def comb(kind: str, outwards: int) -> list[Point]:
+    """Return the outline of a taxel's comb, relative to the taxel.
+
+    Parameters
+    ----------
+    kind
+        ``row`` for the comb whose spine lies towards the middle of the board, else ``column``.
+    outwards
+        Sign of y away from the middle of the board.
+    """
+    period, half = FINGER + GAP, (FINGERS * (FINGER + GAP) - GAP) / 2
+    is_row = kind == "row"
+    near = -OVERLAP - GAP if is_row else OVERLAP + GAP  # edge of the spine at the fingers
+    far = near - ROW_SPINE if is_row else near + COLUMN_SPINE
+    tip = -near - math.copysign(GAP, -near)
+    outline: list[Point] = [(half, near), (half, far), (-half, far), (-half, near)]
+    for number in range(0 if is_row else 1, FINGERS, 2):
+        left = -half + number * period
+        outline += [(left, near), (left, tip), (left + FINGER, tip), (left + FINGER, near)]
+    return [*dict.fromkeys((round(x, 4), round(y * outwards, 4)) for x, y in outline)]
+
+
+def gap_length(x: float, diameter: float = 2.5, steps: int = 2000) -> float:
+    """Return the length of gaps under a dimple whose middle is at ``x`` in a large comb, mm."""
+    radius, period = diameter / 2, FINGER + GAP
+    total = 0.0
+    for step in range(steps):
+        at = -radius + diameter * (step + 0.5) / steps
+        if (at + x) % period < GAP:
+            total += 2 * math.sqrt(radius**2 - at**2) * diameter / steps
+    return total / GAP
+
+
+def _spines() -> list[Track]:
+    """Return the tracks on the front: spines of columns, and the rows' ways to their vias."""
+    y_row = WIDTH / 4 - OVERLAP - GAP - ROW_SPINE / 2
+    y_column = WIDTH / 4 + OVERLAP + GAP + COLUMN_SPINE / 2
+    xs = [taxel_center(row, 0)[0] for row in range(ROWS)]
+    way = 0.6  # of row 1 from the middle: as far from the spines of row 2 as from the via of row 0
+    return [
+        # Columns, straight through the three taxels and to the corners at the cable.
+        Track(((xs[0], -y_column), (-9.45, -y_column), Step.VIA, "J1.1"), width=0.4),
+        Track(((xs[0], y_column), (-9.45, y_column)), width=0.4, net="column_0"),
+        Track(((-9.45, y_column), (-9.45, 6.75), Step.VIA, (-9.6, 6.6), (-9.6, -4.35), "J1.2")),
+        # Row 0 runs between the halves of row 1, and both run between those of row 2.
+        Track(((xs[0], -y_row), (xs[0], y_row)), width=0.3, net="row_0"),
+        Track(((xs[0], 0), (-5.5, 0), Step.VIA, (-5.5, 3.2), (-6.65, 4.35), "J1.8")),
+        *(
+            Track(
+                (
+                    (-2.0, side * y_row), (-3.0, side * y_row), (-3.45, side * way),
+                    (-6.3, side * way), (-6.3, 0),
+                ), width=TRACK, net="row_1",
+            )
+            for side in (-1, 1)
+        ),
+        Track(((-6.3, 0), Step.VIA, (-6.3, 1.85), (-7.35, 2.9), "J1.7")),
+        Track(((-7.12, -y_row), (-7.12, y_row)), net="row_2"),
+        Track(((-7.12, 0), Step.VIA, (-7.12, 0.95), (-7.62, 1.45), "J1.6")),
+        # Disc, strip and ground, on the back.
+        Track(("J1.4", "BZ1.1"), BACK, 0.3),
+        Track(("J1.9", "E1.1"), BACK, 0.3),
+        Track(("J1.5", (-8.15, 0), (-7.35, -0.8), (-4.5, -0.8)), BACK, 0.3),
+    ]  # fmt: skip
+
+
+FINGERTIP = Layout(
+    name="fingertip",
+    title="firstcontact fingertip",
+    corner=(-LENGTH / 2, -WIDTH / 2),
+    size=(LENGTH, WIDTH),
+    places={
+        "J1": (WIRES_X, 0, 0),
+        "E1": (-5.6, 5.9, 0),
+        "BZ1": (0, 0, 0),
+        **{
+            f"T{COLUMNS * row + column}": (*taxel_center(row, column), 0)
+            for row in range(ROWS)
+            for column in range(COLUMNS)
+        },
+    },
+    tracks=tuple(_spines()),
+    grounded=(BACK,),
+    texts=(
+        Text("firstcontact", (0.5, -6.2), 0.9, side=BACK),
+        Text("fingertip, rev A", (0.2, 6.3), 0.8, side=BACK),
+        Text("1", (-7.1, -5.8), 0.8, side=BACK),
+        Text("strip", (-5.6, 4.75), 0.8, side=BACK),
+        *(
+            Text(
+                f"{n + 1} {wire.replace('column', 'col').replace('_', '')}",
+                (5.5, (n - 4) * WIRES_PITCH), 0.8, side=BACK, align=1,
+            )
+            for n, wire in enumerate(CABLE)
+        ),
+    ),
+)

@@ -108,8 +108,9 @@ mount: ## mount, mould and jig of the fingertip: make, check and draw them (need
 		echo 'hardware/mount stays as it is, since build123d is missing: install it (1 GB) with' \
 		'python3 -m venv hardware/.venv && hardware/.venv/bin/pip install -r hardware/requirements-mount.txt'; fi
 
-hardware: $(VENV)/.dev mount ## simulate the fingertip's circuit (needs ngspice) and write the tables of the build page
+hardware: $(VENV)/.dev mount ## circuit simulated (needs ngspice), boards written, checked and made ready for the fab (needs KiCad 9)
 	$(BIN)/python hardware/write_page.py --measure
+	$(BIN)/python hardware/build_boards.py
 
 # --- live --------------------------------------------------------------------------------------
 

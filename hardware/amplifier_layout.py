@@ -101,7 +101,9 @@ def _references() -> list[Track]:
             Track(((x, 28.4), pad), width=POWER, net="3v3")
             for x, pad in ((18.75, "D10.2"), (39.35, "D20.2"), (28.73, "R1.1"))
         ),
-        Track(((26.9, 28.4), VIA, (26.9, 38.65), (28.95, 40.7), VIA, "C2.1"), width=POWER, net="3v3"),
+        Track(
+            ((26.9, 28.4), VIA, (26.9, 38.65), (28.95, 40.7), VIA, "C2.1"), width=POWER, net="3v3"
+        ),
         Track(("C2.1", "U1.4"), width=POWER),
     ]  # fmt: skip
 
@@ -112,13 +114,13 @@ def _digital() -> list[Track]:
     return [
         # Rows of the index finger: above the Teensy, down the left edge, below the connector.
         *(
-            Track((f"A1.{pin}", (None, 5.0 - 0.6 * n), (7.3 - 0.6 * n, None), (None, below + 0.6 * n),
-                   (pad, None), f"J1.{6 + n}"))
+            Track((f"A1.{pin}", (None, 5.0 - 0.6 * n), (7.3 - 0.6 * n, None),
+                   (None, below + 0.6 * n), (pad, None), f"J1.{6 + n}"))
             for n, (pin, pad) in enumerate(((4, 21.9), (3, 24.4), (2, 26.9)))
         ),
         Track(("A1.8", (None, 5.6), (9.2, None), "R16.2")),
-        Track(("R16.1", (9.2, 13.6), (8.0, 14.8), (8.0, 44.0), VIA, (8.0, below + 2.4), (29.4, None),
-               "J1.9")),
+        Track(("R16.1", (9.2, 13.6), (8.0, 14.8), (8.0, 44.0), VIA, (8.0, below + 2.4),
+               (29.4, None), "J1.9")),
         # Rows of the thumb: below the Teensy and straight down.
         *(
             Track((f"A1.{pin}", (None, 11.0), (x, 14.81), (x, 46.0), f"J2.{pad}"))

@@ -133,7 +133,10 @@ FINGERTIP = Layout(
         *(
             Text(
                 f"{n + 1} {wire.replace('column', 'col').replace('_', '')}",
-                (5.5, (n - 4) * WIRES_PITCH), 0.8, side=BACK, align=1,
+                (9.6, (n - 4) * WIRES_PITCH),
+                0.8,
+                side=BACK,
+                align=-1,
             )
             for n, wire in enumerate(CABLE)
         ),

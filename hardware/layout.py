@@ -6,7 +6,7 @@ for the fingertip; y points down, as in KiCad.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -60,7 +60,7 @@ class Layout:
     corner: Point
     """Upper left corner."""
     size: Point
-    places: dict[str, tuple[float, float, float]]
+    places: Mapping[str, tuple[float, float, float]]
     """Position and angle of each part by reference, in degrees anticlockwise."""
     tracks: tuple[Track, ...]
     grounded: tuple[str, ...]
@@ -95,7 +95,10 @@ def octilinear(points: Sequence[Point], chamfer: float = 0.8) -> list[Point]:
         long_a, long_b = max(abs(ax), abs(ay)), max(abs(bx), abs(by))
         if min(long_a, long_b) > 1e-6 and ax * bx + ay * by == 0 and (ax == 0 or ay == 0):
             c = min(chamfer, long_a / 2, long_b / 2)
-            cut += [(at[0] + c * x / n, at[1] + c * y / n) for x, y, n in ((ax, ay, long_a), (bx, by, long_b))]
+            cut += [
+                (at[0] + c * x / n, at[1] + c * y / n)
+                for x, y, n in ((ax, ay, long_a), (bx, by, long_b))
+            ]
         else:
             cut.append(at)
     return [*cut, bent[-1]]

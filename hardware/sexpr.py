@@ -42,10 +42,12 @@ def write(element: Element, depth: int = 0) -> str:
     if isinstance(element, str):
         return '"' + element.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(element, float):
-        return f"{element:.4f}".rstrip("0").rstrip(".").replace("-0", "-0")
+        return f"{element:.4f}".rstrip("0").rstrip(".")
     if isinstance(element, int):
         return str(element)
-    is_long = any(isinstance(part, list) and any(isinstance(p, list) for p in part) for part in element)
+    is_long = any(
+        isinstance(part, list) and any(isinstance(p, list) for p in part) for part in element
+    )
     inner = [write(part, depth + 1) for part in element]
     if not is_long:
         return "(" + " ".join(inner) + ")"

@@ -6,11 +6,12 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 from pathlib import Path
 
 import pcbnew
 from amplifier_layout import AMPLIFIER
-from circuit import CABLE, Kind, Part, fingertip_parts, parts
+from circuit import Kind, Part, fingertip_parts, parts
 from fingertip_layout import (
     DISC_WIRE,
     DISC_WIRE_SIDE,
@@ -222,7 +223,7 @@ class Builder:
 
     def _run(self, points: list[Point], net: str, side: str, width: float) -> None:
         corners = octilinear(points)
-        for a, b in zip(corners, corners[1:], strict=False):
+        for a, b in itertools.pairwise(corners):
             if a == b:
                 continue
             segment = pcbnew.PCB_TRACK(self.board)
@@ -247,9 +248,10 @@ class Builder:
             for pad in footprint.Pads():
                 at = pad.GetPosition()
                 place = pcbnew.ToMM(at.x) - SHEET[0], pcbnew.ToMM(at.y) - SHEET[1]
-                if pad.GetNetname() == net_name("gnd") and max(
-                    abs(place[0] - via[0]), abs(place[1] - via[1])
-                ) < 2.0:
+                if (
+                    pad.GetNetname() == net_name("gnd")
+                    and max(abs(place[0] - via[0]), abs(place[1] - via[1])) < 2.0
+                ):
                     self._run([place, via], "gnd", FRONT, 0.4)
 
     def _ground(self, side: str) -> None:
@@ -289,7 +291,11 @@ class Builder:
             if item.IsOnLayer(layer)
         ]
         silk = [t.GetBoundingBox() for t in self.board.GetDrawings() if t.IsOnLayer(pcbnew.F_SilkS)]
-        silk += [f.Reference().GetBoundingBox() for f in self.board.Footprints() if f.Reference().IsVisible()]
+        silk += [
+            f.Reference().GetBoundingBox()
+            for f in self.board.Footprints()
+            if f.Reference().IsVisible()
+        ]
         found = []
         for column in range(int(width // pitch) + 1):
             for row in range(int(height // pitch) + 1):
@@ -373,8 +379,16 @@ def _teensy(footprint: pcbnew.FOOTPRINT, part: Part) -> None:
     for y in (-7.62, 7.62):  # low parts may stand between the sockets
         _draw(footprint, rectangle, (-17.78, y - 1.1), (17.73, y + 1.1), pcbnew.F_CrtYd, 0.05)
     for y in (-corner[1], corner[1]):
-        _draw(footprint, pcbnew.SHAPE_T_SEGMENT, (-corner[0], y), (corner[0] - 0.3, y), pcbnew.F_SilkS)
-    _draw(footprint, pcbnew.SHAPE_T_SEGMENT, (-corner[0], -corner[1]), (-corner[0], corner[1]), pcbnew.F_SilkS)
+        _draw(
+            footprint, pcbnew.SHAPE_T_SEGMENT, (-corner[0], y), (corner[0] - 0.3, y), pcbnew.F_SilkS
+        )
+    _draw(
+        footprint,
+        pcbnew.SHAPE_T_SEGMENT,
+        (-corner[0], -corner[1]),
+        (-corner[0], corner[1]),
+        pcbnew.F_SilkS,
+    )
     _draw(footprint, rectangle, (12.2, -3.7), (corner[0] - 0.3, 3.7), pcbnew.F_SilkS)
 
 
@@ -390,13 +404,14 @@ def _taxel(footprint: pcbnew.FOOTPRINT, part: Part) -> None:
         outline = comb(kind, outwards)
         x, y = outline[1]
         anchor = (x - FINGER / 2, y - (0.15 if y > 0 else -0.15))
-        if kind == "column":
-            anchor = (0.0, y - (0.2 if y > 0 else -0.2))
-        else:
-            anchor = (0.0, anchor[1])
-        pad = _add_pad(footprint, number, anchor, pcbnew.PAD_SHAPE_CUSTOM, (0.25, 0.25), _layers(pcbnew.F_Cu))
+        anchor = (0.0, y - (0.2 if y > 0 else -0.2)) if kind == "column" else (0.0, anchor[1])
+        pad = _add_pad(
+            footprint, number, anchor, pcbnew.PAD_SHAPE_CUSTOM, (0.25, 0.25), _layers(pcbnew.F_Cu)
+        )
         pad.SetAnchorPadShape(pcbnew.F_Cu, pcbnew.PAD_SHAPE_CIRCLE)
-        points = pcbnew.VECTOR_VECTOR2I([pcbnew.VECTOR2I_MM(px - anchor[0], py - anchor[1]) for px, py in outline])
+        points = pcbnew.VECTOR_VECTOR2I(
+            [pcbnew.VECTOR2I_MM(px - anchor[0], py - anchor[1]) for px, py in outline]
+        )
         pad.AddPrimitivePoly(pcbnew.F_Cu, points, 0, True)
     half = (FINGERS * (FINGER + GAP) - GAP) / 2 + OPENING
     tall = OVERLAP + OPENING
@@ -415,7 +430,7 @@ def _disc(footprint: pcbnew.FOOTPRINT, part: Part) -> None:
     circle = pcbnew.PAD_SHAPE_CIRCLE
     _add_pad(footprint, "1", DISC_WIRE, circle, (DISC_WIRE_SIDE, DISC_WIRE_SIDE), layers)
     land = _add_pad(footprint, "2", (0, 0), circle, (2 * LAND, 2 * LAND), layers)
-    land.SetLocalSolderMaskMargin(pcbnew.FromMM(0.1))
+    land.SetLocalSolderMaskMargin(pcbnew.FromMM(0.05))
     land.SetLocalZoneConnection(pcbnew.ZONE_CONNECTION_FULL)
 
 

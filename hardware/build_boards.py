@@ -1,0 +1,264 @@
+"""Write the boards, check them with KiCad, and make the files for the board house.
+
+python hardware/build_boards.py             # everything, into hardware/out
+python hardware/build_boards.py --selftest  # puts a fault into a copy for each check
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from boards import BOARDS, bill_of_materials, placed
+from sexpr import Element, all_of, numbers, one_of, parse, property_of, write
+
+HERE = Path(__file__).resolve().parent
+OUT = HERE / "out"
+IMAGES = HERE.parent / "docs/images"
+#: Python that has KiCad's module.
+KICAD_PYTHON = "/usr/bin/python3"
+LAYERS = "F.Cu,B.Cu,F.Mask,B.Mask,F.Silkscreen,B.Silkscreen,F.Paste,Edge.Cuts"
+
+
+def missing_packages() -> str:
+    """Return a sentence that says what to install, or nothing."""
+    command = shutil.which("kicad-cli")
+    version = _run("kicad-cli", "version").strip() if command else ""
+    footprints = Path("/usr/share/kicad/footprints")
+    if version.startswith("9.") and footprints.is_dir():
+        return ""
+    return (
+        "hardware/boards stays as it is, since KiCad 9 is missing: install it with apt-get install "
+        "-t bookworm-backports --no-install-recommends kicad kicad-footprints"
+    )
+
+
+def _run(*command: str | Path) -> str:
+    process = subprocess.run(
+        [str(word) for word in command], capture_output=True, text=True, check=False
+    )
+    if process.returncode:
+        raise RuntimeError(f"{command} failed:\n{process.stdout}{process.stderr}")
+    return process.stdout
+
+
+def erc(schematic: Path) -> list[str]:
+    """Return the violations of the electrical rules."""
+    report = _report("sch", "erc", "--severity-all", schematic)
+    return [text for sheet in report["sheets"] for text in _sentences(sheet["violations"])]
+
+
+def drc(board: Path) -> dict[str, list[str]]:
+    """Return violations of the design rules, missing tracks, and what the schematic has else."""
+    report = _report("pcb", "drc", "--severity-all", "--schematic-parity", board)
+    names = ("violations", "unconnected_items", "schematic_parity")
+    return {name: _sentences(report[name]) for name in names}
+
+
+def _report(*command: str | Path) -> Any:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "report.json")
+        _run("kicad-cli", *command[:2], "--format", "json", "-o", file, *command[2:])
+        return json.loads(file.read_text("utf-8"))
+
+
+def _sentences(violations: list[Any]) -> list[str]:
+    return [
+        f"{v['type']}: " + "; ".join(item["description"] for item in v["items"])
+        for v in violations
+    ]  # fmt: skip
+
+
+def faults(folder: Path, name: str) -> list[str]:
+    """Return all faults that KiCad finds in a board and its schematic."""
+    found = [f"ERC {text}" for text in erc(folder / f"{name}.kicad_sch")]
+    for kind, texts in drc(folder / f"{name}.kicad_pcb").items():
+        found += [f"{kind} {text}" for text in texts]
+    return found
+
+
+# --- files for the board house ------------------------------------------------------------------
+
+
+def export(folder: Path, name: str, out: Path) -> None:
+    """Write Gerbers, drills, positions, drawings and the solid of one board."""
+    board, sheet = folder / f"{name}.kicad_pcb", folder / f"{name}.kicad_sch"
+    gerbers = out / "gerbers"
+    shutil.rmtree(out, ignore_errors=True)
+    gerbers.mkdir(parents=True)
+    pcb = ("kicad-cli", "pcb", "export")
+    _run(*pcb, "gerbers", "--layers", LAYERS, "--use-drill-file-origin", "-o", gerbers, board)
+    _run(
+        *pcb,
+        "drill",
+        "--drill-origin",
+        "plot",
+        "--excellon-separate-th",
+        "-o",
+        f"{gerbers}/",
+        board,
+    )
+    shutil.make_archive(str(out / f"{name}-gerbers"), "zip", gerbers)
+    _run(*pcb, "step", "--subst-models", "--drill-origin", "-f", "-o", out / f"{name}.step", board)
+    _run("kicad-cli", "sch", "export", "pdf", "-o", out / f"{name}-schematic.pdf", sheet)
+    _run("kicad-cli", "sch", "export", "svg", "-o", out, sheet)
+    for side, layers in (
+        ("front", "F.Cu,F.Mask,F.Silkscreen,Edge.Cuts"),
+        ("back", "B.Cu,B.Mask,B.Silkscreen,Edge.Cuts"),
+    ):
+        mirror = ["--mirror"] if side == "back" else []
+        _run(
+            *pcb,
+            "svg",
+            "--mode-single",
+            "--layers",
+            layers,
+            "--page-size-mode",
+            "2",
+            *mirror,
+            "--exclude-drawing-sheet",
+            "-o",
+            out / f"{name}-{side}.svg",
+            board,
+        )
+        _run(
+            "kicad-cli",
+            "pcb",
+            "render",
+            "--side",
+            "top" if side == "front" else "bottom",
+            "-w",
+            "1000",
+            "-h",
+            "900",
+            "--background",
+            "opaque",
+            "--quality",
+            "basic",
+            "-o",
+            out / f"{name}-{side}.png",
+            board,
+        )
+    if name == "amplifier":
+        positions = out / f"{name}-positions.csv"
+        _run(
+            *pcb,
+            "pos",
+            "--format",
+            "csv",
+            "--units",
+            "mm",
+            "--side",
+            "front",
+            "--smd-only",
+            "--use-drill-file-origin",
+            "-o",
+            positions,
+            board,
+        )
+        rows = list(csv.DictReader(positions.read_text("utf-8").splitlines()))
+        if {row["Ref"] for row in rows} != placed():
+            raise RuntimeError(f"{positions} does not list the parts that a machine places")
+        with (out / f"{name}-bom.csv").open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows(bill_of_materials())
+
+
+# --- faults that the checks must find -----------------------------------------------------------
+
+
+def _drop_wire(sheet: list[Element]) -> None:
+    sheet.remove(next(all_of(sheet, "wire")))
+
+
+def _other_value(sheet: list[Element]) -> None:
+    """Give a resistor of the schematic another value."""
+    for symbol in all_of(sheet, "symbol"):
+        if property_of(symbol, "Reference") == "R13":
+            next(p for p in all_of(symbol, "property") if p[1] == "Value")[2] = "8.2k"
+
+
+def _wide_track(board: list[Element]) -> None:
+    one_of(next(all_of(board, "segment")), "width")[1] = 3.0
+
+
+def _drop_track(board: list[Element]) -> None:
+    longest = max(
+        (s for s in all_of(board, "segment") if "3v3" not in str(one_of(s, "net"))),
+        key=lambda s: sum(
+            abs(a - b)
+            for a, b in zip(numbers(one_of(s, "start")), numbers(one_of(s, "end")), strict=True)
+        ),
+    )
+    board.remove(longest)
+
+
+def _swap_pads(board: list[Element]) -> None:
+    """Swap the nets of a resistor's pads."""
+    for footprint in all_of(board, "footprint"):
+        if property_of(footprint, "Reference") == "R12":
+            nets = [one_of(pad, "net") for pad in all_of(footprint, "pad")]
+            nets[0][1:], nets[1][1:] = nets[1][1:], nets[0][1:]
+
+
+#: Fault, the file it is put into, and the check that must report it.
+SEEDED: tuple[tuple[str, str, Callable[[list[Element]], None], str], ...] = (
+    ("a wire is missing", "kicad_sch", _drop_wire, "ERC"),
+    ("a track is too wide", "kicad_pcb", _wide_track, "violations"),
+    ("a track is missing", "kicad_pcb", _drop_track, "unconnected_items"),
+    ("two pads are swapped", "kicad_pcb", _swap_pads, "schematic_parity"),
+    ("a value differs", "kicad_sch", _other_value, "schematic_parity"),
+)
+
+
+def selftest(folder: Path, name: str = "amplifier") -> None:
+    """Put one fault after the other into a copy of a board. Raise if a check overlooks it."""
+    for fault, suffix, seed, message in SEEDED:
+        with tempfile.TemporaryDirectory() as copy:
+            target = Path(copy, name)
+            shutil.copytree(folder, target)
+            file = target / f"{name}.{suffix}"
+            expression = parse(file.read_text("utf-8"))
+            seed(expression)
+            file.write_text(write(expression), "utf-8")
+            found = {message: erc(file)} if message == "ERC" else drc(target / f"{name}.kicad_pcb")
+            if not found[message]:
+                raise RuntimeError(f"KiCad did not find a seeded fault: {fault}")
+            print(f"found as it should be: {fault}")
+
+
+def main() -> int:
+    """Write, check and export both boards."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--selftest", action="store_true", help="only the seeded faults")
+    is_selftest = parser.parse_args().selftest
+    if missing := missing_packages():
+        print(missing)
+        return 0
+    boards = HERE / "boards"
+    if is_selftest:
+        selftest(boards / "amplifier")
+        return 0
+    _run(sys.executable, HERE / "write_schematics.py")
+    _run(KICAD_PYTHON, HERE / "write_boards.py")
+    for name in BOARDS:
+        if found := faults(boards / name, name):
+            print("\n".join([f"{name}: {len(found)} faults", *found]), file=sys.stderr)
+            return 1
+        print(f"{name}: 0 faults in ERC, DRC and the comparison of board and schematic")
+        export(boards / name, name, OUT / name)
+        for side in ("front", "back"):
+            shutil.copy(OUT / name / f"{name}-{side}.png", IMAGES / f"board-{name}-{side}.png")
+    selftest(boards / "amplifier")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

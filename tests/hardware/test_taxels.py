@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import circuit
 import numpy as np
 import pytest
 import taxels
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from taxels import SHEET, Method
 
+from firstcontact.core.calibration import DIVIDER_OHM
 from firstcontact.core.layout import ADC_VOLTS
 
 loads = st.lists(st.floats(0.0, 12.0), min_size=6, max_size=6)
@@ -22,6 +24,11 @@ def in_siemens(volts: np.ndarray) -> np.ndarray:
 def test_page_has_the_table() -> None:
     page = taxels.PAGE.read_text(encoding="utf-8")
     assert taxels.filled(page) == page
+
+
+def test_twin_calibration_and_board_have_one_divider() -> None:
+    dividers = {p.value for p in circuit.parts() if p.purpose.startswith("divider of column")}
+    assert dividers == {SHEET.resistor} == {DIVIDER_OHM}
 
 
 @given(loads)

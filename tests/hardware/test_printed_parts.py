@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 from dimensions import NOMINAL as D
 
-from firstcontact.core import gent_modulus
-from firstcontact.twin import FingerParameters
+from firstcontact.core.physics import gent_modulus
+from firstcontact.twin.mechanics import FingerParameters
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs/images"

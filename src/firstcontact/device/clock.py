@@ -141,8 +141,10 @@ class TransportDelay:
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             self._fastest = _FastestArrivals(self._rate, MEMORY)
-        self._fastest.add(block.end - 1, host)
-        self.least = self._fastest.delay(host - MEMORY)
+        if self._fastest.add(block.end - 1, host):
+            self.least = self._fastest.delay(host - MEMORY)
+        else:
+            self.least = min(self.least, self._fastest.arrivals[-1].delay)
 
     def host_time(self, sample: int) -> float:
         """Return the host's time at which ``sample`` arrives with the shortest delay, s."""

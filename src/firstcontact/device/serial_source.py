@@ -8,12 +8,11 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from typing import Self
 
 from firstcontact.core import InputError
 from firstcontact.core.text import check_text
-from firstcontact.device.assembler import Assembled, Assembler
+from firstcontact.device.assembler import Assembled, Assembler, Counts
 from firstcontact.device.clock import ClockFit, RateCheck
 from firstcontact.device.descriptor import Descriptor, DevicePrediction
 from firstcontact.device.opening import SourceOptions
@@ -28,9 +27,9 @@ _log = logging.getLogger("firstcontact.device")
 
 #: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
-#: Time between two checks whether a call of ``read`` reads the port, s. A pseudo terminal's buffer
-#: holds 23 ms of samples.
-LOOK = 6e-3
+#: Time after a call of ``read`` at which the source's own thread begins to read the port, s. A
+#: pseudo terminal's buffer holds 23 ms of samples.
+LOOK = 0.016
 #: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
 #: for the same time again, it counts as disconnected ...
 SILENCE = 1.0
@@ -41,9 +40,10 @@ RETRY = 0.2
 #: Longest wait for the end of the stream while data arrive, s.
 FAREWELL = 10.0
 #: Longest sleep while the reader waits for more samples, s, ...
-NAP = 0.02
-#: ... and time to wake up before they are due, s.
-EARLY = 0.0004
+NAP = 0.019
+#: ... and time to wake up before they are due, s. A reader that waits longer than ``HURRY`` wakes up
+#: after the last frame instead, so that one read gets all samples.
+EARLY, HURRY, FRAME = 0.0004, 0.005, 0.001
 #: Size of a read, in bytes, after which the next read follows without a sleep. A pseudo terminal
 #: holds 4095 bytes. While it is full, the device has to wait and drops samples.
 PILE = 3800
@@ -112,7 +112,7 @@ class SerialSource(QueuedSource):
     @property
     def health(self) -> Health:
         with self._changed:
-            counts = asdict(self._assembler.counts)
+            counts = {n: getattr(self._assembler.counts, n) for n in Counts.__slots__}
             counts["bad_frames"] = self._assembler.decoder.bad + counts.pop("malformed_frames")
             epoch, rate = max(self._assembler.epoch, 0), self._clock.rate
             return Health(self._connected, epoch, reconnects=epoch, host_rate=rate, **counts)
@@ -155,8 +155,9 @@ class SerialSource(QueuedSource):
             self._connected = False  # the source's own thread goes on
             return
         if patience > 0.0 and self._read_bytes < PILE:
-            missing = least - self._waiting
-            nap = max(min(missing / self.descriptor.layout.rate - EARLY, NAP, patience), 0.0)
+            due = (least - self._waiting) / self.descriptor.layout.rate
+            wait = due - EARLY if due < HURRY else due + FRAME
+            nap = max(min(wait, NAP, patience), 0.0)
             if nap:
                 time.sleep(nap)
             patience -= nap
@@ -247,7 +248,8 @@ class SerialSource(QueuedSource):
                 finally:
                     self._turn.release()
             else:
-                self._closing.wait(LOOK)
+                since = time.monotonic() - self._looked
+                self._closing.wait(LOOK - since if since < LOOK else LOOK)
         if self._assembler.epoch >= 0:
             with self._last_turn(), suppress(LinkError):
                 self._stop(transport)

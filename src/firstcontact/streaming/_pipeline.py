@@ -43,7 +43,7 @@ from firstcontact.streaming.predictors import NOT_FINITE, Predictor, WindowPredi
 AFTER = 0.2
 #: Length of the groups in which samples are processed while no event is due, s. Each group wakes an
 #: idle core, and the page does not draw more often than that.
-IDLE = 0.024
+IDLE = 0.018
 #: Longest closing, s. Without noise floors, a longer epoch contains several closings.
 LONGEST_EPOCH = 10.0
 #: Number of motor starts in a row under load after which a warning is logged. A hand that adjusts

@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.streaming.events import Ask
 from firstcontact.streaming.page import _server
-from firstcontact.streaming.page._server import EACH, HERE
+from firstcontact.streaming.page._server import HERE
 from firstcontact.streaming.page.sink import PageSink
 from page_browser import PATIENCE
 from processes import until
@@ -51,25 +51,6 @@ def test_the_look_only_address_shows_the_page_and_reaches_nothing(requests: Requ
         sink.close()
 
 
-def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(
-    page: PageSink, requests: Requests
-) -> None:
-    began = time.monotonic()
-    with view(page) as viewer:
-        for _ in range(300):
-            viewer.send(MARK)
-        answers = []
-        while not answers or answers[-1]["ok"]:
-            answers.append(answer(viewer))
-        assert "5 requests a second" in answers[-1]["text"]
-        with view(page) as other:
-            other.send(MARK)
-            assert answer(other)["ok"], "others are listened to meanwhile"
-    spent = time.monotonic() - began
-    # One more for the other viewer, and one for the beginning second.
-    assert EACH[0] <= len(requests.calls) <= EACH[0] + 2 + EACH[1] * spent
-
-
 def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, requests: Requests) -> None:
     with view(page) as first, view(page) as second:
         for viewer, request in ((first, "close"), (second, "open")):
@@ -87,11 +68,11 @@ def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, requests:
 
 def test_the_hand_opens_despite_many_requests(page: PageSink, requests: Requests) -> None:
     with view(page) as viewer:
-        for _ in range(2 * EACH[0]):
+        for _ in range(20):
             viewer.send(MARK)
         viewer.send('{"do":"open"}')
         while not any(call.startswith("open ") for call in requests.calls):
-            assert answer(viewer)["do"] in ("mark", "", "open")
+            assert answer(viewer)["ok"]
 
 
 def test_a_viewer_that_falls_silent_no_longer_holds_the_hand_closed(
@@ -123,7 +104,7 @@ def test_a_viewer_that_says_that_it_is_there_holds_the_hand_closed(
         assert answer(viewer)["ok"]
         until = time.monotonic() + 1.5 * _server.SILENCE
         while time.monotonic() < until:
-            viewer.send(HERE)  # more often than it may ask for something
+            viewer.send(HERE)
             pause.wait(0.025)
         assert requests.gone == []
         viewer.send(MARK)

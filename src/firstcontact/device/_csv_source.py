@@ -151,11 +151,7 @@ class _Counter:
 
 
 class _SteadyArrivals:
-    """Arrivals of lines, without those that waited in buffers: the first, and those after a pause.
-
-    Lines can wait in buffers for ``lead`` seconds. A pause is a gap that is long and rare: it shows
-    that this machine was busy. A board that prints in bursts repeats its gaps.
-    """
+    """Arrivals of lines, without those that waited in buffers, such as the first ones."""
 
     def __init__(self, lead: float) -> None:
         self._lead = self._begin = lead

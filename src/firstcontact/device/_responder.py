@@ -1,8 +1,4 @@
-"""Device side of the wire protocol, like ``firmware/core/fc_device.c``, and its terminal.
-
-Samples wait in a buffer until the line takes them. When it is full, samples are dropped and
-counted. The protocol is in ``docs/protocol.md``.
-"""
+"""Device side of the wire protocol, like ``firmware/core/fc_device.c``, and its terminal."""
 
 from __future__ import annotations
 

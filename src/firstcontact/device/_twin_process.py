@@ -1,9 +1,4 @@
-"""Process that runs the twin as a device: samples in real time on a pseudo terminal.
-
-:class:`firstcontact.device._twin_source.TwinDevice` starts it and sends it one command per line on
-standard input. Closing that input ends the process. The process is killed together with its parent
-(:mod:`firstcontact.core.children`).
-"""
+"""Process that runs the twin as a device, until its standard input ends."""
 
 from __future__ import annotations
 

@@ -1,17 +1,4 @@
-"""Twin as a device on a serial port, and the source that creates it.
-
-The twin runs in its own process, so that it does not slow down its host. At each motor start the
-device sends the marker "twin: <object>" at that sample. The order "object: block 29" makes the hand
-pick up only that object from the next closing on (names as in :mod:`firstcontact.twin.objects`).
-After "object: any" it picks up the planned objects again.
-
-A marker answers each order. Markers that the host sends are never orders.
-
-The order "hand: 0.0500 2.000" commands 0.05 m/s and at most 2 N for the present closing. This
-command takes effect after the drive's latency and holds until the hand opens. "hand: release" opens
-the hand. "hand: close" begins the next closing immediately. After a closing the marker
-"twin: peak 3.4 N" states the closing's largest force, at the sample where the hand begins to open.
-"""
+"""Twin in its own process, as a device on a serial port, and the source that creates it."""
 
 from __future__ import annotations
 

@@ -63,11 +63,9 @@ class Assembled:
 class Assembler:
     """Assembler of a device's bytes into blocks of samples.
 
-    Frames before the first descriptor belong to another host and are ignored. A descriptor with a
-    new boot number proves a restart of the device. If the host requested the descriptor, a frame
-    counter that has gone back proves it too. After a restart the device counts from 0, in a new
-    epoch. Without a restart, the samples after :meth:`interrupted` belong to a new epoch, and the
-    missed ones are lost. Late and repeated frames are ignored. A late frame stays counted as lost.
+    A new boot number in a descriptor proves a restart of the device, and so does a frame counter
+    that has gone back in a requested descriptor. A restart begins an epoch that counts from 0, and
+    :meth:`interrupted` an epoch whose missed samples are lost.
     """
 
     def __init__(self) -> None:

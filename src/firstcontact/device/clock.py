@@ -1,7 +1,6 @@
-"""Rate of a device's clock, and times of the device's samples, from arrival times.
+"""Rate of a device's clock, and times of samples on the host's clock, from arrival times.
 
-Rate and times are fitted to the least delayed blocks, because buffers can delay a block but never
-make it early. A stamp is the time that a sample gets on the host's clock.
+Both are fitted to the least delayed blocks, because buffers delay blocks but never make them early.
 """
 
 from __future__ import annotations
@@ -124,11 +123,7 @@ class RateCheck:
 
 
 class TransportDelay:
-    """Delay of samples of a nominal rate, Hz, on their way to the host.
-
-    The least delayed block of the last ten seconds counts as not delayed. The shortest transport
-    time is unknown and not included.
-    """
+    """Delay of samples on their way to the host, beyond the least delay of the last ten seconds."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -156,11 +151,7 @@ class TransportDelay:
 
 
 class DeviceClock:
-    """Times of samples of a nominal rate, Hz, from their numbers and the arrival times of blocks.
-
-    The least delayed blocks of the last ten seconds define the time of sample 0. A clock error of
-    100 parts per million is tracked to within a millisecond.
-    """
+    """Host times of samples, from their numbers and the least delayed blocks of ten seconds."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate

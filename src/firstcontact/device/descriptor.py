@@ -26,21 +26,14 @@ _FLASH = "flash the firmware that belongs to this version of firstcontact"
 
 @dataclass(frozen=True, slots=True)
 class DevicePredictor:
-    """Model that runs on a device, as stated in the device's descriptor.
+    """Model that runs on a device, as stated in the device's descriptor."""
 
-    Parameters
-    ----------
-    model
-        Digest of the model, 16 hexadecimal digits.
-    detector, anytime
-        Names of its detector, and of its model that predicts at any time after a contact.
-    floors
-        Noise level of each finger above which the motor counts as audible, V; 0 if not set.
-    """
-
+    #: Digest of the model.
     model: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
     detector: Name = ""
+    #: Name of the model that predicts at any time after a contact.
     anytime: Name = ""
+    #: Noise level of each finger above which the motor counts as audible, V; 0 if not set.
     floors: Annotated[tuple[Annotated[float, Meta(ge=0.0, le=1e9)], ...], Meta(max_length=2)] = ()
 
 
@@ -190,64 +183,36 @@ def _version_mismatch(version: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class DeviceContact:
-    """Contact that the device detected.
-
-    Parameters
-    ----------
-    finger
-        Finger that touched.
-    sample, decided
-        Numbers of the sample at which the contact began, and of the sample after which the device
-        detected it.
-    first
-        True for the first contact of a closing.
-    epoch
-        Epoch of the samples.
-    withdrawn
-        True if the device withdraws this contact and its estimates: it was none.
-    """
+    """Contact that the device detected."""
 
     finger: Finger
+    #: Samples at which the contact began, and after which the device detected it.
     sample: int
     decided: int
     first: bool
     epoch: int
+    #: True if the device withdraws this contact and its estimates.
     withdrawn: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class DeviceEstimate:
-    """Stiffness that the device predicted.
-
-    Parameters
-    ----------
-    finger, contact
-        Finger of the contact, and the sample at which the contact began.
-    samples
-        Number of samples after the contact that the model used.
-    decided
-        Sample after which the device predicted.
-    value, low, high
-        Shore A, and the ends of the interval.
-    refused, reason
-        True if there is no estimate, and the reason, a :class:`firstcontact.chain.Reason`.
-    out_of_range
-        True if the contact is unlike the training data.
-    compute_time
-        Computing time on the device, s; 0 if the device does not measure it.
-    epoch
-        Epoch of the samples.
-    """
+    """Stiffness that the device predicted."""
 
     finger: Finger
+    #: Sample at which the contact began, and number of samples after it that the model used.
     contact: int
     samples: int
+    #: Sample after which the device predicted.
     decided: int
+    #: Shore A, and the ends of the interval.
     value: float
     low: float
     high: float
+    #: True if there is no estimate; :class:`firstcontact.chain.Reason` says why.
     refused: bool
     out_of_range: bool
+    #: Computing time on the device, s; 0 if not measured.
     compute_time: float
     epoch: int
     reason: int = 0

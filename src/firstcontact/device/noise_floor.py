@@ -1,7 +1,4 @@
-"""Measurement of the vibration sensors' noise floor, without contact and with the motor at rest.
-
-The stream is divided into parts of 0.1 s (:data:`PART`). Each part counts as at rest or not.
-"""
+"""Measurement of the vibration sensors' noise floor, without contact and with the motor at rest."""
 
 from __future__ import annotations
 

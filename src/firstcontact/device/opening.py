@@ -1,7 +1,4 @@
-"""Registry of source kinds, and the function that opens a source.
-
-To add a kind, write one file and add one entry here.
-"""
+"""Registry of source kinds, and the function that opens a source."""
 
 from __future__ import annotations
 
@@ -24,17 +21,7 @@ _log = logging.getLogger("firstcontact.device")
 
 @dataclass(frozen=True, slots=True)
 class SourceOptions:
-    """User options of a source, besides its name.
-
-    Parameters
-    ----------
-    speed
-        Speed as a multiple of real time, where the source supports it.
-    condition, seed
-        Condition and random seed of the twin.
-    objects
-        Name of the objects that the twin picks up: a set of objects, or one object.
-    """
+    """User options of a source, besides its name."""
 
     speed: float = 1.0
     condition: str = "paper-rig"
@@ -197,8 +184,11 @@ def open_source(
     device
         "twin", a recording (a path that ends in .mcap), a serial port, or a name that a plug-in
         accepts.
-    speed, condition, seed, objects
-        See :class:`SourceOptions`.
+    speed
+        Speed as a multiple of real time, for the twin and for recordings.
+    condition, seed, objects
+        Condition and random seed of the twin, and the set of objects, or the object, that it picks
+        up.
 
     Raises
     ------

@@ -188,13 +188,7 @@ def port_folder() -> Iterator[Path]:
 
 
 class PseudoTerminal:
-    """Terminal that a host opens like a serial port, under a stable name.
-
-    Parameters
-    ----------
-    path
-        Symbolic link to create, in an existing folder. It exists while the terminal is plugged in.
-    """
+    """Terminal that a host opens like a serial port, through the symbolic link ``path``."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

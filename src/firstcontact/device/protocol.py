@@ -238,10 +238,8 @@ def _text(data: bytes) -> str:
 class Decoder:
     """Decoder that splits a stream of bytes at its zeros into frames.
 
-    A piece between two zeros that is not a frame counts as one damaged piece. A wrong bit can split
-    one frame into two pieces, so the frame counters, not this count, give the number of lost
-    frames. The first piece of the stream is not counted, because it may be the end of an earlier
-    frame. A piece longer than any frame is discarded.
+    Frame counters give the number of lost frames, not ``bad``: a wrong bit can split a frame into
+    two damaged pieces. The first piece of the stream may be the end of a frame and is not counted.
     """
 
     def __init__(self) -> None:

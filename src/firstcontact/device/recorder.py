@@ -28,31 +28,22 @@ _Piece = Block | Marker | PinchMark
 
 @dataclass(frozen=True, slots=True)
 class RecorderStatus:
-    """State of a recorder.
+    """State of a recorder."""
 
-    Parameters
-    ----------
-    path
-        File that is being written; None if no recording runs.
-    samples, waiting
-        Number of samples written to this or the last file, and in the queue.
-    failed
-        Reason why recording stopped by itself, or "".
-    """
-
+    #: File that is being written; None if no recording runs.
     path: Path | None = None
+    #: Number of samples written to this or the last file, and in the queue.
     samples: int = 0
     waiting: int = 0
+    #: Reason why recording stopped by itself, or "".
     failed: str = ""
 
 
 class Recorder:
     """Recorder of samples into one file at a time, in order. Any thread can call its methods.
 
-    :meth:`put` never waits: samples queue up without a limit. Callers whose samples come faster
-    than the disk can write them also call :meth:`wait`. If the file cannot be written (a full
-    disk), the recorder stops and states the reason in its status. All complete parts of the file
-    stay readable.
+    The queue has no limit. If the file cannot be written, its complete parts stay readable, and the
+    status gives the reason.
     """
 
     def __init__(self) -> None:

@@ -52,20 +52,10 @@ def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
 
 
 class ReplaySource(Source):
-    """Source that replays a recording as if its device were connected.
+    """Source that replays a recording, from the first read on, as if its device were connected.
 
-    Epochs, gaps, markers and pinch marks come at their recorded samples. A gap takes no time. The
-    recording begins to play at the first read. At a finite speed, the arrival time of a block is
-    the time at which it is due, however late it is read.
-
-    Parameters
-    ----------
-    path
-        Path of the recording.
-    speed
-        Multiple of real time; infinite to read as fast as possible.
-    block
-        Number of samples in a block, 1 or more.
+    Gaps take no time. At a finite speed, the arrival time of a block is the time at which it is
+    due, however late it is read. ``block`` is the number of samples in a block.
     """
 
     recorded = True
@@ -207,19 +197,10 @@ def from_path(path: str, options: SourceOptions) -> ReplaySource:
 
 
 class ReplayDevice(TerminalDevice):
-    """Device that sends a recording of int16 samples to its host, again and again.
+    """Serial device that sends a recording of int16 samples to its host, again and again.
 
-    The recording plays after the host has sent a start frame, and pauses after a stop frame. At the
-    end of an epoch the device falls silent. The host's next hello frame begins the next epoch, as
-    if the device had restarted. Pinch marks and the calibration are not sent, because the protocol
-    has no frames for them.
-
-    Parameters
-    ----------
-    path, terminal
-        Recording, and the terminal with the host at its other end.
-    speed
-        Multiple of real time; infinite to send as fast as the host reads.
+    At the end of an epoch the device falls silent, and the host's next hello frame begins the next
+    epoch. Pinch marks and the calibration are not sent: the protocol has no frames for them.
     """
 
     def __init__(self, path: Path, terminal: PseudoTerminal, speed: float = 1.0) -> None:

@@ -19,11 +19,9 @@ from firstcontact.signal.resampling import check_rates
 
 
 class ResampledSource(Source):
-    """Source that resamples another open source to a new rate, Hz.
+    """Source that resamples another open source to a new rate, Hz; strips use the nearest sample.
 
-    Channels are filtered, except for strips, which use the nearest sample. Sample numbers, markers,
-    pinch marks, device predictions and counts are converted to the new rate. A gap stays a gap and
-    loses up to 0.5 ms of signal before it, because the filter cannot look ahead there.
+    A gap loses up to 0.5 ms of signal before it, because the filter cannot look ahead there.
     """
 
     def __init__(self, source: Source, rate: float) -> None:

@@ -41,8 +41,8 @@ RETRY = 0.2
 FAREWELL = 10.0
 #: Longest sleep while the reader waits for more samples, s, ...
 NAP = 0.019
-#: ... and time to wake up before they are due, s. A reader that waits longer than ``HURRY`` wakes up
-#: after the last frame instead, so that one read gets all samples.
+#: ... and time to wake up before they are due, s. A reader that waits for ``HURRY`` or longer wakes
+#: up after the last frame instead, so that one read gets all samples.
 EARLY, HURRY, FRAME = 0.0004, 0.005, 0.001
 #: Size of a read, in bytes, after which the next read follows without a sleep. A pseudo terminal
 #: holds 4095 bytes. While it is full, the device has to wait and drops samples.
@@ -63,15 +63,6 @@ class SerialSource(QueuedSource):
 
     :meth:`read` reads the port in the caller's thread, so samples are available as soon as their
     last byte arrives. Between calls, a thread of the source reads the port and stores the samples.
-    A port that comes back begins a new epoch, and so does a device that was reset. If the device
-    kept counting samples during a disconnection, these samples count as lost.
-
-    Parameters
-    ----------
-    port
-        Path or name of the port.
-    patience
-        Longest time to wait for an answer on opening, s.
     """
 
     #: Largest number of samples received ahead of the reader; None for no limit. Only a device that
@@ -248,8 +239,8 @@ class SerialSource(QueuedSource):
                 finally:
                     self._turn.release()
             else:
-                since = time.monotonic() - self._looked
-                self._closing.wait(LOOK - since if since < LOOK else LOOK)
+                elapsed = time.monotonic() - self._looked
+                self._closing.wait(LOOK - elapsed if elapsed < LOOK else LOOK)
         if self._assembler.epoch >= 0:
             with self._last_turn(), suppress(LinkError):
                 self._stop(transport)

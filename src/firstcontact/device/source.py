@@ -249,15 +249,7 @@ def _changes(previous: Health, now: Health) -> list[str]:
 
 
 class LinkNews:
-    """Reporter of changes of a link since the last report; of losses at most once a second.
-
-    Parameters
-    ----------
-    health
-        Current health of the source.
-    clock
-        Function that returns the host's time, s.
-    """
+    """Reporter of changes of a link since the last report; of losses at most once a second."""
 
     def __init__(self, health: Health, clock: Callable[[], float] = time.monotonic) -> None:
         self._previous = health

@@ -129,11 +129,6 @@ class ThreadedSource(QueuedSource):
     """Base class of sources with a receiving thread, a queue, counts and markers.
 
     Subclasses implement ``_open``, ``_work`` and ``_shut``.
-
-    Parameters
-    ----------
-    name
-        Name that is shown to users.
     """
 
     def __init__(self, name: str) -> None:

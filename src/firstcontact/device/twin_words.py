@@ -1,8 +1,4 @@
-"""Texts of the orders to the twin and of its markers.
-
-Orders are sent in frames of their own. A marker is never an order, because any program can set
-markers.
-"""
+"""Texts of the orders to the twin, which have frames of their own, and of its markers."""
 
 from __future__ import annotations
 

@@ -1,8 +1,6 @@
 """PSYONIC's Ability Hand, driven through the package of its maker.
 
-No value of its geometry was measured on a hand. The lever arms come from the hand's published URDF
-(size "large") and are taken as constant. docs/reference/hands.md states the error of this
-assumption.
+The lever arms come from its URDF (size "large"); docs/reference/hands.md states their error.
 """
 
 from __future__ import annotations

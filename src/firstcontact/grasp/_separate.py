@@ -1,7 +1,6 @@
 """Hand in a separate process, which releases the hand when the program hangs or ends.
 
-The process runs this module. It reads one order per line from standard input and answers each with
-one line. It imports no NumPy and computes nothing, so that it always answers in time.
+The process imports no NumPy and computes nothing, so that it always answers in time.
 """
 
 from __future__ import annotations

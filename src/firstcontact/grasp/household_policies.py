@@ -31,17 +31,15 @@ BOOST = Tunable("Boost", "times", 1, (2.0, 3.0), (2.0,))
 
 @dataclass(eq=False)
 class FinalForce(Policy):
-    """Policy that closes slowly after the first contact and sets its force at the second.
-
-    Only this force depends on the stiffness. Slowing down never waits for an estimate. ``approach``
-    is the closing speed until the first contact, m/s, and ``scale`` a factor on every force.
-    """
+    """Policy that closes slowly after the first contact and sets its force at the second."""
 
     task = Task.HOUSEHOLD
     tunables: ClassVar = {"approach": APPROACH}
 
     grip: Grip
+    #: Closing speed until the first contact, m/s.
     approach: float = field(default=0.10, kw_only=True)
+    #: Factor on every force.
     scale: float = field(default=1.0, kw_only=True)
     #: True if the policy presses, because it knows or assumes that both fingers touch.
     both: bool = field(default=False, init=False)

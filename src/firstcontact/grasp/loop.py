@@ -42,8 +42,6 @@ class GraspLoop:
 
     All times are seconds on the clock of the samples: the sample's number divided by the rate, plus
     the time for transport and computing. ``wait`` returns the time until the hand takes a command.
-    An estimate that reaches the hand exactly at the deadline, s after the first contact, meets it.
-    After a missed deadline, the policy's fallback command holds for the rest of the closing.
     """
 
     def __init__(

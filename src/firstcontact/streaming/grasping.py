@@ -109,18 +109,10 @@ class HandRequests:
 class Grasping:
     """Event handler that drives a hand through the closings of a live session.
 
-    Some hands close by themselves: the start of the motor (:class:`ClosingStart`) begins their
-    closings. Other hands close on request. Their motor's start alone begins no closing, because the
-    motor may also open the hand. A requested closing ends with a request to open, when the origin
-    of the request disconnects, or with a release because samples stopped coming or this program
-    paused.
-
-    The policy gets the final estimate of a closing, and with ``early`` also the estimates before
-    it. Estimates out of range are ignored. An estimate meets the deadline if it reaches the hand
-    before it. The time to reach the hand includes computing, the hand's pacing, and the
-    ``transport`` of the samples, except for the shortest transport time, which is unknown.
-
-    The slip detector works in requested closings, from their end until the hand opens.
+    The motor's start begins a closing only for hands that close by themselves: the motor of another
+    hand may also open it. The policy gets the final estimate of a closing, and with ``early`` also
+    the estimates before it, but none that is out of range. The slip detector works in requested
+    closings, from their end until the hand opens.
     """
 
     def __init__(

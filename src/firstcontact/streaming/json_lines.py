@@ -172,10 +172,7 @@ def marker_line(marker: Marker) -> str:
 
 
 class JsonLinesSink:
-    """Sink that writes each event immediately as a line of JSON to a stream, which stays open.
-
-    ``docs/reference/live-output.md`` lists the fields.
-    """
+    """Sink that writes each event immediately as a line of JSON to a stream, which stays open."""
 
     name = "json"
     every = 0.1

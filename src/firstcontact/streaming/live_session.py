@@ -50,14 +50,10 @@ def live_session(
     slip: str | None = None,
     recordings: Path = Path(),
     shape: str = "",
-    notify: Callable[[str], None] = lambda line: None,
+    notify: Callable[[str], None] = _log.info,
 ) -> Iterator[LiveSession]:
     """Open a live session in a context manager, which releases the hand at the end."""
     from threadpoolctl import threadpool_limits
-
-    def remark(line: str) -> None:
-        _log.info(line)
-        notify(line)
 
     if real_time is None:
         real_time = source.speed == 1.0
@@ -82,8 +78,8 @@ def live_session(
             predictor = None if used is None else live_predictor(used, estimator)
             detector = detector if used is None else used.own_detector
             for line in _remarks(source, used, predictor, estimator, is_given=is_given):
-                remark(line)
-            source = _at_rate(source, detector, predictor, remark)
+                notify(line)
+            source = _at_rate(source, detector, predictor, notify)
             layout = source.descriptor.layout
             pipeline = Pipeline(
                 layout,
@@ -122,7 +118,7 @@ def live_session(
                 calibration=floors,
                 shape=shape,
                 model=used,
-                notify=remark,
+                notify=notify,
             )
     except HandError as error:  # also when it is released
         raise InputError(str(error), parameter="hand") from error

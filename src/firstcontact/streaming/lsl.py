@@ -21,11 +21,7 @@ BUFFERED = 60
 
 
 class LslSink:
-    """Two LSL streams: samples in physical units, and events as JSON.
-
-    They are named "NAME samples", of type Tactile, and "NAME events", of type Markers. If the
-    package pylsl or its library is missing, InputError is raised.
-    """
+    """Two LSL streams: samples in physical units (Tactile), and events as JSON (Markers)."""
 
     name = "lsl"
     every = 0.02

@@ -22,11 +22,7 @@ NOT_FINITE = "the model's prediction is not a finite number"
 
 
 class Predictor:
-    """Model that predicts at one or several moments after a contact.
-
-    The chain predicts with ``constants`` or ``predict``. Without constants, :meth:`start` returns
-    the window models of a closing.
-    """
+    """Model that predicts at one or several moments after a contact."""
 
     #: Name of the estimator.
     name: str
@@ -104,10 +100,7 @@ def _called(model: InContextModel) -> Predict:
 
 
 class WindowLadder(Predictor):
-    """Predictor with several window models: each predicts when its window is complete.
-
-    ``windows`` are models of one estimator with their intervals, each for another length.
-    """
+    """Predictor with window models of one estimator: each predicts when its window is complete."""
 
     def __init__(self, windows: Sequence[WindowPredictor]) -> None:
         self._windows = {w.model.spec.duration: w for w in windows}

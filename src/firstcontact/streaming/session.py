@@ -54,10 +54,8 @@ _log = logging.getLogger("firstcontact.streaming")
 class LiveSession:
     """Live session: runs a pipeline on an open source, under the control of viewers.
 
-    ``grasping`` gets each event before any output does. ``recordings`` and ``calibration`` are the
-    folder and the calibration of recordings that a viewer starts. ``shape`` is that of all objects,
-    "flat" or a radius in mm, until a viewer sets another one. ``model`` is the model that predicts.
-    ``notify`` gets a line that says what the system granted to a session in real time.
+    ``grasping`` gets each event before any output does. ``notify`` gets a line that says what the
+    system granted to a session in real time.
     """
 
     def __init__(

@@ -22,10 +22,7 @@ from firstcontact.streaming.events import (
 
 
 class TextSink:
-    """Sink that writes text: a line for each pinch, loss of samples, reconnection or failure.
-
-    ``shore_a`` returns the Shore A of an object of the twin by its name, None if unknown.
-    """
+    """Sink that writes a line of text for each pinch, loss, reconnection and failure."""
 
     name = "text"
     every = 0.1

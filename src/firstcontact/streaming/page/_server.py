@@ -8,7 +8,7 @@ import math
 import socket
 import struct
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Annotated, Any, Literal
@@ -26,7 +26,7 @@ from firstcontact.streaming.events import Ask
 from firstcontact.streaming.page._state import State
 from firstcontact.streaming.page.serving import Guard, answer, plain, serve_page
 
-#: Shortest time between two messages to a viewer, s.
+#: Shortest time between two messages to a viewer, and between two requests of a viewer, s.
 TICK = 0.05
 #: Largest number of viewers. It limits their total cost.
 VIEWERS = 16
@@ -41,10 +41,6 @@ SILENCE = 1.5
 WAITING_BYTES = 32_768
 #: Longest message of a viewer, bytes.
 LONGEST_MESSAGE = 4096
-#: Largest number of requests of one viewer, at once and per second. No person is faster.
-EACH = 10, 5.0
-#: Message of the page that opens the hand.
-OPEN = b'{"do":"open"}'
 #: Message that shows that the page is alive. It is no request and gets no reply.
 HERE = '{"do":"here"}'
 _HEAD = struct.Struct("<IId")
@@ -58,57 +54,29 @@ class ViewerRequest:
     text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
 
 
-class Allowance:
-    """Token bucket that limits requests."""
-
-    def __init__(
-        self, burst: int, refill: float, clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        self._most = self._left = float(burst)
-        self._refill = refill
-        self._clock = clock
-        self._seen = clock()
-
-    def take(self) -> float:
-        """Allow one request and return 0.0, or return the time until the next is allowed, s."""
-        now = self._clock()
-        self._left = min(self._most, self._left + (now - self._seen) * self._refill)
-        self._seen = now
-        if self._left < 1.0:
-            return (1.0 - self._left) / self._refill
-        self._left -= 1.0
-        return 0.0
-
-
 class Commands:
     """Handler of viewers' requests."""
 
     def __init__(self, controls: Controls | None) -> None:
         self._controls = controls
 
-    async def obey(
-        self, message: str | bytes, allowance: Allowance, by: str
-    ) -> tuple[dict[str, Any], float]:
-        """Carry out a viewer's message. Return a reply, also about errors, and a time to wait."""
+    async def obey(self, message: str | bytes, by: str) -> dict[str, Any]:
+        """Carry out a viewer's message. Return a reply, also about errors."""
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
-        # Opening a hand has no limit.
-        if data != OPEN and (wait := allowance.take()):
-            text = f"That was not done: the page takes {EACH[1]:g} requests a second."
-            return {"ok": False, "do": "", "text": text}, wait
         try:
             request = read_record(
                 data, ViewerRequest, "This message", "reload the page", LONGEST_MESSAGE
             )
         except InputError as error:
-            return {"ok": False, "do": "", "text": f"That was not understood. {error}."}, 0.0
+            return {"ok": False, "do": "", "text": f"That was not understood. {error}."}
         try:
             # A recorder opens files: that may take a while, and only this viewer waits.
             outcome = await asyncio.to_thread(self._do, request, by)
         except InputError as error:
-            return {"ok": False, "do": request.do, "text": str(error)}, 0.0
+            return {"ok": False, "do": request.do, "text": str(error)}
         except Exception as error:  # a fault of the session is reported and stays there
-            return {"ok": False, "do": request.do, "text": f"That did not work ({error!r})."}, 0.0
-        return {"ok": True, "do": request.do, "text": outcome}, 0.0
+            return {"ok": False, "do": request.do, "text": f"That did not work ({error!r})."}
+        return {"ok": True, "do": request.do, "text": outcome}
 
     def gone(self, by: str) -> None:
         """Open the hand if the viewer ``by``, now disconnected, had closed it."""
@@ -256,18 +224,15 @@ class PageServer:
 
     async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:
         """Carry out the requests of a viewer until it closes the socket."""
-        allowance = Allowance(*EACH)
         async for message in connection:
             viewer.heard = time.monotonic()
-            if message == HERE:
-                await asyncio.sleep(TICK)
-                continue
-            answer, wait = await viewer.commands.obey(message, allowance, viewer.name)
-            if answer["ok"] and answer["do"] in ("close", "open"):
-                viewer.closes = answer["do"] == "close"
-            await connection.send(json.dumps({"answer": answer}))
+            if message != HERE:
+                answer = await viewer.commands.obey(message, viewer.name)
+                if answer["ok"] and answer["do"] in ("close", "open"):
+                    viewer.closes = answer["do"] == "close"
+                await connection.send(json.dumps({"answer": answer}))
             # Messages of this viewer wait meanwhile at its end of the connection.
-            await asyncio.sleep(wait)
+            await asyncio.sleep(TICK)
 
     async def _tell(self, connection: ServerConnection, viewer: _Viewer) -> None:
         """Send changed parts of the state to a viewer, as fast as it reads them."""

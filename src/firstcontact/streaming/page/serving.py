@@ -67,15 +67,13 @@ def is_loopback(host: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Access control: checks the headers of every request, also for the WebSocket.
-
-    ``token`` is the secret of viewers that may control the session, and ``look_token`` that of
-    viewers that may only look. Without a token, only requests to loopback names are served.
-    """
+    """Access control of pages; without a token, only requests to loopback names are served."""
 
     host: str
     port: int
+    #: Secret of viewers that may control the session.
     token: str | None
+    #: Secret of viewers that may only look.
     look_token: str | None = None
 
     @property

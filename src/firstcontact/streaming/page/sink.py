@@ -19,11 +19,9 @@ from firstcontact.streaming.page.serving import TOKEN_LENGTH, Guard, is_loopback
 class PageSink:
     """Sink that serves the live page from :meth:`open` to :meth:`close`.
 
-    The constructor opens the port; 0 selects a free one. So a busy port is reported before anything
-    starts. ``token`` is the secret of viewers that may control the session. With None, none is
-    needed if ``host`` is loopback; otherwise a token is generated. ``controls`` is the session, or
-    None if all viewers may only look. ``landmarks`` are the Shore A of objects on the page's scale,
-    by name.
+    The constructor opens the port, so that a busy port is reported early; 0 selects a free one. On
+    other addresses than loopback, a token is generated if none is given. ``landmarks`` are the
+    Shore A of objects on the page's scale.
     """
 
     name = "page"

@@ -91,7 +91,6 @@ class AudioSource(ThreadedSource):
         return sound_descriptor(self._rate, self._channels, *described, delay)
 
     def _callback(self, data: NDArray[np.float32], frames: int, times: Any, status: Any) -> None:
-        """Queue a block, in PortAudio's thread."""
         if self._blocks.qsize() > MOST_WAITING:  # the input has no pace
             raise portaudio().CallbackAbort
         taken, overflow = times.inputBufferAdcTime, bool(status.input_overflow)
@@ -153,7 +152,6 @@ def sound_descriptor(
 
 
 def portaudio() -> Any:
-    """Return the package sounddevice, the interface to PortAudio."""
     require_modules("audio", "sounddevice")
     try:
         import sounddevice
@@ -216,7 +214,6 @@ def discover() -> Iterator[tuple[str, str]]:
 
 
 def from_name(name: str, options: SourceOptions) -> AudioSource:
-    """Return the input for a device name: audio or audio:NAME, with /2 for two channels."""
     options.check_own_speed(name)
     prefix_and_name, _, channels = (
         name.rpartition("/") if name.endswith(("/1", "/2")) else (name, "", "1")

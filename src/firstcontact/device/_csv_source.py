@@ -60,7 +60,6 @@ class LineReader:
     _begun: bool = False
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
-        """Return the numbers in each line that ``data`` completes."""
         pieces = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
         self._rest = pieces.pop()
         if len(self._rest) > LONGEST:  # wrong baud rate, or no text
@@ -324,7 +323,6 @@ class CsvSource(ThreadedSource):
         self._give(signals, np.array(numbers, np.int64), epoch, now)
 
     def _reconnect(self) -> None:
-        """Wait until the port is back or the source is closed."""
         self._note(connected=False)
         self._shut()
         self._lines = LineReader(self._lines.bad, self._lines.header)
@@ -339,7 +337,6 @@ class CsvSource(ThreadedSource):
 
 
 def from_name(name: str, options: SourceOptions) -> CsvSource:
-    """Return the board for a device name: csv:PORT, csv:PORT@BAUD, csv:PORT#COLUMN,COLUMN."""
     options.check_own_speed(name)
     address, _, columns = name.removeprefix("csv:").partition("#")
     port, _, baud = address.partition("@")

@@ -70,11 +70,9 @@ class Responder:
 
     @property
     def room(self) -> int:
-        """Number of samples that still fit in the buffer."""
         return self._most - self._waiting if self.streaming else self._most
 
     def sample(self, data: NDArray[np.int16]) -> None:
-        """Add the next samples, shape (n, channels)."""
         taken = min(len(data), self.room) if self.streaming else 0
         if taken:
             if not self._runs or self._runs[-1].end != self.next_sample:

@@ -40,7 +40,6 @@ class StampedSamples:
         self._late = 0  # delay of the last chunk in samples, not counted as lost yet
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the samples of the next chunk."""
         stamps = self._repaired(stamps)
         if self._zero is None:
             self._zero, self._last = float(stamps[0]), float(stamps[0]) - 1 / self._rate

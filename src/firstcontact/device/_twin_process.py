@@ -64,7 +64,6 @@ class TwinProcess(TerminalDevice):
         self._restart(DESCRIPTOR, ring, self._obey)
 
     def run(self) -> None:
-        """Serve the host until standard input ends."""
         while True:
             behind = self._catch_up()
             self._send()
@@ -171,7 +170,6 @@ def say(line: str) -> None:
 
 
 def main() -> None:
-    """Run the twin until standard input ends."""
     # Ctrl-C in a terminal is meant for the host. SIGTERM removes the link first.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))

@@ -66,7 +66,6 @@ class TwinDevice:
 
     @property
     def pid(self) -> int:
-        """Process number of the twin's process."""
         return self._child.pid
 
     def closing_speed(self, sample: int) -> ClosingSpeed | None:
@@ -75,11 +74,9 @@ class TwinDevice:
         return None if answer == "unknown" else ClosingSpeed(*map(float, answer.split()))
 
     def unplug(self) -> None:
-        """Unplug the cable: the port vanishes, even while it is open."""
         self._ask("unplug")
 
     def plug(self) -> None:
-        """Plug in the cable: the port is back under the same name."""
         self._ask("plug")
 
     def close(self) -> None:
@@ -100,7 +97,6 @@ class TwinDevice:
         self.close()
 
     def _ask(self, word: str) -> str:
-        """Return the answer of the twin's process to a command."""
         answer = ""
         with self._lock, suppress(OSError):
             self._child.tell(word, PATIENCE)
@@ -160,13 +156,11 @@ class TwinSource(SerialSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
-    """Return the twin with the user's options. Raise InputError if it cannot run here."""
     kernels()
     return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 
 
 def shore_a(name: str) -> float:
-    """Return the Shore A of an object of the twin."""
     from firstcontact.twin import find_object
 
     return find_object(name).shore_a

@@ -93,7 +93,6 @@ class Assembler:
         return self._next or 0
 
     def expect_descriptor(self) -> None:
-        """Record that the host has requested a descriptor."""
         self._descriptor_requested = True
 
     def interrupted(self) -> None:
@@ -122,7 +121,6 @@ class Assembler:
         return self.take(self.decoder.feed(b""))
 
     def take(self, frames: list[Frame]) -> Assembled:
-        """Process frames in the order received. Return their content."""
         assembled = Assembled()
         for frame in frames:
             try:
@@ -236,7 +234,6 @@ class Assembler:
         self.counts.samples += n
 
     def _account(self, sample: int, overflow: int) -> int | None:
-        """Count the samples lost before ``sample``. Return the sample's number in 64 bits."""
         number = self._unwrapped(sample)
         if self._next is not None:
             if number < self._next:
@@ -262,7 +259,6 @@ class Assembler:
         return self._next + (ahead if ahead < _WRAP // 2 else ahead - _WRAP)
 
     def _flush(self, assembled: Assembled) -> None:
-        """Join the consecutive samples received so far into a block of ``assembled``."""
         if not self._run:
             return
         data = np.frombuffer(bytearray().join(self._run), dtype="<i2")

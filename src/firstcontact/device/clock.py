@@ -97,7 +97,6 @@ class RateCheck:
 
     @property
     def rate(self) -> float:
-        """Measured rate, Hz; 0 before the first quarter of a second has passed."""
         return float(np.median(self._rates)) if self._rates else 0.0
 
     def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:

@@ -47,7 +47,6 @@ class ModelSlot:
 
 
 def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
-    """Return the message for a device that cannot use its newest model."""
     fallback = "runs the one before it" if has_predictor else "runs none"
     return (
         f"the device cannot use the newest model stored on it ({models.fault}) and {fallback}: "
@@ -159,7 +158,6 @@ class Descriptor:
 
 
 def read_greeting(payload: bytes) -> tuple[int, Descriptor]:
-    """Return boot number and descriptor from the payload of a descriptor frame."""
     version, boot, text = read_descriptor(payload)
     if version != VERSION:
         raise InputError(_version_mismatch(version))
@@ -167,7 +165,6 @@ def read_greeting(payload: bytes) -> tuple[int, Descriptor]:
 
 
 def refusal(payload: bytes) -> InputError:
-    """Return the error for a ``refused`` frame."""
     if payload and payload[0] != VERSION:
         return InputError(_version_mismatch(payload[0]))
     reason = payload[1:].decode(errors="replace")
@@ -226,19 +223,16 @@ DevicePrediction = DeviceContact | DeviceEstimate
 
 
 def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> bytes:
-    """Return the payload of a contact frame."""
     numbers = sample & 0xFFFFFFFF, decided & 0xFFFFFFFF
     return _CONTACT.pack(*numbers, list(Finger).index(finger), first)
 
 
 def read_contact(payload: bytes, epoch: int, *, withdrawn: bool = False) -> DeviceContact:
-    """Return the contact in the payload of a frame that reports or withdraws it."""
     sample, decided, finger, first = unpack(_CONTACT, payload, FrameType.CONTACT)
     return DeviceContact(_finger(finger), sample, decided, bool(first), epoch, withdrawn)
 
 
 def estimate_payload(estimate: DeviceEstimate) -> bytes:
-    """Return the payload of an estimate frame."""
     return _ESTIMATE.pack(
         estimate.contact & 0xFFFFFFFF,
         estimate.decided & 0xFFFFFFFF,

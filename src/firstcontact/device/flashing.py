@@ -72,7 +72,6 @@ class _Link:
         return InputError(f"{self.port}: {message}")
 
     def hello(self) -> bytes:
-        """Request the device's descriptor. Return the payload of the descriptor frame."""
         answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR)
         if answer is None:
             raise self.error(_SILENT)

@@ -131,7 +131,6 @@ class LslSource(ThreadedSource):
             raise
 
     def _find(self, patience: float) -> Any:
-        """Return the stream, None if there is none. Raise InputError if there are several."""
         predicate = _predicate(self._stream)
         streams = self._lsl.resolve_bypred(predicate, 1, patience)
         if streams:
@@ -170,7 +169,6 @@ class LslSource(ThreadedSource):
         )
 
     def _check_rate(self, info: Any) -> None:
-        """Refuse a stream of texts, or an unusable stated rate."""
         rate = float(info.nominal_srate())
         if info.channel_format() == self._lsl.cf_string:
             raise InputError(f"{self.name} carries text: choose a stream of numbers")
@@ -251,7 +249,6 @@ class LslSource(ThreadedSource):
 def stream_channels(
     info: Any, names: tuple[str, ...], name: str
 ) -> tuple[tuple[Channel, ...], list[int]]:
-    """Return the vibration channels and their positions in the stream."""
     metadata = []
     node = info.desc().child("channels").child("channel")
     for k in range(info.channel_count()):
@@ -287,7 +284,6 @@ def _literal(text: str) -> str:
 
 
 def _distinct_names(streams: Sequence[Any]) -> list[str]:
-    """Return a unique name for each stream, in alphabetical order."""
     names = []
     for stream in streams:
         for field in _SENDERS:
@@ -299,7 +295,6 @@ def _distinct_names(streams: Sequence[Any]) -> list[str]:
 
 
 def from_name(name: str, options: SourceOptions) -> LslSource:
-    """Return the source for a device name: lsl:NAME, or lsl:NAME#LABEL,LABEL."""
     options.check_own_speed(name)
     stream, _, channels = name.removeprefix("lsl:").partition("#")
     if not stream:

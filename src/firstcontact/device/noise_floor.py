@@ -82,7 +82,6 @@ class RestMeter:
 
     @property
     def is_sufficient(self) -> bool:
-        """Return True once enough of the stream was at rest."""
         return int(self._at_rest().sum()) >= self._wanted
 
     def calibration(self) -> Calibration:

@@ -71,7 +71,6 @@ class SerialTransport:
         return data
 
     def send(self, kind: FrameType, payload: bytes = b"") -> None:
-        """Send a frame."""
         with self._sending:
             try:
                 self._write(encode(kind, self._counter, payload))
@@ -92,7 +91,6 @@ class SerialTransport:
                 raise LinkError("it accepts no bytes")
 
     def close(self) -> None:
-        """Release the port. Closing twice is fine."""
         # Wait until a frame is sent. Otherwise its remainder could go to the next file with this
         # descriptor.
         with self._sending, suppress(OSError):
@@ -100,7 +98,6 @@ class SerialTransport:
 
 
 def _opening_error(port: str, error: Exception) -> str:
-    """Return the reason why a port could not be opened, and the remedy."""
     code = error.errno if isinstance(error, OSError) else None
     if code == errno.ENOENT:
         return f"{port}: there is no such port: see `firstcontact ports`, or use --device twin"
@@ -137,7 +134,6 @@ class Port:
 
 
 def ports() -> list[Port]:
-    """Return the serial ports, those that look like a Teensy first."""
     from serial.tools import list_ports
 
     serial_ports = []
@@ -164,7 +160,6 @@ def access(path: Path) -> str:
 
 
 def groups() -> list[str]:
-    """Return the names of this process's groups."""
     return sorted(_group(number) for number in {*os.getgroups(), os.getegid()})
 
 
@@ -182,7 +177,6 @@ def _group(number: int) -> str:
 
 @contextmanager
 def port_folder() -> Iterator[Path]:
-    """Create a temporary folder for a port's name, for the duration of a ``with`` block."""
     with tempfile.TemporaryDirectory(prefix="firstcontact-port-") as name:
         yield Path(name)
 
@@ -197,11 +191,9 @@ class PseudoTerminal:
 
     @property
     def plugged(self) -> bool:
-        """Return True if a host can open the terminal."""
         return self._device >= 0
 
     def plug(self) -> None:
-        """Create the terminal unless it exists."""
         if self.plugged:
             return
         self._device, self._host = os.openpty()
@@ -233,7 +225,6 @@ class PseudoTerminal:
             return b""
 
     def write(self, data: bytes) -> int:
-        """Send as many bytes as fit. Return their number."""
         try:
             return os.write(self._device, data)
         except BlockingIOError:

@@ -97,7 +97,6 @@ def stuff(data: bytes) -> bytes:
 
 
 def unstuff(stuffed: bytes) -> bytes:
-    """Decode COBS, the inverse of :func:`stuff`."""
     n = len(stuffed)
     if n == 0 or 0 in stuffed:
         raise FrameError("a frame is empty or contains a zero byte")
@@ -123,13 +122,11 @@ def unstuff(stuffed: bytes) -> bytes:
 
 
 def encode(kind: int, counter: int, payload: bytes = b"") -> bytes:
-    """Return a frame as sent, with its final zero."""
     body = _HEAD.pack(kind, counter & _MASK) + payload
     return stuff(body + _CRC.pack(zlib.crc32(body))) + b"\0"
 
 
 def decode(stuffed: bytes) -> Frame:
-    """Return the frame in the bytes before its final zero."""
     body = unstuff(stuffed)
     if len(body) < _HEAD.size + _CRC.size:
         raise FrameError("a frame is too short")
@@ -169,24 +166,20 @@ def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
 
 
 def read_samples(payload: bytes, channels: int) -> SamplesFrame:
-    """Return the samples frame of a payload. Raise FrameError as :func:`samples_head` does."""
     first, overflow, n, data = samples_head(payload, channels)
     return SamplesFrame(first, overflow, np.frombuffer(data, dtype="<i2").reshape(n, channels))
 
 
 def descriptor_payload(boot: int, text: str, version: int = VERSION) -> bytes:
-    """Return the payload of a descriptor frame."""
     return _DESCRIPTOR.pack(version, boot) + text.encode()
 
 
 def read_descriptor(payload: bytes) -> tuple[int, int, str]:
-    """Return protocol version, boot number and text of a descriptor frame."""
     (version, boot), text = _split(_DESCRIPTOR, payload, FrameType.DESCRIPTOR)
     return version, boot, _text(text)
 
 
 def marker_payload(sample: int, text: str) -> bytes:
-    """Return the payload of a marker frame. A long text is cut between characters."""
     return _MARKER.pack(sample & _MASK) + marker_text(text)
 
 
@@ -196,29 +189,24 @@ def marker_text(text: str) -> bytes:
 
 
 def read_marker(payload: bytes) -> tuple[int, str]:
-    """Return sample number (32 bits) and text of a marker frame."""
     (sample,), text = _split(_MARKER, payload, FrameType.MARKER)
     return sample, _text(text)
 
 
 def stopped_payload(next_sample: int, overflow: int) -> bytes:
-    """Return the payload of a stopped frame."""
     return _STOPPED.pack(next_sample & _MASK, overflow & _MASK)
 
 
 def read_stopped(payload: bytes) -> tuple[int, int]:
-    """Return the number of the next sample and the overflow count of a stopped frame."""
     next_sample, overflow = unpack(_STOPPED, payload, FrameType.STOPPED)
     return next_sample, overflow
 
 
 def late_payload(skipped: int, unheard: int) -> bytes:
-    """Return the payload of a ``late`` frame. It counts skipped predictions and missed samples."""
     return _LATE.pack(skipped & _MASK, unheard & _MASK)
 
 
 def read_late(payload: bytes) -> tuple[int, int]:
-    """Return the counts of skipped predictions and missed samples in a ``late`` frame."""
     skipped, unheard = unpack(_LATE, payload, FrameType.LATE)
     return skipped, unheard
 

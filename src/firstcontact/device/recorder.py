@@ -60,7 +60,6 @@ class Recorder:
 
     @property
     def status(self) -> RecorderStatus:
-        """Current state of the recorder."""
         with self._changed:
             return RecorderStatus(self._path, self._samples, self._waiting, self._failed)
 
@@ -103,7 +102,6 @@ class Recorder:
                 self._changed.wait(POLL)
 
     def mark(self, mark: PinchMark) -> None:
-        """Write the mark of a pinch whose samples were put earlier."""
         with self._changed:
             if self._path is not None and not self._closing:
                 self._queue.append(mark)
@@ -118,7 +116,6 @@ class Recorder:
             self._thread.join()
 
     def close(self) -> None:
-        """Stop the recording, and refuse to start another."""
         with self._starting:
             self._is_over = True
             self.stop()

@@ -39,7 +39,6 @@ class _Piece(NamedTuple):
 
 
 def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
-    """Return a recording with samples, and its descriptor."""
     if not speed > 0:
         raise InputError(f"--speed is {speed:g}: give a positive number, or inf")
     recording = read_recording(path)
@@ -139,7 +138,6 @@ class ReplaySource(Source):
         return self
 
     def _due(self) -> float:
-        """Return the time at which the next block is due, s of the monotonic clock."""
         if self._next is None or self._began is None:
             return math.inf
         samples = self._given + len(self._next[0].data)
@@ -189,7 +187,6 @@ def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iter
 
 
 def from_path(path: str, options: SourceOptions) -> ReplaySource:
-    """Return the replay of a recording at the requested speed."""
     source = ReplaySource(Path(path), options.speed)
     if source.descriptor.source == "twin":
         source.twin_hand = options.condition, options.seed
@@ -224,7 +221,6 @@ class ReplayDevice(TerminalDevice):
         self._begin(0)
 
     def run(self, stopped: Callable[[], bool] = lambda: False, once: bool = False) -> None:
-        """Run the device until ``stopped`` returns True."""
         deadline = math.inf
         while not stopped() and time.monotonic() < deadline:
             self._play()
@@ -235,7 +231,6 @@ class ReplayDevice(TerminalDevice):
                 deadline = time.monotonic() + LINGER
 
     def _begin(self, epoch_index: int) -> None:
-        """Start the device at the beginning of an epoch."""
         self._epoch_index = epoch_index
         self._tape = _pieces(self._recording, FRAME_SAMPLES, self._epochs[epoch_index])
         self._next = next(self._tape, None)
@@ -245,7 +240,6 @@ class ReplayDevice(TerminalDevice):
         self._restart(self.descriptor, max(room, 2 * PIECE))
 
     def _play(self) -> None:
-        """Give the responder the samples that are due."""
         if not self._responder.streaming:
             self._last_look = None
             return

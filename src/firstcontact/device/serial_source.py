@@ -316,7 +316,6 @@ class SerialSource(QueuedSource):
             return assembled
 
     def _check_rate(self, end: int, now: float) -> None:
-        """Compare the measured rate of a real-time device with its stated rate."""
         self._began = min(self._began, now)
         descriptor = self.descriptor
         has_pace = descriptor.paced and descriptor.source not in SIMULATED
@@ -369,7 +368,6 @@ class SerialSource(QueuedSource):
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
-    """Return the source for a port. Raise InputError for a speed option, a file or a folder."""
     if reason := not_a_port(port):
         raise InputError(reason)
     options.check_own_speed(f"a device on {port}")

@@ -257,7 +257,6 @@ class LinkNews:
         self._next_loss_line = clock()
 
     def lines(self, now: Health, *, last: bool = False) -> list[str]:
-        """Return lines about changes since the last call."""
         reported_losses = self._previous.lost_samples
         is_merging = not last and self._clock() < self._next_loss_line
         reported = replace(now, lost_samples=reported_losses) if is_merging else now

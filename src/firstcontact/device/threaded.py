@@ -54,18 +54,15 @@ class QueuedSource(Source):
 
     @property
     def name(self) -> str:
-        """Name that is shown to users."""
         return self._name
 
     @property
     def ended(self) -> bool:
-        """True if no more samples come and all samples and errors were delivered."""
         with self._changed:
             is_told = self._error is None or self._has_raised
             return self._finished and not self._arrivals and is_told
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all samples received since the last call. See :meth:`Source.read`."""
         self._check_readable(timeout, is_drained=self._is_drained)
         with self._changed:
             self._wanted = least
@@ -80,7 +77,6 @@ class QueuedSource(Source):
             return arrivals
 
     def close(self) -> None:
-        """Stop and close the source. Received samples stay readable."""
         self._closing.set()
         if self._thread is not None:
             self._thread.join()
@@ -94,7 +90,6 @@ class QueuedSource(Source):
         self._thread.start()
 
     def _is_enough(self) -> bool:
-        """Return True if a waiting reader can continue."""
         return self._finished or (bool(self._arrivals) and self._waiting >= self._wanted)
 
     def _enqueue(self, arrival: Arrival) -> None:
@@ -102,7 +97,6 @@ class QueuedSource(Source):
         self._waiting += len(arrival.block.data)
 
     def _wake(self) -> None:
-        """Wake the reader if it can continue."""
         if self._is_enough():
             self._changed.notify_all()
 
@@ -165,14 +159,12 @@ class ThreadedSource(QueuedSource):
 
     @property
     def descriptor(self) -> Descriptor:
-        """Metadata of the source."""
         if self._descriptor is None:
             raise self._not_open()
         return self._descriptor
 
     @property
     def health(self) -> Health:
-        """Current state and counts of the source."""
         with self._changed:
             return replace(
                 self._health,
@@ -261,7 +253,6 @@ class ThreadedSource(QueuedSource):
         host: float,
         taken: float | None = None,
     ) -> None:
-        """Deliver received samples to the reader."""
         if not len(data):
             return
         self._silence, self._looked = 0.0, time.monotonic()
@@ -282,7 +273,6 @@ class ThreadedSource(QueuedSource):
             self._refuse_rate(self._rate_check.rate / self.descriptor.layout.rate, "this machine's")
 
     def _begin_epoch(self, epoch: int, first: int) -> None:
-        """Begin ``epoch`` at sample ``first``, unless it has begun."""
         if epoch == self._next[0]:
             return
         rate = self.descriptor.layout.rate
@@ -302,7 +292,6 @@ class ThreadedSource(QueuedSource):
         )
 
     def _note(self, **counts: Any) -> None:
-        """Set fields of :attr:`health`."""
         with self._changed:
             self._health = replace(self._health, **counts)
 

@@ -24,12 +24,10 @@ _ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
 
 
 def order_text(order: Command | None) -> str:
-    """Return the text of the order for a command; None stands for a release."""
     return f"{HAND} release" if order is None else f"{HAND} {order.speed:.4f} {order.force:.3f}"
 
 
 def object_text(name: str) -> str:
-    """Return the text of the order to pick up only this object from the next closing on."""
     return f"{OBJECT} {name}"
 
 
@@ -49,12 +47,10 @@ def read_order(text: str) -> Command | None:
 
 
 def peak_text(peak: float) -> str:
-    """Return the text of the marker for the largest grip force of a closing, N."""
     return f"{PEAK}{peak:.1f} N"
 
 
 def lost_text(how: str) -> str:
-    """Return the text of the marker for an object that was dropped or broken."""
     return f"{LOST}{how}"
 
 
@@ -71,5 +67,4 @@ def held_object(text: str) -> str | None:
 
 
 def concerns_hand(text: str) -> bool:
-    """Return True if a marker is about the hand or answers an order."""
     return text.startswith(ABOUT_HAND) or _ANSWERED.fullmatch(text) is not None

@@ -74,12 +74,10 @@ class Fingers:
 
     @property
     def targets(self) -> list[float]:
-        """Targets of the six motors, degrees."""
         index = self._targets[INDEX]
         return [index, index, index, index, self._targets[THUMB], OPPOSED]
 
     def open(self) -> None:
-        """Set the targets to open."""
         self._targets = dict.fromkeys(self._targets, OPEN)
 
     def move(self, command: Command, seconds: float, felt: Felt) -> None:
@@ -123,11 +121,9 @@ class AbilityHand(Hand):
 
     @property
     def felt(self) -> Felt | None:
-        """Last state that the hand reported; None before the first report."""
         return self._felt
 
     def positions(self) -> Sequence[tuple[float, float]]:
-        """Return the positions that the hand reported: mean travel of index and thumb."""
         return list(self._positions)
 
     def send(self, command: Command) -> None:

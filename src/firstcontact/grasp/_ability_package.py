@@ -52,7 +52,6 @@ def check(port: str | None) -> str:
 
 @contextmanager
 def claimed(port: str) -> Iterator[None]:
-    """Lock the port against other programs during the ``with`` block."""
     if port == SIMULATED:
         yield
         return
@@ -117,7 +116,6 @@ def load() -> Any:
 
 @contextmanager
 def _isolated_config() -> Iterator[None]:
-    """Give the package a temporary ``config`` module and working folder."""
     config: Any = ModuleType("config")
     config.write_log = False
     config.velocity_warning = False

@@ -27,18 +27,15 @@ class PrintHand(Hand):
         self._began = time.monotonic()
 
     def send(self, command: Command) -> None:
-        """Print the command."""
         if not self._open:
             raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         self._note(command)
 
     def release(self) -> None:
-        """Print the release."""
         if self._open:
             self._note(None)
 
     def close(self) -> None:
-        """Print the release, and refuse later commands."""
         self.release()
         self._open = False
 

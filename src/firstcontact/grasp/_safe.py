@@ -84,7 +84,6 @@ class Pacer:
         self._called_at = now
 
     def release(self) -> None:
-        """Discard all commands. The caller releases the hand."""
         self.counts.superseded += self._waiting is not None
         self.counts.released += 1
         self._waiting = self._last = None

@@ -49,7 +49,6 @@ class SeparateHand(Hand):
         self._unanswered: deque[float] = deque()  # time of each order without an answer
 
     def send(self, command: Command) -> None:
-        """Send the command to the process."""
         child = self._opened()
         self._read_answers(child)
         try:
@@ -73,13 +72,11 @@ class SeparateHand(Hand):
         return [(float(at), float(travel)) for at, travel in pairs]
 
     def release(self) -> None:
-        """Open the hand, and keep it open until the next command."""
         if self._child is not None:
             with suppress(OSError):  # a process that has ended has released the hand
                 self._write_order(self._child, "release")
 
     def close(self) -> None:
-        """Release and close the hand, and wait until its process has ended."""
         child, self._child = self._child, None
         if child is not None:
             child.end(ENDED)
@@ -112,7 +109,6 @@ class SeparateHand(Hand):
         self._unanswered.append(time.monotonic())
 
     def _read_answers(self, child: Child) -> None:
-        """Read all answers that have arrived."""
         try:
             while True:
                 self._read_answer(child, 0.0)
@@ -147,7 +143,6 @@ def _serve(hand: Hand, silence: float, out: int) -> None:
 
 
 def _obey(hand: Hand, words: list[str]) -> str:
-    """Carry out an order and return the answer."""
     try:
         match words:
             case ["send", speed, force]:
@@ -175,7 +170,6 @@ def _end_within(seconds: float) -> None:
 
 
 def _main() -> None:
-    """Drive the hand until standard input ends."""
     parent = os.getppid()
     for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_IGN)

@@ -50,18 +50,15 @@ class FinalForce(Policy):
 
     @property
     def final(self) -> Command:
-        """Command after the second contact, for what the policy knows by now."""
         return self.grip.pressing(self.scale * self.target_force())
 
     @property
     def slow(self) -> Command:
-        """Command after the first contact."""
         grip = self.grip
         return Command(min(SLOW, grip.speed), min(grip.searching, grip.force))
 
     @property
     def begun(self) -> Command:
-        """Command for the approach."""
         grip = self.grip
         return Command(min(self.approach, grip.speed), min(grip.searching, grip.force))
 
@@ -70,7 +67,6 @@ class FinalForce(Policy):
         return self.begun
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """Slow down at the first contact, press at the second."""
         return self.slow if first else self._press()
 
     def felt(self, volts: float, since: float | None) -> Command | None:
@@ -203,7 +199,6 @@ class Reflex(FinalForce):
         return Command(max(harder.speed, self.begun.speed), harder.force)
 
     def slipped(self) -> Command | None:
-        """Raise the force if the hand already presses with both fingers."""
         if not self.both:
             return None
         if self.final.force < self.grip.force:

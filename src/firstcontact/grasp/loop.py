@@ -68,7 +68,6 @@ class GraspLoop:
         self._reached: list[float] = []  # times at which estimates reached the hand, s
 
     def begin(self) -> None:
-        """Start a closing."""
         self.counts.closings += 1
         self._closing = True
         self._last = None
@@ -76,7 +75,6 @@ class GraspLoop:
         self._act(self.policy.begin)
 
     def touched(self, contact: Contact, first: bool, now: float) -> None:
-        """Pass a contact that became known at ``now`` to the policy."""
         if not self._closing:
             return
         if first:

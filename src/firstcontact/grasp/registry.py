@@ -45,7 +45,6 @@ POLICIES: Registry[type[Policy]] = Registry(
 
 
 def find_hand(hand: object) -> type[Hand] | Hand:
-    """Return the class of hands with a name, or the hand itself, without its wrapper."""
     if isinstance(hand, str):
         return HANDS.find(hand)
     if not isinstance(hand, Hand):
@@ -102,13 +101,11 @@ def open_hand(
 def make_policy(
     kind: type[Policy], grip: Grip, truth: Truth, settings: Mapping[str, float]
 ) -> Policy:
-    """Return a policy with tuned settings for one pinch of an object."""
     made: Callable[..., Policy] = kind
     return made(grip, truth, **settings) if kind.needs_truth else made(grip, **settings)
 
 
 def live_policies() -> list[str]:
-    """Return the names of the policies for real hands, which need no knowledge of the object."""
     built_in = POLICIES.builtin_names
     return [
         name for name in POLICIES.names if name not in built_in or not POLICIES[name].needs_truth
@@ -116,7 +113,6 @@ def live_policies() -> list[str]:
 
 
 def live_policy(name: str, grip: Grip | None = None) -> Policy:
-    """Return a policy for a hand that does not know the object, or raise InputError."""
     kind = POLICIES.find(name)
     if kind.needs_truth:
         raise InputError(

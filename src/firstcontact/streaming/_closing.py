@@ -29,11 +29,9 @@ class OpenClosing:
 
     @property
     def second(self) -> Contact | None:
-        """Second contact; None if there is none so far."""
         return self.contacts[1] if len(self.contacts) > 1 else None
 
     def withdraw(self) -> None:
-        """Forget the contacts and their estimates."""
         self.contacts, self.made = [], []
         self.is_settled, self.reason, self.shape = False, "", ""
         self.closing_speed = self.unmeasured = None
@@ -65,16 +63,13 @@ class Strips:
         self._open: set[Finger] = set()
 
     def begin(self) -> None:
-        """Begin a closing: forget the contacts of the previous closing."""
         self._closed, self._open = [], set()
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """First contact of each strip, in order of time."""
         return tuple(sorted(self._closed, key=lambda contact: contact.sample))
 
     def watch(self, block: Block) -> None:
-        """Process samples of the closing."""
         for finger, columns in self._columns.items():
             if not columns or any(contact.finger is finger for contact in self._closed):
                 continue

@@ -67,7 +67,6 @@ class HandPredictions:
         return events + self._complete((block.epoch, block.end - self._over))
 
     def add_pinch(self, pinch: PinchDone) -> None:
-        """Add a finished pinch of the host."""
         if self._checked and pinch.contacts:
             self._host_pinches.append(pinch)
 
@@ -77,7 +76,6 @@ class HandPredictions:
         return self._complete(self._heard)
 
     def _event(self, message: DevicePrediction, host: float) -> Prediction:
-        """Return the live event of a message."""
         sample = message.sample if isinstance(message, DeviceContact) else message.contact
         contact = Contact(message.finger, sample, message.decided)
         if isinstance(message, DeviceContact) and not message.withdrawn:
@@ -130,7 +128,6 @@ class HandPredictions:
         return events
 
     def _is_in_gap(self, contact: Place) -> bool:
-        """Return True if the host lost samples near a contact."""
         earliest, latest = self._away(contact, -1), self._away(contact, 1)
         return any(start < latest and earliest < end for start, end in self._gaps)
 

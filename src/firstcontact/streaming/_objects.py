@@ -24,15 +24,12 @@ class ObjectNames:
         self._pinches: deque[PinchDone] = deque(maxlen=WAITING)
 
     def add_markers(self, markers: Iterable[Marker]) -> None:
-        """Process markers. A marker names the object of the next pinch."""
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
     def add_labels(self, marks: Iterable[PinchMark]) -> None:
-        """Process labels of a replayed recording."""
         self._marks += marks
 
     def add_pinch(self, pinch: PinchDone) -> None:
-        """Process a finished pinch."""
         self._pinches.append(pinch)
 
     def markers(self, pinch: PinchDone) -> list[str]:
@@ -42,7 +39,6 @@ class ObjectNames:
         return [m.text for m in self._markers if since <= (m.epoch, m.sample) < end]
 
     def label(self, pinch: PinchDone) -> Label | None:
-        """Return the label of a pinch; None if there is none yet."""
         return next((m.label for m in reversed(self._marks) if pinch.overlaps(m)), None)
 
 
@@ -63,11 +59,9 @@ class ObjectCombiner:
         self._is_new = True
 
     def add_markers(self, markers: Iterable[Marker]) -> None:
-        """Process markers. A marker names the object of the next pinch."""
         self._names.add_markers(markers)
 
     def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Add a finished pinch. Return its object's estimate."""
         self._names.add_pinch(pinch)
         self._last = pinch
         self._waits = self._has_labels and self._names.label(pinch) is None
@@ -109,7 +103,6 @@ class ObjectCombiner:
         return self._rename(name)
 
     def _rename(self, name: str | None) -> bool:
-        """Set the object's name. Return True if that begins another object."""
         is_other = name is None or name != self._object
         if is_other:
             self._estimates.clear()

@@ -79,7 +79,6 @@ class Controls(Protocol):
 
 
 def write_now(stream: TextIO, text: str) -> None:
-    """Write text to a stream and flush the stream."""
     try:
         stream.write(text)
         stream.flush()
@@ -188,7 +187,6 @@ class Fanout:
         self._feeders = [_Feeder(sink, descriptor, patient, stopped) for sink in sinks]
 
     def put(self, update: Update) -> None:
-        """Queue an update for each sink."""
         for feeder in self._feeders:
             feeder.put(update)
 
@@ -208,6 +206,5 @@ class Fanout:
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Close each sink after its queue is empty."""
         for feeder in self._feeders:
             feeder.close(timeout)

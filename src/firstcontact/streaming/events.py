@@ -131,7 +131,6 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
 
 
 def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) -> Estimate:
-    """Return the estimate with its field ``in_time`` filled in."""
     in_time = (offset is None or estimate.available < offset) if real_time else None
     if in_time is estimate.in_time:
         return estimate

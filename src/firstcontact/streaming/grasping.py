@@ -55,11 +55,9 @@ class HandRequests:
 
     @property
     def allowed(self) -> tuple[Ask, ...]:
-        """Possible requests to this hand."""
         return tuple(Ask) if self._begins & (Begins.US | Begins.HURRY) else (Ask.OPEN,)
 
     def ask(self, ask: Ask, by: str) -> None:
-        """Add a request."""
         if self._over:
             raise InputError("The session has ended: start it again")
         if ask is Ask.OPEN:
@@ -86,7 +84,6 @@ class HandRequests:
         self._open(HandRequest(None, by))
 
     def end(self) -> None:
-        """Accept no more requests."""
         self._over = True
 
     def take(self) -> HandRequest | None:
@@ -96,7 +93,6 @@ class HandRequests:
             return self._waiting.popleft() if self._waiting else None
 
     def opens(self, request: HandRequest) -> bool:
-        """Return True if a request opens the hand."""
         return request.ask is Ask.OPEN or (request.ask is None and request.by == self.by)
 
     def _open(self, request: HandRequest) -> None:
@@ -149,13 +145,11 @@ class Grasping:
         self._released = 0
 
     def on_samples(self, block: Block, host: float) -> None:
-        """Process new samples before their events."""
         if self._transport is not None:
             self._transport.add(block, host)
             self._late = self._transport.delay(block.end - 1, host)
 
     def on_event(self, event: Event) -> None:
-        """Pass an event to the policy."""
         match event:
             case ClosingStart():
                 self._closing_starts(event)
@@ -216,7 +210,6 @@ class Grasping:
             self._slip.hold()
 
     def _obey(self, block: Block) -> list[Event]:
-        """Carry out the requests since the last block."""
         obeyed: list[tuple[Ask, str]] = []
         by = self.requests.by
         while request := self.requests.take():
@@ -242,7 +235,6 @@ class Grasping:
         return [HandCommand(ask, origin, block.end - 1, block.epoch) for ask, origin in obeyed]
 
     def _open(self) -> None:
-        """End the closing and release the hand."""
         self.requests.by = None
         self._done = True
         self.loop.finish()

@@ -162,12 +162,10 @@ class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
 
 
 def json_line(record: msgspec.Struct) -> str:
-    """Return a record as one line of JSON without line end."""
     return msgspec.json.encode(record).decode()
 
 
 def marker_line(marker: Marker) -> str:
-    """Return the line of a marker."""
     return json_line(MarkerLine(marker.sample, marker.epoch, marker.text))
 
 
@@ -184,11 +182,9 @@ class JsonLinesSink:
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
-        """Write the line that describes the source."""
         self._write([json_line(DescriptorLine.describe(descriptor))])
 
     def take(self, update: Update) -> None:
-        """Write markers, events, failures, and the state of the link if it changed."""
         lines = []
         link = msgspec.convert(update.health, LinkLine, from_attributes=True)
         if link != self._link:

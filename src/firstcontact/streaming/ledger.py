@@ -47,12 +47,10 @@ class Ledger:
         self.overruns += spent * self.rate > samples
 
     def add(self, estimate: Estimate) -> None:
-        """Add an estimate."""
         self.estimates += 1
         self._times["compute"].append(estimate.compute)
 
     def close(self, pinch: PinchDone) -> None:
-        """Add a finished pinch."""
         self.verdicts[pinch.verdict] += 1
         self.unheard += pinch.verdict is Verdict.IN_TIME and pinch.second is None
         final = pinch.final
@@ -93,7 +91,6 @@ class Ledger:
 
 
 def _quantile(values: Collection[float], share: float) -> float:
-    """Return a quantile. NumPy's function imports modules when first called."""
     ordered = sorted(values)
     place = share * (len(ordered) - 1)
     low = int(place)

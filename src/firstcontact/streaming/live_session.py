@@ -132,7 +132,6 @@ def _remarks(
     *,
     is_given: bool,
 ) -> Iterator[str]:
-    """Yield remarks on the models of the host and of the device."""
     if model is not None and model.folder is None and not is_given:
         yield (
             "no --model: the model of the package predicts, which does not know this rig. Its "
@@ -161,7 +160,6 @@ def _who_predicts(model: Model, predictor: Predictor, estimator: str | None) -> 
 
 
 def _device_model(device: DevicePredictor, model: Model | None) -> str:
-    """Return a line about the model that runs on a device, and how it compares with ``model``."""
     from firstcontact.export.hand_image import hand_image
 
     line = f"the device predicts by itself, with the model {device.model}"
@@ -183,7 +181,6 @@ def _at_rate(
     predictor: Predictor | None,
     notify: Callable[[str], None],
 ) -> Source:
-    """Resample a source if its rate differs from the detector's or the model's."""
     stated = source.descriptor.layout.rate
     trained = None if detector is None else detector.rate
     rate = trained or (stated if predictor is None else predictor.rate)
@@ -207,7 +204,6 @@ def _device_floors(device: DevicePredictor | None) -> Calibration | None:
 
 
 def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpeed | None:
-    """Return the function that gives closing speeds, from a replay or a hand; None without."""
     if source.recorded:
         return lambda sample, epoch, host: source.closing_speed(sample, epoch)
     if grasping is None:

@@ -36,7 +36,6 @@ class LslSink:
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
-        """Announce the streams."""
         layout = descriptor.layout
         self._layout = layout
         self._columns = tuple(range(layout.width))
@@ -59,7 +58,6 @@ class LslSink:
         self._events = self._lsl.StreamOutlet(events, max_buffered=BUFFERED)
 
     def take(self, update: Update) -> None:
-        """Send the samples of an update, then its events."""
         for arrival in update.arrivals:
             self._send(arrival)
         for name, reason in update.failed.items() - self._failed.items():
@@ -90,7 +88,6 @@ class LslSink:
     def _info(
         self, kind: str, content: str, width: int, rate: float, form: Any, descriptor: Descriptor
     ) -> Any:
-        """Return the description of one of the two streams."""
         identity = f"{self._name}@{socket.gethostname()} {kind}"
         info = self._lsl.StreamInfo(f"{self._name} {kind}", content, width, rate, form, identity)
         acquisition = info.desc().append_child("acquisition")

@@ -65,7 +65,6 @@ class AnytimePredictor(Predictor):
         self.predict = None if model.is_compiled else _called(model)
 
     def check(self, layout: Layout) -> None:
-        """Raise InputError if the layout's sampling rate is not the model's."""
         if not is_same_rate(layout.rate, self.model.rate):
             raise InputError(
                 f"the network takes samples at {self.model.rate:g} Hz, but the source sends "
@@ -108,7 +107,6 @@ class WindowLadder(Predictor):
         self.moments = tuple(sorted(self._windows))
 
     def check(self, layout: Layout) -> None:
-        """Raise InputError if the sampling rate differs, or a model takes several channels."""
         for window in self._windows.values():
             spec = window.model.spec
             spec.require_rate(layout.rate)
@@ -123,7 +121,6 @@ class WindowLadder(Predictor):
             self.start(layout).predict(made_up)
 
     def start(self, layout: Layout) -> WindowPredictions:
-        """Return the window models of one closing."""
         return WindowPredictions(self._windows, layout)
 
 

@@ -215,11 +215,9 @@ class LiveSession:
         return path
 
     def stop_recording(self) -> None:
-        """Close the recording, if one is running."""
         self._recorder.stop()
 
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample."""
         self.source.mark(text)
 
     def new_object(self) -> None:
@@ -240,7 +238,6 @@ class LiveSession:
         return radius_text(self.pipeline.radius)
 
     def hand_asks(self) -> tuple[Ask, ...]:
-        """Return the possible requests to the hand; empty without a hand."""
         return () if self._requests is None else self._requests.allowed
 
     def ask_hand(self, ask: Ask, by: str) -> None:
@@ -250,13 +247,11 @@ class LiveSession:
         self._requests.ask(ask, by)
 
     def hand_gone(self, by: str) -> None:
-        """Open the hand if the origin ``by``, now disconnected, had closed it."""
         if self._requests is not None:
             self._requests.gone(by)
 
     @property
     def recording(self) -> RecorderStatus:
-        """State of the recorder."""
         return self._recorder.status
 
     @property
@@ -270,7 +265,6 @@ class LiveSession:
 
     @property
     def _least(self) -> int:
-        """Return the number of samples that the next read waits for."""
         return 1 if self.grasping is not None and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
@@ -333,7 +327,6 @@ class LiveSession:
         self.fanout.put(Update(arrivals, events, *state))
 
     def _note(self, pinch: PinchDone) -> None:
-        """Add a pinch mark to the recording, if one is running."""
         is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start
         if self._noted is None or self.recording.path != self._noted or not is_whole:
             return

@@ -40,14 +40,12 @@ class TextSink:
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
-        """Write a line about the source."""
         rate = descriptor.layout.rate
         self._alone = len(descriptor.layout.vibration_fingers) < 2
         names = ", ".join(s for s in (descriptor.firmware, descriptor.sensor) if s)
         self._write(f"{descriptor.source}: {names or 'unnamed'}, {rate:g} Hz")
 
     def take(self, update: Update) -> None:
-        """Write the lines of an update."""
         self._health = update.health
         for line in self._link.lines(update.health):
             self._write(line)
@@ -88,14 +86,12 @@ class TextSink:
             self._write(line)
 
     def _name(self, pinch: PinchDone) -> str:
-        """Return the name of the object of a finished pinch; "" if it has none yet."""
         for text in reversed(self._names.markers(pinch)):
             object_ = held_object(text)
             return f'marked "{text}"' if object_ is None else text + _shore(self._shore_a(object_))
         return self._label(pinch)
 
     def _label(self, pinch: PinchDone) -> str:
-        """Return the label of a pinch in a replayed recording, in words; "" without a label."""
         label = self._names.label(pinch)
         if label is None or not label.object:
             return ""
@@ -110,7 +106,6 @@ def _shore(shore_a: float | None) -> str:
 
 
 def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
-    """Return one line of text about a pinch."""
     is_judged = not alone and pinch.verdict is not None
     judged = pinch.in_force if is_judged else pinch.final
     parts = [f"pinch {pinch.number}: {finger_name(pinch.contacts[0].finger)} first"]

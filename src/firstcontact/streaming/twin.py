@@ -45,11 +45,9 @@ class TwinHand(Hand):
         self._open = False
 
     def send(self, command: Command) -> None:
-        """Send the command as an order."""
         self._order(order_text(command))
 
     def start(self) -> None:
-        """Begin the next closing immediately. A present closing ends before."""
         self._order(CLOSE_ORDER)
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
@@ -63,14 +61,12 @@ class TwinHand(Hand):
             raise HandError(str(error)) from error
 
     def release(self) -> None:
-        """Open the hand."""
         if not self._open:
             return
         with suppress(InputError):  # a twin that has ended holds nothing
             self._source.order(order_text(None))
 
     def close(self) -> None:
-        """Release the hand. The source stays open."""
         self.release()
         self._open = False
 
@@ -99,7 +95,6 @@ def default_model(source: Source) -> Model:
 
 
 def cache_folder() -> Path:
-    """Return the folder of the cache, in ``XDG_CACHE_HOME`` or ``~/.cache``."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "firstcontact"
 

@@ -12,7 +12,6 @@ SAMPLES = 1200
 
 
 def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
-    """Return one closing: both fingers vibrate, one touches, then the other."""
     rng = np.random.default_rng(seed)
     counts = np.zeros((SAMPLES, 16))
     first = int(rng.integers(450, 700))

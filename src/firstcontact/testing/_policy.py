@@ -199,5 +199,4 @@ def make_estimate(
 
 
 def _shore(chance: Random) -> float:
-    """Return a random Shore A, sometimes 0 or 100."""
     return chance.choice((0.0, 100.0, *(chance.uniform(0, 100) for _ in range(8))))

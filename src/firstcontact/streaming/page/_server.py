@@ -79,7 +79,6 @@ class Commands:
         return {"ok": True, "do": request.do, "text": outcome}
 
     def gone(self, by: str) -> None:
-        """Open the hand if the viewer ``by``, now disconnected, had closed it."""
         if self._controls is not None:
             self._controls.hand_gone(by)
 

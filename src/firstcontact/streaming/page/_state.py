@@ -72,18 +72,15 @@ class PinchRows:
         self._rename()
 
     def add_label(self, mark: PinchMark) -> None:
-        """Process a label of a replayed recording."""
         self._names.add_labels([mark])
         self._rename()
 
     def add_pinch(self, pinch: PinchDone) -> None:
-        """Add a row."""
         self._names.add_pinch(pinch)
         self._rows.append(Row(brief(pinch)))
         self._rename()
 
     def hand(self, event: HandPinch) -> None:
-        """Add a device's predictions to the row of their pinch."""
         for i, row in enumerate(self._rows):
             if event.contacts and row.pinch.holds(event.epoch, event.contacts[0].sample):
                 self._rows[i] = msgspec.structs.replace(row, hand=hand_line(event).strip())
@@ -186,7 +183,6 @@ class State:
             self.hello = msgspec.json.encode(hello).decode()
 
     def take(self, update: Update) -> None:
-        """Process an update."""
         with self._lock:
             self._pending.append(update)
             # Without a viewer, consecutive samples are processed together.
@@ -337,7 +333,6 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
 
 
 def _with(estimates: Sequence[Estimate], estimate: Estimate) -> tuple[Estimate, ...]:
-    """Return the estimates with a new estimate added."""
     if estimate.final:
         estimates = [e for e in estimates if e.elapsed < estimate.elapsed]
     return (*estimates, estimate)

@@ -136,7 +136,6 @@ class Closeup:
             self._fill(block)
 
     def mark(self, contact: Contact) -> None:
-        """Mark the contact of a finger in the close-up."""
         if self._contact is not None:
             elapsed = (contact.sample - self._contact.sample) / self._layout.rate
             mark = {"finger": finger_place(contact.finger), "ms": round(1e3 * elapsed, 2)}

@@ -148,7 +148,6 @@ class Guard:
 
 
 def quoted(token: str) -> str:
-    """Return a token, quoted for URLs and cookies."""
     return quote(token, safe="", errors="surrogateescape")
 
 
@@ -170,7 +169,6 @@ def load(package: str, folder: str) -> Files:
 
 
 def answer(request: Request, guard: Guard, served: Files) -> Response | None:
-    """Return the response to a request; None lets the request open the WebSocket."""
     path = request.path.partition("?")[0]
     websocket = path == SOCKET
     try:
@@ -190,7 +188,6 @@ def answer(request: Request, guard: Guard, served: Files) -> Response | None:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a listening socket; raise InputError if the address cannot be used."""
     if not 0 <= port <= LAST_PORT:  # the system would use another port: the number modulo 65,536
         raise InputError(
             f"port {port} does not exist: name one from 1 to {LAST_PORT}, or 0 for a free port"
@@ -216,7 +213,6 @@ def serve_page(
     longest: int,
     **more: Any,
 ) -> AbstractAsyncContextManager[object]:
-    """Return the server of a page as a context manager."""
     # Users do not read the library's log, so it stays silent.
     log = logging.getLogger("firstcontact.page")
     log.setLevel(logging.CRITICAL)
@@ -235,7 +231,6 @@ def serve_page(
 
 
 def plain(status: HTTPStatus, sentence: str) -> Response:
-    """Return a response with one sentence of plain text."""
     return _response(status, "text/plain; charset=utf-8", sentence.encode())
 
 

@@ -67,14 +67,12 @@ class PageSink:
         return None if token is None else self._guard.url(token)
 
     def open(self, descriptor: Descriptor) -> None:
-        """Start to serve the page."""
         self._state = State(descriptor, self._landmarks, self._controls)
         self._thread = threading.Thread(target=self._serve, name="page", daemon=True)
         self._thread.start()
         self._started.wait()
 
     def take(self, update: Update) -> None:
-        """Show an update. Slow viewers do not delay this call."""
         if self._died:
             raise RuntimeError(f"the page is no longer served: {self._died}")
         if self._state is not None:

@@ -181,13 +181,6 @@ def test_samples_and_losses_are_counted(
     assert line.counts == counts
 
 
-def test_consecutive_frames_are_one_block() -> None:
-    line = Line()
-    (block,) = line.feed(*frames(7, 98, 1)).blocks
-    assert (block.first_sample, block.end) == (7, 105)
-    assert line.counts == Counts(98)
-
-
 @given(st.lists(st.integers(1, 30), unique=True, max_size=20), st.data())
 def test_lost_doubled_and_late_frames_are_each_counted_once(
     lost_frames: list[int], data: st.DataObject

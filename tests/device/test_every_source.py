@@ -18,11 +18,10 @@ from printing_board import PrintingBoard
 from compiled_kernels import using
 from firstcontact.core import Block, InputError, fingertip_layout
 from firstcontact.device import SOURCES, Arrival, SourceKind, open_source
-from firstcontact.device._twin_source import TwinDevice, TwinSource
+from firstcontact.device._twin_source import TwinDevice
 from firstcontact.device.opening import SourceOptions, source_kind
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
-from firstcontact.device.serial_source import SerialSource
 from firstcontact.device.source import drain
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
@@ -157,29 +156,9 @@ def test_name_of_a_broken_plugin_is_refused(
     assert source_kind("/dev/serial/by-path/pci-0000:00:14.0").is_port
 
 
-@pytest.mark.parametrize("device", ["/dev/ttyACM0", Path("/dev/ttyACM0")])
-def test_port_name_opens_a_serial_source(device: str | Path) -> None:
-    source = open_source(device)
-    assert isinstance(source, SerialSource)
-    assert source.name == "/dev/ttyACM0"
-
-
 def test_speed_of_a_real_device_is_refused() -> None:
     with pytest.raises(InputError, match=r"--speed .*/dev/ttyACM0"):
         open_source("/dev/ttyACM0", speed=2.0)
-
-
-@pytest.mark.parametrize("speed", [1.0, math.inf])
-def test_folder_is_refused_at_any_speed(tmp_path: Path, speed: float) -> None:
-    with pytest.raises(InputError, match=r"\*\.mcap"):
-        open_source(str(tmp_path), speed=speed)
-
-
-def test_twin_opens_by_name() -> None:
-    with open_source("twin", speed=10.0, condition="everyday", seed=3) as source:
-        assert isinstance(source, TwinSource)
-        assert source.descriptor.source == "twin"
-        assert source.read(60.0)
 
 
 def test_a_twin_without_compiled_code_is_refused() -> None:

@@ -72,18 +72,6 @@ def test_markers_of_an_interrupted_epoch_keep_it(device: ScriptedDevice) -> None
     assert [m.text for m in markers] == ["before", "then"][: len(markers)]
 
 
-def test_closed_port_raises(device: ScriptedDevice) -> None:
-    transport = SerialTransport(device.port)
-    transport.close()
-    transport.close()
-    with pytest.raises(LinkError):
-        transport.send(FrameType.STOP)
-    with pytest.raises(LinkError):
-        transport.read()
-    # It is free for the next.
-    SerialTransport(device.port).close()
-
-
 def test_stop_of_this_process_during_a_write_does_not_lose_the_port(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:

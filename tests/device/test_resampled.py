@@ -125,14 +125,6 @@ def test_samples_marks_and_counts_have_the_new_rate(
     np.testing.assert_allclose(numbers, np.array([100, 200, 400, 900]) * share, atol=0.51)
 
 
-def test_read_returns_at_least_one_sample(tmp_path: Path) -> None:
-    """One source sample may give no output sample. Reading continues until there is one."""
-    path = write_recording(48_000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
-    with ReplaySource(path, speed=np.inf, block=1) as inner:
-        source = ResampledSource(inner, NEW)
-        assert all(len(source.read(1.0)[0].block.data) for _ in range(40))
-
-
 def test_resampled_source_has_the_capabilities_of_its_source(tmp_path: Path) -> None:
     path = write_recording(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
     with ReplaySource(path) as inner:

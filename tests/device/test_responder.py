@@ -154,12 +154,3 @@ def test_consecutive_requests_are_answered_in_order() -> None:
     host.listen()
     kinds = [f.type for f in host.frames]
     assert kinds == [FrameType.DESCRIPTOR, FrameType.MARKER, FrameType.SAMPLES]
-
-
-@given(st.binary(max_size=600), st.integers(1, 40))
-def test_noise_between_requests_is_ignored(noise: bytes, piece: int) -> None:
-    host = device()
-    wire = noise + b"\0" + encode(FrameType.HELLO, 0, b"\1")
-    for k in range(0, len(wire), piece):
-        host.device.hear(wire[k : k + piece])
-    assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]

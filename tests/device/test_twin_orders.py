@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import select
 from collections.abc import Iterator
-from math import isfinite
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from twin_host import host
 
-from firstcontact.core import Command, InputError
+from firstcontact.core import Command
 from firstcontact.device._twin_source import TwinDevice, TwinSource
 from firstcontact.device.protocol import FrameType
 from firstcontact.device.twin_words import (
-    ACCEPTED,
-    concerns_hand,
     held_object,
-    lost_object,
-    lost_text,
-    object_text,
     order_text,
     peak_text,
     read_order,
 )
 from firstcontact.twin import TwinStream
-from firstcontact.twin.objects import OBJECTS
 
 #: Multiple of real time at which orders still arrive within a closing.
 SPEED = 4
@@ -112,34 +105,3 @@ def test_order_text_round_trips(speed: float, force: float) -> None:
     assert command.speed == pytest.approx(speed, abs=5.1e-5)
     assert command.force == pytest.approx(force, abs=5.1e-4)
     assert read_order(order_text(None)) is None
-
-
-@given(st.text(max_size=30))
-def test_other_hand_texts_are_refused_or_ignored(text: str) -> None:
-    try:
-        order = read_order("hand:" + text)
-    except InputError:
-        return
-    assert order is None or (isfinite(order.speed) and isfinite(order.force))
-
-
-def test_object_texts_differ_from_hand_texts() -> None:
-    for name in OBJECTS:
-        assert held_object(f"twin: {name}") == name
-        assert not concerns_hand(f"twin: {name}")
-    about = (peak_text(3.44), ACCEPTED + order_text(None), ACCEPTED + object_text("apple 1"))
-    for text in (*about, "twin: hand is not closing", "hand: release", "hand: -0.0160 2.551"):
-        assert held_object(text) is None
-        assert concerns_hand(text)
-    for text in ("an apple", "hand: my left one", "hand: 0.0160 2.551 or so"):
-        assert held_object(text) is None
-        assert not concerns_hand(text)
-    assert peak_text(3.44) == "twin: peak 3.4 N"
-
-
-def test_loss_texts_concern_the_hand() -> None:
-    for loss in ("dropped", "broken"):
-        assert lost_object(lost_text(loss)) == loss
-        assert concerns_hand(lost_text(loss))
-        assert held_object(lost_text(loss)) is None
-    assert lost_object(peak_text(3.0)) is None

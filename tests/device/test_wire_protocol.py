@@ -181,24 +181,6 @@ def test_flipped_byte_loses_its_frames(place: int) -> None:
         assert decoder.bad == (2 if cut else 1)
 
 
-MANY = frames(0, 600)
-ENDS = np.cumsum([len(f) for f in MANY])
-
-
-@given(st.binary(min_size=1000, max_size=1000), st.integers(len(MANY[0]), 10_000))
-def test_burst_loses_only_the_overwritten_frames(burst: bytes, place: int) -> None:
-    first_frame, last_frame = np.searchsorted(ENDS, [place, place + len(burst) - 1], "right")
-    touched = set(range(first_frame, last_frame + 1))
-    # Where the burst ends on the zero of a frame, the next is joined to it.
-    joined = {int(last_frame) + 1} if place + len(burst) == ENDS[last_frame] else set()
-    data = b"".join(MANY)
-    decoder, out = decoded(data[:place] + burst + data[place + len(burst) :])
-    received = {f.counter for f in out}
-    untouched = set(range(len(MANY))) - touched
-    assert untouched - joined <= received <= untouched
-    assert 1 <= decoder.bad <= burst.count(0) + 1
-
-
 def test_line_without_zeros_is_one_bad_frame_in_constant_memory() -> None:
     decoder = Decoder()
     decoder.feed(STREAM[0])

@@ -42,14 +42,6 @@ def test_both_fingertips_move_at_the_commanded_speed(speed: float) -> None:
         assert travel == pytest.approx(degrees(speed) * 0.4)
 
 
-def test_the_other_fingers_follow_the_index_and_the_thumb_is_opposed() -> None:
-    fingers = Fingers(AT_REST)
-    fingers.move(Command(0.02, 5.0), 0.1, AT_REST)
-    index = fingers.targets[INDEX]
-    assert fingers.targets[:4] == [index] * 4
-    assert fingers.targets[5] == OPPOSED
-
-
 @pytest.mark.parametrize("finger", [INDEX, THUMB])
 def test_pressing_finger_stays_and_the_other_moves_on(finger: int) -> None:
     other = THUMB if finger == INDEX else INDEX
@@ -57,12 +49,6 @@ def test_pressing_finger_stays_and_the_other_moves_on(finger: int) -> None:
     fingers.move(Command(0.02, 2.0), 0.03, touched(2.0, finger, 19.5))
     assert fingers.targets[finger] == 19.5
     assert fingers.targets[other] > 20.0
-
-
-def test_a_pressing_finger_may_open() -> None:
-    fingers = Fingers(AT_REST)
-    fingers.move(Command(-0.02, 1.0), 0.1, touched(5.0, INDEX, 20.0))
-    assert fingers.targets[INDEX] < 20.0
 
 
 @given(

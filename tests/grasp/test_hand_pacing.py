@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import inf, nan
+from math import inf
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,29 +17,6 @@ SLOW = Command(0.01, 1.0)
 GENTLE = Command(0.005, 0.5)
 
 numbers = st.floats(-1e3, 1e3)
-
-
-@given(numbers, numbers)
-def test_commands_are_clipped_to_the_limits(speed: float, force: float) -> None:
-    pacer = Pacer(LIMITS, 1.0)
-    pacer.offer(Command(speed, force), 0.0)
-    due = pacer.due(0.0)
-    assert due is not None
-    assert due.command is not None
-    assert abs(due.command.speed) <= LIMITS.speed
-    assert 0 <= due.command.force <= LIMITS.force
-    inside = abs(speed) <= LIMITS.speed and 0 <= force <= LIMITS.force
-    assert pacer.counts.clipped == (not inside)
-    if inside:
-        assert due.command == Command(speed, force)
-
-
-@pytest.mark.parametrize("command", [Command(nan, 1.0), Command(0.1, inf), Command(-inf, 1.0)])
-def test_commands_that_are_not_finite_are_refused(command: Command) -> None:
-    pacer = Pacer(LIMITS, 1.0)
-    with pytest.raises(ValueError, match="m/s"):
-        pacer.offer(command, 0.0)
-    assert pacer.due(0.0) is None
 
 
 @given(st.lists(st.tuples(st.floats(0, 0.05), st.floats(0, 0.1)), min_size=1, max_size=60))
@@ -60,17 +36,6 @@ def test_the_rate_holds_and_the_last_command_arrives(steps: list[tuple[float, fl
     assert sent[-1][1] == Command(steps[-1][1], 1.0)
     assert all(b[0] - a[0] >= 0.999 / LIMITS.rate for a, b in pairwise(sent))
     assert pacer.counts.sent + pacer.counts.superseded == len(steps)
-
-
-def test_newer_command_replaces_a_waiting_one() -> None:
-    pacer = Pacer(LIMITS, 1.0)
-    pacer.offer(SLOW, 0.0)
-    assert pacer.due(0.0) == Due(SLOW)
-    pacer.offer(SLOW, 0.002)
-    pacer.offer(GENTLE, 0.004)
-    assert pacer.due(0.005) is None
-    assert pacer.due(pacer.next_time()) == Due(GENTLE)
-    assert (pacer.counts.sent, pacer.counts.superseded) == (2, 1)
 
 
 def test_last_command_is_repeated_before_the_hands_watchdog_acts() -> None:

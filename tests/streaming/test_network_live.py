@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from streams import as_blocks, cut, cut_frames, facts, run
+from streams import as_blocks, cut_frames, run
 
 from firstcontact.contact import Detector, detect
 from firstcontact.core import (
@@ -14,16 +14,15 @@ from firstcontact.core import (
     ClosingSpeed,
     Contact,
     Dataset,
-    InputError,
     Pinch,
     fingertip_layout,
 )
-from firstcontact.models import Model, RigPredictor, Touches, WindowPredictor
+from firstcontact.models import Touches
 from firstcontact.models.in_context import InContextModel
 from firstcontact.models.rig import RigSpeeds
 from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline, Verdict
 from firstcontact.streaming.events import Estimate
-from firstcontact.streaming.predictors import AnytimePredictor, live_predictor
+from firstcontact.streaming.predictors import AnytimePredictor
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate
@@ -100,48 +99,6 @@ def test_a_measured_speed_is_used_live_as_offline(
         for pinch_event, other in zip(finished, unmeasured, strict=True)
         if pinch_event.estimates
     )
-
-
-def test_live_is_what_the_model_predicts(
-    fresh: Dataset, detector: Detector, anytime: InContextModel, models: list[WindowPredictor]
-) -> None:
-    """The network predicts unless the caller names another estimator."""
-    model = Model(detector, (*models, RigPredictor(anytime)))
-    for estimator in (None, "svm"):
-        predictor = live_predictor(model, estimator)
-        process = [
-            e
-            for e in run(Pipeline(LAYOUT, detector, predictor), as_blocks(fresh))
-            if isinstance(e, PinchDone)
-        ]
-        compared = 0
-        for live, pinch in zip(process, fresh.pinches, strict=True):
-            for e in live.estimates:
-                offline = model.predict(
-                    Dataset((pinch,)), e.elapsed + 9e-5, live.contacts[:1], estimator=estimator
-                )
-                if not offline.elapsed[0] >= e.elapsed - 1e-4:
-                    continue  # the pinch knows its second contact, which was detected later
-                assert e.value == pytest.approx(offline.value[0], abs=5e-3)
-                compared += 1
-        assert compared > len(fresh)
-    with pytest.raises(InputError) as refused:
-        live_predictor(model, "cnn")
-    assert refused.value.parameter == "estimator"
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_blocks_do_not_matter(
-    fresh: Dataset, detector: Detector, anytime: InContextModel, seed: int
-) -> None:
-    rng = np.random.default_rng(seed)
-    sample = fresh.take([0, 1, 2])
-    facts_at_once = facts(run(pipeline(detector, anytime), as_blocks(sample)))
-    pieces = []
-    for block in as_blocks(sample):
-        edges = rng.integers(1, len(block.data), rng.integers(60))
-        pieces += cut(block, edges.tolist())
-    assert facts(run(pipeline(detector, anytime), pieces)) == facts_at_once
 
 
 def test_it_stops_at_the_second_contact(

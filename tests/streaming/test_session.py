@@ -10,7 +10,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from streams import Keeper, offline
+from streams import Keeper
 
 from firstcontact.contact import Detector
 from firstcontact.core import (
@@ -19,7 +19,6 @@ from firstcontact.core import (
     Finger,
     InputError,
     Physical,
-    Pinch,
     VibrationCalibration,
     fingertip_layout,
 )
@@ -85,19 +84,6 @@ def run(
         session = LiveSession(source, pipeline, **more)  # type: ignore[arg-type]
         session.run([keeper])
     return session, keeper
-
-
-def test_a_replay_gives_exactly_what_offline_gives(
-    recorded: Path, stream: np.ndarray, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    _, keeper = run(recorded, detector, models)
-    assert len(keeper.pinches) >= 4
-    for finished_pinch in keeper.pinches:
-        cut = stream[finished_pinch.start - 12_345 : finished_pinch.end - 12_345]
-        pinch = Pinch(cut, LAYOUT, first_sample=finished_pinch.start)
-        for estimate, entry in zip(finished_pinch.estimates, models, strict=False):
-            first, value = offline(detector, entry, pinch)
-            assert (finished_pinch.contacts[0], estimate.value) == (first, value)
 
 
 def test_every_sample_reaches_the_sinks_once_and_in_order(

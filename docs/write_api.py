@@ -213,7 +213,8 @@ def members(kind: type, documented: str) -> list[str]:
         if name.startswith("_") or not (is_method or isinstance(subject, property)):
             continue
         function: Any = subject.fget if isinstance(subject, property) else getattr(kind, name)
-        text = sections(function.__doc__ or "")[""]
+        described = subject if isinstance(subject, property) else function
+        text = sections(inspect.getdoc(described) or "")[""]
         if not function.__module__.startswith("firstcontact") or f"`{name}`" in documented:
             continue
         called = ""

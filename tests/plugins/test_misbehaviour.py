@@ -124,7 +124,7 @@ def test_help_lists_names_and_imports_nothing(
     install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:
     module = install("raise SystemExit(0)\n", "slowly")
-    for verb in ("train", "adapt", "study", "grasp-study", "live", "export", "import"):
+    for verb in ("train", "adapt", "study", "live", "export", "import"):
         sys.modules.pop(configuration(verb).__module__, None)
         with pytest.raises(SystemExit) as end:
             run(verb, "--help")

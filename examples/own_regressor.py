@@ -1,15 +1,20 @@
-"""Your own scikit-learn regressors, compared with the package's on a small simulated set.
+"""Your own scikit-learn regressors: train one, and score it on simulated objects.
 
 python examples/own_regressor.py
 """
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from sklearn.linear_model import Ridge
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
 
-from firstcontact.core.jobs import Serial
-from firstcontact_lab.study.benchmark import QUICK, benchmark
+import firstcontact as fc
+from firstcontact.models import LabelledTouches
+from firstcontact_lab.study.scores import predictions_by_time
+from firstcontact_lab.study.window_ladder import fit_window_ladder
 
 
 class Loudness:
@@ -37,6 +42,12 @@ pipeline = make_pipeline(
 
 
 if __name__ == "__main__":
-    results = benchmark("own_regressor:Loudness", "paper-rig", QUICK, 0, Serial())
-    for name, scores in results.anytime.items():
-        print(name, {f"{ms} ms": round(rmse, 1) for ms, rmse in scores.rmse.items()})
+    with TemporaryDirectory() as folder:
+        fc.simulate(Path(folder, "pinches"), pinches_per_block=12, pinches_per_object=3)
+        pinches = fc.load(Path(folder, "pinches"))
+    contacts = LabelledTouches.cut(pinches, [pinch.first for pinch in pinches])
+    unseen = pinches.test[contacts.rows]
+    learned, asked = contacts.take(~unseen), contacts.take(unseen)
+    model = fit_window_ladder(Loudness(), learned.touches, learned.shore_a)
+    for ms, predicted in predictions_by_time(model, asked.touches).items():
+        print(f"{ms} ms: RMSE {np.sqrt(np.mean((predicted.value - asked.shore_a) ** 2)):.1f}")

@@ -1,1 +1,1 @@
-"""Experiments with the package ``firstcontact``: studies, reports, pre-training and benchmarks."""
+"""Experiments with the package ``firstcontact``: studies, reports and pre-training."""

@@ -93,7 +93,6 @@ class PinchRun:
         self.broken_at: int | None = None
 
     def fork(self) -> Self:
-        """Return an independent copy in the same state, with the same noise."""
         other = copy.copy(self)
         other._state = self._state.copy()
         other._touched = self._touched.copy()
@@ -105,7 +104,6 @@ class PinchRun:
 
     @property
     def now(self) -> float:
-        """Time of the newest sample, s from the run's start; 0 before the first sample."""
         return float(self.times[self.done - 1]) if self.done else 0.0
 
     @property
@@ -133,7 +131,6 @@ class PinchRun:
 
     @property
     def commanded(self) -> bool:
-        """Return True if a command is active."""
         return self._reference.command is not None
 
     @property
@@ -160,7 +157,6 @@ class PinchRun:
         return waiting
 
     def advance(self, samples: int) -> NDArray[np.float64]:
-        """Simulate the next samples and return their motion."""
         end = self.done + samples
         if samples < 1 or end > self.times.size:
             left = self.times.size - self.done
@@ -194,7 +190,6 @@ class PinchRun:
         )  # fmt: skip
 
     def _keep(self, begin: int, piece: Piece, taken: int) -> NDArray[np.float64]:
-        """Advance to the end of a simulated piece."""
         out = piece.out[:taken]
         if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > self._strength:
             self.broken_at = begin + taken - 1
@@ -207,7 +202,6 @@ class PinchRun:
         self, begin: int, stop: int, speeds: NDArray[np.float64], state: NDArray[np.float64],
         touched: NDArray[np.float64], limit: float, damping: float,
     ) -> Piece:  # fmt: skip
-        """Return a piece to integrate."""
         return Piece(
             *self._fingers, self._held, self._stiffness, self._approach.touch,
             self.times[begin:stop], self._noise.points, self._noise.dt,

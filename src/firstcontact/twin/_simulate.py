@@ -28,8 +28,6 @@ OBJECT_SESSIONS = 2
 
 @dataclass(frozen=True, slots=True)
 class PlannedPinch:
-    """Planned pinch: a specimen, its label, and its number in the session."""
-
     specimen: TwinObject
     label: Label
     number: int
@@ -37,8 +35,6 @@ class PlannedPinch:
 
 @dataclass(frozen=True, slots=True)
 class PlannedSession:
-    """Planned session: its name, and its pinches in their order."""
-
     name: str
     pinches: tuple[PlannedPinch, ...]
 
@@ -190,7 +186,6 @@ def check_set(
     seed: int = 0,
     workers: int | None = None,
 ) -> None:
-    """Check the arguments of :func:`simulate` without simulating."""
     condition(condition_name)
     for name, value in (
         ("pinches_per_block", pinches_per_block),
@@ -223,8 +218,6 @@ def _file(session: PlannedSession) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _Batch:
-    """Consecutive pinches of one session, simulated as one job."""
-
     session: str
     first: int
     pinches: Sequence[PlannedPinch]

@@ -101,7 +101,6 @@ CONDITIONS = {c.name: c for c in (PAPER_RIG, EVERYDAY)}
 
 
 def condition(name: str) -> Condition:
-    """Return the condition with this name."""
     if name not in CONDITIONS:
         raise InputError(f"condition {name!r} is not known: use one of {', '.join(CONDITIONS)}")
     return CONDITIONS[name]

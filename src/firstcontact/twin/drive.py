@@ -20,37 +20,17 @@ LATENCY = 0.020
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Limits and latency of a drive. Sources are in ``docs/reference/twin-parameters.md``.
+    """Limits and latency of a drive, which follows a reference speed."""
 
-    A drive is a speed loop that follows a reference speed. A stalled drive pushes with
-    :attr:`firstcontact.twin.mechanics.FingerParameters.speed_gain` times the commanded speed, up
-    to the commanded force. So a slow command is also gentle, and a command to stop releases the
-    object.
-
-    Parameters
-    ----------
-    latency
-        Time from a command to its effect, such as braking, s. It is rounded to whole samples.
-    acceleration
-        Acceleration of the reference speed, m/s^2.
-    force
-        Largest force of a motor at its fingertip, N. Braking and opening may always use it.
-    speed
-        Largest reference speed in either direction, m/s.
-    back_damping
-        Damping of a drive that moves backwards although it should close or stand still, because
-        the grip force pushes it, N s/m.
-
-    Raises
-    ------
-    InputError
-        A value is negative or infinite.
-    """
-
+    #: Time from a command to its effect, s. It is rounded to whole samples.
     latency: float = LATENCY
+    #: Acceleration of the reference speed, m/s^2.
     acceleration: float = 10.0
+    #: Largest force of a motor at its fingertip, N. Braking and opening may always use it.
     force: float = 12.0
+    #: Largest reference speed in either direction, m/s.
     speed: float = 0.25
+    #: Damping of a drive that the grip force pushes backwards, N s/m.
     back_damping: float = 60.0
 
     def __post_init__(self) -> None:
@@ -66,7 +46,6 @@ class Drive:
         return round(self.latency * FINGERTIP_RATE)
 
     def clipped(self, command: Command) -> Command:
-        """Return the command, limited to what the drive can do."""
         if math.isnan(command.speed) or math.isnan(command.force):
             raise InputError(f"{command} is not a command: use numbers for speed and force")
         return Command(
@@ -105,7 +84,6 @@ class DriveReference:
         return np.where(ramp < abs(change), ramp_speeds, self._end)
 
     def hold(self, speed: float) -> None:
-        """Hold a steady speed."""
         self._begin = self._end = speed
         self.command = None
 
@@ -132,7 +110,6 @@ class Positions:
         self._samples: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
 
     def add(self, motion: NDArray[np.float64], first_sample: int) -> None:
-        """Measure and store positions while the fingers move."""
         travel = self._travel + np.cumsum(motion[..., DRIVE_SPEED].mean(axis=1)) / FINGERTIP_RATE
         for place in range(EVERY - 1, len(travel), EVERY):
             position = float(travel[place]) + NOISE * float(self._rng.standard_normal())

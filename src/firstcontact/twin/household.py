@@ -36,60 +36,31 @@ MOST = 2.5
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Number with its source.
-
-    Parameters
-    ----------
-    value
-        Value in SI units or Shore A.
-    source
-        Key of the source, or "estimate".
-    """
+    """Number with its source."""
 
     value: float
     source: str = ESTIMATE
 
     @property
     def estimated(self) -> bool:
-        """True if the number was not measured."""
         return self.source == ESTIMATE
 
 
 @dataclass(frozen=True, slots=True)
 class HouseholdNumbers:
-    """Physical quantities of one type of household object.
-
-    Parameters
-    ----------
-    shore_a
-        Effective Shore A: the value of an elastomer with the same contact modulus.
-    mass
-        Mass, kg.
-    friction
-        Coefficient of friction against the pad's silicone.
-    limit
-        Contact force that damages 63 of 100 specimens, N; None if this hand cannot damage the
-        object.
-    weibull
-        Weibull modulus of the damaging force; None without a limit.
-    radius
-        Radius of curvature at the contact, m; None for flat objects.
-    thickness
-        Thickness across the pinch, m.
-    bulk
-        Stiffness of the whole object between the two contacts, N/m. None for a round object: it is
-        taken to be as stiff as a column of its cross-section.
-    loss
-        Loss factor of the material.
-    """
+    """Physical quantities of one type of household object, in SI units."""
 
     shore_a: Quantity
     mass: Quantity
     friction: Quantity
+    #: Contact force that damages 63 of 100 specimens, N; None if this hand cannot do so.
     limit: Quantity | None
     weibull: Quantity | None
+    #: Radius of curvature at the contact, m; None for flat objects.
     radius: Quantity | None
     thickness: Quantity
+    #: Stiffness between the two contacts, N/m. A round object without it is as stiff as a column of
+    #: its cross-section.
     bulk: Quantity | None
     loss: Quantity
 
@@ -121,12 +92,10 @@ class HouseholdObject:
 
     @property
     def shore_a(self) -> float:
-        """Effective Shore A."""
         return self.numbers.shore_a.value
 
     @property
     def scatter(self) -> SpecimenScatter:
-        """Scatter between specimens of the object."""
         return SCATTER[self.origin]
 
     @property
@@ -141,16 +110,8 @@ class HouseholdObject:
         else:
             bulk = modulus * (math.pi * radius**2) / n.thickness.value
         hold, damping = LOOSE_HOLD if mass < LIGHT else HOLD
-        nominal = ObjectParameters(
-            modulus=modulus,
-            radius=radius,
-            face_mass=mass / 2,
-            bulk_stiffness=bulk,
-            bulk_damping=loss * math.sqrt(bulk * mass / 4),
-            clamp_stiffness=hold,
-            clamp_damping=damping,
-            arm_share=2 * loss,
-            contact_loss=loss,
+        nominal = ObjectParameters.solid(n.shore_a.value, mass, bulk, loss)._replace(
+            radius=radius, clamp_stiffness=hold, clamp_damping=damping
         )
         fragility = None
         if n.limit is not None and n.weibull is not None:
@@ -198,7 +159,6 @@ _BY_NAME = {item.name: item for item in HOUSEHOLD}
 
 
 def household_named(name: str) -> HouseholdObject:
-    """Return the household object with this name."""
     if name not in _BY_NAME:
         names = ", ".join(_BY_NAME)
         raise InputError(f"object {name!r} is not a household object: use one of {names}")

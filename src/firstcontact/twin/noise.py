@@ -171,7 +171,6 @@ class RecordedNoise:
 
     @property
     def description(self) -> str:
-        """Description of the noise, for the header of a recording."""
         return (
             f"noise of {self.name} (sha256 {self.digest}) in place of the modelled electronics "
             "and hum, from places that the seed draws"
@@ -192,7 +191,6 @@ class RecordedNoise:
 
 
 def read_noise(path: Path) -> RecordedNoise:
-    """Read the noise from a recording of sensors at rest."""
     recording = read_recording(path)
     layout = recording.header.layout
     units = {c.unit for c in layout.vibration}

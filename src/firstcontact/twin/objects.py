@@ -26,7 +26,6 @@ class Fragility:
     modulus: float
 
     def draw(self, rng: np.random.Generator) -> float:
-        """Draw the breaking force of one object, N."""
         return self.scale * float(rng.weibull(self.modulus))
 
 

@@ -17,22 +17,11 @@ LIFT = 0.45
 
 @dataclass(frozen=True, slots=True)
 class Lift:
-    """Lift of an object: the support's share of the weight falls linearly from 1 to 0.
+    """Lift of an object: the support's share of the weight falls linearly from 1 to 0."""
 
-    Parameters
-    ----------
-    delay
-        Time from the first contact to the beginning of the lift, s.
-    duration
-        Duration of the lift, s; 0 for an abrupt one.
-
-    Raises
-    ------
-    ValueError
-        A time is negative or not a number.
-    """
-
+    #: Time from the first contact to the beginning of the lift, s.
     delay: float = LIFT
+    #: Duration of the lift, s; 0 for an abrupt one.
     duration: float = 0.0
 
     def __post_init__(self) -> None:
@@ -73,34 +62,20 @@ slide = kernels().slide
 
 @dataclass(frozen=True, slots=True)
 class GraspOutcome:
-    """Outcome of a pinch. If the object broke, only the time until the break counts.
+    """Outcome of a pinch. If the object broke, only the time until the break counts."""
 
-    Parameters
-    ----------
-    peak_force
-        Largest grip force, N. The grip force is the smaller contact force.
-    squeeze
-        Largest compression of the object, m: that of its bulk, plus the object's share of the
-        indentation at both contacts (the pads take the other share).
-    time_to_grasp
-        Time from the first contact until the grip is strong enough and steady to the end, s. None
-        if the grip never becomes strong and steady, or if the object broke.
-    slipped
-        Distance that the object slid down, m.
-    dropped
-        True if the object slipped out, or is about to slip out.
-    broken
-        True if a contact force exceeded the breaking force.
-    first_contact, second_contact
-        Contact times, s from the first sample; None without contact.
-    """
-
+    #: Largest grip force, N. The grip force is the smaller contact force.
     peak_force: float
+    #: Largest compression of the object, m, with its share of the indentation at both contacts.
     squeeze: float
+    #: Time from the first contact until the grip is strong enough and steady to the end, s.
     time_to_grasp: float | None
+    #: Distance that the object slid down, m.
     slipped: float
+    #: True if the object slipped out, or is about to slip out.
     dropped: bool
     broken: bool
+    #: Contact times, s from the first sample; None without contact.
     first_contact: float | None
     second_contact: float | None
 

@@ -63,8 +63,6 @@ def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint1
 
 
 class PinchJob(NamedTuple):
-    """Drawn pinch to simulate."""
-
     draw: PinchDraw
     """Drawn pinch. Its random generator advances."""
     label: Label
@@ -111,7 +109,6 @@ def simulate_pinches(jobs: Sequence[PinchJob], duration: float = DURATION) -> It
 
 
 def _pinch(job: PinchJob, times: NDArray[np.float64], motion: NDArray[np.float64]) -> Pinch:
-    """Return the pinch of a simulated motion."""
     draw, first_sample = job.draw, job.first_sample
     scans = PinchFingertips(draw, times).read(motion)
     data = settled_filter(scans[0], draw.velostat).update(scans)

@@ -1,4 +1,8 @@
-"""Plant for grasp control: a simulated hand that closes on one object and takes commands."""
+"""Plant for grasp control: a simulated hand that closes on one object and takes commands.
+
+Without commands it equals a pinch of a simulated set. Samples are computed ahead in long pieces. If
+a command takes effect within a piece, the plant computes this piece again.
+"""
 
 from __future__ import annotations
 
@@ -39,46 +43,7 @@ PIECE = (64, 256)
 
 
 class GraspPlant:
-    """Simulated pinch from the closing hand to the lifted object.
-
-    It begins like a pinch of a simulated set: both fingers close at their drawn speed with the
-    motor running, 130 ms or more before the first contact. Without commands it equals that pinch.
-    The same draw and commands give the same bytes, however many samples each call advances.
-
-    Samples are computed ahead in long pieces. If a command takes effect within a piece, the plant
-    computes this piece again. Only :meth:`advance` computes readings.
-
-    Parameters
-    ----------
-    draw
-        Drawn pinch. Its random generator advances.
-    drive
-        Drive that limits the commands.
-    held_object
-        Object in the hand, which states mass, friction and breaking force.
-    velostat
-        Parameters of the force arrays of both fingers, instead of the drawn ones.
-    lift
-        Lift of the object after the first contact.
-    longest
-        Longest duration of the pinch, s.
-    calm_steps
-        Integration steps per sampling interval from :data:`firstcontact.twin._run.CALM` s after the
-        second contact on, in a commanded hand; at least :data:`firstcontact.twin._run.QUICK`. By
-        default as many as before the contacts.
-    slip, slip_seed
-        Model of the slip sound in the piezos, and the random seed of that model; no slip sound by
-        default. The model does not affect other random numbers.
-
-    Attributes
-    ----------
-    nominal
-        Initial command: the drawn speed and the drive's force.
-    sample
-        Number of the next sample.
-    limit
-        Contact force at which the object breaks, N.
-    """
+    """Simulated pinch from the closing hand to the lifted object."""
 
     def __init__(
         self,
@@ -131,7 +96,6 @@ class GraspPlant:
 
     @property
     def limit(self) -> float:
-        """Contact force at which the object breaks, N."""
         return self._run.limit
 
     @property
@@ -283,7 +247,6 @@ class GraspPlant:
 
     @property
     def outcome(self) -> GraspOutcome:
-        """Outcome of the pinch so far."""
         broken = self._run.broken_at
         crack = None if broken is None or broken - BURN_IN >= self.sample else broken - BURN_IN
         # Ignore the remains of a broken object.
@@ -323,7 +286,6 @@ class PinchReadings:
 
     @property
     def sample(self) -> int:
-        """Number of the next sample."""
         return self._tips.sample
 
     def read(self, motion: NDArray[np.float64]) -> NDArray[np.int16]:
@@ -334,7 +296,6 @@ class PinchReadings:
         return self._device.update(scans)
 
     def fork(self) -> Self:
-        """Return an independent copy in the same state, with the same noise."""
         other = copy.copy(self)
         other._tips = self._tips.fork()
         other._device = None if self._device is None else self._device.fork()

@@ -93,7 +93,6 @@ class DeviceFilter:
         self.reset()
 
     def reset(self) -> None:
-        """Clear the state, as a restart of the device does."""
         # Position of the next scan in a cycle of ROUND scans, -1 before the first scan.
         self._place = np.full(1, -1, np.int64)
         self._smoothed = np.zeros(2, np.int64)
@@ -101,11 +100,9 @@ class DeviceFilter:
         self._sums = np.zeros((2, TAXELS), np.int64)
 
     def fork(self) -> Self:
-        """Return an independent copy in the same state."""
         return copy.deepcopy(self)
 
     def update(self, scans: NDArray[np.uint16]) -> NDArray[np.int16]:
-        """Filter the next scans."""
         if scans.ndim != 2 or scans.shape[1] != len(SCAN):
             raise ValueError(f"scans have shape {scans.shape}, not (n, {len(SCAN)})")
         out = np.empty((len(scans), _COLUMNS), np.int16)
@@ -139,7 +136,6 @@ class Fingertips(ABC):
         self._sheet_state = np.zeros((2, 2, TAXELS))
 
     def fork(self) -> Self:
-        """Return an independent copy in the same state, with the same noise."""
         other = copy.copy(self)
         other._sheet_state = self._sheet_state.copy()
         return other
@@ -149,7 +145,6 @@ class Fingertips(ABC):
         """Return the electrical noise of each fingertip's next samples."""
 
     def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
-        """Return the scans of the next samples."""
         scans = np.empty((len(motion), len(SCAN)), np.uint16)
         for f, (piezo, force) in enumerate(self._pickup(len(motion))):
             scans[:, f] = piezo_readings(motion[:, f, BUFFER] + piezo)
@@ -185,8 +180,6 @@ class PinchFingertips(Fingertips):
 
 
 class StreamFingertips(Fingertips):
-    """Converters of a running twin."""
-
     def __init__(self, draw: PinchDraw, rng: np.random.Generator) -> None:
         super().__init__(draw)
         self._rng = rng

@@ -87,7 +87,6 @@ class SlipSound:
         return out.T
 
     def fork(self) -> Self:
-        """Return an independent copy in the same state."""
         other = copy.copy(self)
         other._patches, other._state = self._patches.copy(), self._state.copy()
         return other

@@ -1,4 +1,4 @@
-"""Comparison of estimators for study and benchmark: all get the same simulated rigs."""
+"""Comparison of estimators: all get the same simulated rigs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Record
 from firstcontact.core.jobs import Runner
 from firstcontact.core.physics import gent_shore_a
-from firstcontact.models import ESTIMATORS, Task, Touches
+from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.interval import SHORE_A
 from firstcontact.models.network_estimator import rig_estimators
 from firstcontact.models.predictions import ContactPredictor
@@ -75,23 +75,12 @@ def rig_sets(
 
 
 def fit_on_set(competitor: Competitor, rigs: RigSet, learn: Index, seed: int) -> ContactPredictor:
-    windows = rigs.windows
-    return fit_predictor(
-        competitor, rigs.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
-    )
-
-
-def fit_predictor(
-    competitor: Competitor, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
-) -> ContactPredictor:
-    """Return a competitor that learned from contacts, and predicts at any time after a contact."""
-    options = dict(competitor.options)
-    regressor, name = options.pop("regressor", None), options.pop("estimator", None)
+    touches, name = rigs.touches.take(learn), competitor.options["estimator"]
+    shore_a, groups = rigs.windows.y[learn], rigs.windows.sessions[learn]
     if competitor.method == "in context":
         kind = rig_estimators()[name]
         return kind(Task.REGRESSION, touches.rate).fit_touches(touches, shore_a, groups, seed).model
-    estimator = name if regressor is None else regressor
-    return fit_window_ladder(estimator, touches, shore_a, groups, seed=seed, options=options)
+    return fit_window_ladder(name, touches, shore_a, groups, seed=seed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,7 +152,7 @@ def compared(
 
 
 #: Options that identify a competitor, and do not describe its training.
-_OWN = ("estimator", "radii", "regressor")
+_OWN = ("estimator", "radii")
 
 
 def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

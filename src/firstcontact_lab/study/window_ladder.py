@@ -6,9 +6,8 @@ registered estimators and users' regressors can be compared with the network.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,12 +84,11 @@ def fit_window_ladder(
     groups: Groups = None,
     *,
     seed: int = 0,
-    options: Mapping[str, Any] | None = None,
 ) -> LadderModel:
     """Fit an estimator, or a user's regressor, to windows of each length that is scored."""
 
     def fit(X: Windows, y: Values, groups: Groups) -> Predict:
-        made = make_estimator(estimator, Task.REGRESSION, touches.rate, **(options or {}))
+        made = make_estimator(estimator, Task.REGRESSION, touches.rate)
         return made.fit(X, y, groups, seed=seed).predict
 
     rungs = []

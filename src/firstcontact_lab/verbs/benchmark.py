@@ -1,19 +1,17 @@
-"""``firstcontact benchmark``: compare a regressor with ours, on simulated rigs or recordings."""
+"""``firstcontact benchmark``: the parts of a study that compare a regressor with ours."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from firstcontact.cli import Option
-from firstcontact.core import InputError
-from firstcontact.core.installation import require_modules
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """Score a regressor, the default one and the network on the same pinches.
+    """Score a regressor and the package's estimators on the same pinches.
 
     The pinches come from simulated rigs, or from recordings with whole sessions held out.
     """
@@ -21,13 +19,9 @@ class Benchmark:
     regressor: Annotated[str, Option(positional=True)]
     """Registered estimator, or PACKAGE:NAME of a scikit-learn regressor."""
     out: Path = Path("firstcontact-benchmark")
-    """Folder for report and results; earlier ones are replaced."""
+    """Folder for report and results; for this benchmark only."""
     recordings: Path | None = None
     """Recordings to score on, instead of simulated rigs."""
-    condition: Annotated[
-        Literal["paper-rig", "everyday"] | None, Option(group="simulated hand")
-    ] = None
-    """Condition of the simulated hand; by default all of them."""
     quick: bool = False
     """Run on little data; do not quote its numbers."""
     seed: int = 0
@@ -36,27 +30,16 @@ class Benchmark:
     """Number of processes; 0 takes all cores."""
 
     def run(self) -> None:
-        from firstcontact.core.jobs import worker_count
-        from firstcontact.models.training_runs import check_seed
-        from firstcontact.twin import CONDITIONS
+        from firstcontact_lab.verbs.study import Study
 
-        require_modules("study", "matplotlib", "jinja2")
-        check_seed(self.seed)
-        if self.recordings is not None and (self.condition is not None or self.quick):
-            raise InputError(
-                "--condition and --quick are for simulated rigs: leave them out, or leave "
-                "--recordings out"
-            )
-        from firstcontact_lab.study.benchmark import run_benchmark
-
-        for line in run_benchmark(
-            self.regressor,
-            self.out,
-            self.recordings,
-            [self.condition] if self.condition else list(CONDITIONS),
-            self.quick,
-            self.seed,
-            worker_count(self.workers),
-        ):
-            print(line)
-        print(self.out / "report.html")
+        Study(
+            recordings=self.recordings,
+            out=self.out,
+            quick=self.quick,
+            parts=("blocks", "objects", "anytime")
+            if self.recordings
+            else ("generalise", "anytime"),
+            estimator=(self.regressor,),
+            seed=self.seed,
+            workers=self.workers,
+        ).run()

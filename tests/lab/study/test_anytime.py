@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from excerpts import subject, twin_pinches
+from msgspec.structs import replace
 
 from firstcontact.core import Pinch
 from firstcontact.core.jobs import Serial
-from firstcontact.models import Touches
+from firstcontact.models import ESTIMATORS, Touches
 from firstcontact.twin import BLOCKS
 from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact_lab.report.findings import PartResult
@@ -88,3 +91,34 @@ def test_no_sample_after_the_second_contact_is_used(outcome, blocks, objects) ->
         return Pinch(data, pinch.layout, pinch.label, pinch.first_sample, pinch.truth)
 
     assert outcome.results[ANYTIME] == score([noisy(p) for p in blocks + objects])
+
+
+REGRESSOR = """
+import numpy as np
+
+class Sealed:
+    # Refuses windows that it has learned from.
+    def fit(self, X, y):
+        self.line = np.polyfit(np.log(X.std(axis=1)), y, 1)
+        self.learned = {row.tobytes() for row in X}
+
+    def predict(self, X):
+        if any(row.tobytes() in self.learned for row in X):
+            raise RuntimeError("these windows are not held out")
+        return np.polyval(self.line, np.log(X.std(axis=1)))
+"""
+
+
+def test_a_regressor_of_the_user_is_scored_on_the_same_held_out_pinches(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outcome, blocks, objects
+) -> None:
+    (tmp_path / "their_regressors.py").write_text(REGRESSOR, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(ESTIMATORS, "_included", [])
+    ESTIMATORS.include("their_regressors:Sealed")
+    scores = score(blocks + objects)
+    theirs = scores.other_estimators["their_regressors:Sealed"]
+    usual = outcome.results[ANYTIME]
+    assert replace(scores, other_estimators=usual.other_estimators) == usual
+    for entry, same in ((theirs.unseen, usual), (theirs.blocks, usual.blocks)):
+        assert (entry.n, list(entry.rmse)) == (same.n, list(same.rmse))

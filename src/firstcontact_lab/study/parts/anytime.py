@@ -16,6 +16,7 @@ from firstcontact.core.text import counted, percent
 from firstcontact.models import ESTIMATORS, LabelledTouches, Predictions, Task, Touches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import Adapted, NetworkEstimator, rig_estimators
+from firstcontact.models.predictions import ContactPredictor
 from firstcontact.models.scores import Ends, regression_scores
 from firstcontact.models.splits import Split, by_session
 from firstcontact.models.training_runs import RIG_ESTIMATOR
@@ -45,6 +46,7 @@ from firstcontact_lab.study.scores import (
     learns_one_value,
     predictions_by_time,
 )
+from firstcontact_lab.study.window_ladder import fit_window_ladder
 
 
 class FixedWindow(Record, frozen=True, kw_only=True):
@@ -115,12 +117,13 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     # The job with all contacts takes the longest, and goes first.
     everyone = np.arange(len(home))
     splits = [Split("all", everyone, everyone[:0]), *folds]
-    predicted = runner.map(_predict, splits, home, objects, settings.seed)
+    regressors = [name for name in ESTIMATORS.names if ":" in name]  # of ``study --estimator``
+    predicted = runner.map(_predict, splits, home, objects, settings.seed, regressors)
     adapted, on_objects = predicted[0]
     assert adapted is not None
     subject.adapted = adapted
     by_estimator = {}
-    for name in rig_estimators():
+    for name in (*rig_estimators(), *regressors):
         on_blocks = [by_name[name] for _, by_name in predicted[1:]]
         blocks = _block_scores(on_blocks, folds, home, settings.seed) if folds else None
         if len(objects):
@@ -167,14 +170,18 @@ def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
 
 
 def _predict(
-    split: Split, home: LabelledTouches, objects: LabelledTouches, seed: int
+    split: Split,
+    home: LabelledTouches,
+    objects: LabelledTouches,
+    seed: int,
+    regressors: Sequence[str],
 ) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
     """Condition all estimators on the training side of a split, and predict."""
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
     adapted = conditioned_model(RIG_ESTIMATOR.name, learned, seed)
     # The default estimator contains the network, conditioned on the same contacts.
-    models = {
+    models: dict[str, ContactPredictor] = {
         NetworkEstimator.name: adapted.model.network_alone(),
         RIG_ESTIMATOR.name: adapted.model,
     }
@@ -183,6 +190,10 @@ def _predict(
             models[name] = conditioned_model(name, learned, seed).model
     if not len(queries):
         return adapted, {}
+    for name in regressors:
+        models[name] = fit_window_ladder(
+            name, learned.touches, learned.shore_a, learned.sessions, seed=seed
+        )
     return None if len(split.test) else adapted, {
         name: predictions_by_time(model, queries.touches) for name, model in models.items()
     }

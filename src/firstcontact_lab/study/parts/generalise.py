@@ -77,7 +77,7 @@ _PANELS = {
     "objects": "Unseen objects",
     "three_pinches": "Three pinches",
     "other_hand": "Another hand",
-    "level_left_out": "Level left out",
+    "level_left_out": "Hardness left out",
 }
 
 
@@ -129,7 +129,7 @@ _OBJECTS = {
 }
 _OTHERS = {
     "other_hand": ("Another hand", "shore"),
-    "level_left_out": ("Level left out", "shore"),
+    "level_left_out": ("Hardness left out", "shore"),
     "blocks": ("Blocks", "shore"),
     "accuracy": ("Nearest level", "share"),
 }
@@ -196,9 +196,9 @@ PART = Part(
         "Hands, objects and sessions on which nothing in this project was chosen. All estimators "
         "learn from the same block pinches. They predict at the same contacts: the known contacts, "
         "with the delays of the detector above. Three pinches: the mean of three estimates of "
-        "one object. Another hand: the estimators learn from 30 block pinches of that hand. Level "
-        "left out: one of 20, 29 and 43 Shore A is missing in training, and is predicted. Pale "
-        "rows have information that the signal does not contain: the object's modulus, so that "
+        "one object. Another hand: the estimators learn from 30 block pinches of that hand. "
+        "Hardness left out: one of 20, 29 and 43 Shore A is missing in training, and is predicted. "
+        "Pale rows use information that is not in the signal: the object's modulus, so that "
         "only the label's error is left, or the stiffness of the contact."
     ),
     [objects_off_blocks, others_off_blocks],

@@ -141,7 +141,7 @@ test-install: $(VENV)/.dev ## wheel and sdist, built and installed into empty en
 
 # EXTRAS without cnn leaves out 5 GB of PyTorch. Warnings of new packages about old ones are no
 # faults, and the test that is left out expects the package of this checkout.
-EXTRAS ?= plot,sklearn,live,parquet,files,audio,hand,cluster,cnn
+EXTRAS ?= plot,train,live,parquet,files,audio,hand,cluster,cnn
 OLDEST ?= tests/core tests/recording tests/signal tests/contact tests/models tests/twin tests/streaming
 test-oldest: $(VENV)/.dev ## some tests (OLDEST) with the oldest packages that pyproject.toml allows
 	folder=$$(mktemp -d) && trap "rm -rf $$folder" EXIT && \

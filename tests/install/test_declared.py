@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 FOR_USERS = (
     "plot",
     "cnn",
-    "sklearn",
+    "train",
     "parquet",
     "study",
     "files",

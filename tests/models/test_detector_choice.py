@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import firstcontact as fc
 from firstcontact.contact.detector_file import is_pretrained
-from firstcontact.core import Dataset, Pinch
+from firstcontact.core import Dataset, Pinch, installation
 from firstcontact.core.jobs import Serial
 from firstcontact.models.alignment import choose_detector, detect_alignment, fit_detector
 from firstcontact.signal import resample_dataset
@@ -76,6 +78,19 @@ def test_pinches_without_known_contacts_take_the_package_detector(plain: Dataset
     detector, _, reason = choose_detector(unknown, None, False, 0, Serial())
     assert is_pretrained(detector)
     assert not reason
+
+
+def test_base_install_takes_the_package_detector(
+    plain: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(installation, "find_spec", lambda module: None)
+    monkeypatch.setitem(sys.modules, "sklearn", None)
+    detector, _, reason = choose_detector(plain, None, False, 0, Serial())
+    assert is_pretrained(detector)
+    assert "extra 'train'" in reason
+    for call in (lambda: fc.train(plain), lambda: fit_detector(plain)):
+        with pytest.raises(fc.InputError, match=r"\[train\]"):
+            call()
 
 
 def test_few_known_contacts_give_the_package_detector(plain: Dataset) -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from sklearn.model_selection import GroupKFold, StratifiedGroupKFold, StratifiedKFold
 
-from firstcontact.models.splits import Group, Split, by_session, leave_one_out
+from firstcontact.models.splits import Group, Split, by_session, inner_folds, leave_one_out
 
 
 @st.composite
@@ -36,6 +37,36 @@ def test_by_session_holds_whole_sessions_out_and_asks_about_everyone_once(made, 
         split.check(sessions, specimens)
         assert Group.SESSION not in split.shares
         assert not set(sessions[split.train]) & set(sessions[split.test])
+
+
+@given(pinches(), st.integers(0, 2**32 - 1), st.integers(2, 6))
+def test_folds_are_those_of_scikit_learn(made, seed: int, k: int) -> None:
+    sessions, _, levels = made
+    assume(len(set(sessions)) >= 2)
+    strata = np.unique(levels, return_inverse=True)[1]
+    rarest, folds = np.bincount(strata).min(), min(k, len(set(sessions)))
+    grouped = StratifiedGroupKFold(folds, shuffle=True, random_state=seed)
+    splitter = grouped if rarest >= folds else GroupKFold(folds)
+    expected = [(s.train, s.test) for s in by_session(sessions, levels, seed, k)]
+    check_folds(expected, splitter.split(levels[:, None], strata, sessions))
+    even = strata * 0
+    check_folds(
+        inner_folds(levels, sessions, seed, k),
+        grouped.split(levels[:, None], strata if rarest >= folds else even, sessions),
+    )
+    alone = StratifiedKFold(k, shuffle=True, random_state=seed)
+    check_folds(
+        inner_folds(levels, None, seed, k),
+        alone.split(levels[:, None], strata if rarest >= k else even),
+    )
+
+
+def check_folds(folds, expected) -> None:
+    """Compare folds with those of scikit-learn, which yields empty ones as well."""
+    expected = [(train, test) for train, test in expected if len(test)]
+    assert [(a.tolist(), b.tolist()) for a, b in folds] == [
+        (a.tolist(), b.tolist()) for a, b in expected
+    ]
 
 
 @given(pinches(), st.integers(0, 5))

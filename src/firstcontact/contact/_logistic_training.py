@@ -15,6 +15,7 @@ from firstcontact.chain.touch import fit_predictions, look_features
 from firstcontact.contact._window_detector import WindowSizes
 from firstcontact.contact.training import SteadyState
 from firstcontact.core import Pinch
+from firstcontact.core.installation import require_modules
 from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Lengths of the newest parts, s: from two samples to three milliseconds.
@@ -176,6 +177,7 @@ def scores(features: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[
 
 def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
     """Fit a logistic regression with balanced classes. Return weights, then the intercept."""
+    require_modules("train", "sklearn")
     from sklearn.linear_model import LogisticRegression
 
     rng = np.random.default_rng(seed)

@@ -21,6 +21,7 @@ from firstcontact.contact.training import (
 )
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.display import BLUE
+from firstcontact.core.installation import require_modules
 from firstcontact.core.kernel import RbfKernel
 
 #: Gamma times the number of features. It is below the usual 1, so that windows louder than all
@@ -48,6 +49,7 @@ class RbfMachine:
     @classmethod
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
         """Return a machine that is trained on features, shape (windows, features)."""
+        require_modules("train", "sklearn")
         from sklearn.svm import SVC
 
         mean, scale = x.mean(axis=0), x.std(axis=0)

@@ -186,6 +186,8 @@ class LogSpectrum(Estimator):
     colour: ClassVar[str] = SKY
     model: ClassVar[type[WindowModel]] = LogSpectrumModel
     moves: ClassVar[bool] = True
+    modules: ClassVar[tuple[str, ...]] = ("sklearn",)
+    extra: ClassVar[str] = "train"
     quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"search_windows": 300})
 
     search_windows: int = SEARCH_WINDOWS

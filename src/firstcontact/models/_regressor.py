@@ -48,7 +48,7 @@ class RegressorModel(WindowModel):
 
     kind: ClassVar[str] = "sklearn"
     modules: ClassVar[tuple[str, ...]] = ("skops",)
-    extra: ClassVar[str] = "sklearn"
+    extra: ClassVar[str] = "train"
 
     def __init__(self, spec: Spec, fitted: Any, title: str = "") -> None:
         self.spec = spec
@@ -105,7 +105,7 @@ class RegressorEstimator(Estimator):
 
     model: ClassVar[type[WindowModel]] = RegressorModel
     modules: ClassVar[tuple[str, ...]] = ("skops",)
-    extra: ClassVar[str] = "sklearn"
+    extra: ClassVar[str] = "train"
     #: Class or instance of a regressor.
     regressor: ClassVar[Any]
 

@@ -20,6 +20,7 @@ from firstcontact.contact.closing_start import (
 from firstcontact.contact.contacts import first_contact
 from firstcontact.contact.detector_file import is_pretrained
 from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core.installation import missing_modules, require_modules
 from firstcontact.core.jobs import Runner
 from firstcontact.core.text import counted
 from firstcontact.models.splits import inner_folds
@@ -35,6 +36,10 @@ _log = logging.getLogger("firstcontact.models")
 TOLERANCE = 0.003
 #: Number of folds. A detector is fitted without one fold, and then finds the contacts of that fold.
 FOLDS = 3
+#: Note in models that were made with the base install.
+NOT_FITTED = (
+    "the detector is that of the package: to fit one to your pinches, install the extra 'train'"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +89,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
     if name is not None:
         return make_detector(name).fit(dataset)
     if any(p.first is not None for p in dataset.pinches):
+        require_modules("train", "sklearn")
         try:
             return make_detector(DETECTORS.default).fit(dataset)
         except InputError:
@@ -95,8 +101,11 @@ def choose_detector(
     dataset: Dataset, name: str | None, is_known: bool, seed: int, runner: Runner
 ) -> tuple[Detector, Alignment, str]:
     """Return the detector for a rig, the contacts to learn from, and a sentence on the choice."""
-    fitted = fit_detector(dataset, name)
     shipped = general_detector(dataset.layout)
+    if name is None and missing_modules(["sklearn"]):
+        alignment = label_alignment(dataset) if is_known else detect_alignment(dataset, shipped)
+        return shipped, alignment, NOT_FITTED
+    fitted = fit_detector(dataset, name)
     if name is not None or not is_pretrained(shipped) or is_pretrained(fitted):
         if is_known:
             return fitted, label_alignment(dataset), ""

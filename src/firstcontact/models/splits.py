@@ -64,24 +64,20 @@ def by_session(
     sessions: NDArray[np.str_], classes: NDArray[Any], seed: int, folds: int = FOLDS
 ) -> list[Split]:
     """Return folds that hold out whole sessions, with each class spread evenly over the folds."""
-    from sklearn.model_selection import GroupKFold, StratifiedGroupKFold
-
     names = np.unique(sessions)
     if len(names) < 2 or "" in names:
         raise ValueError("a split by session needs pinches of two known sessions or more")
     folds = min(folds, len(names))
-    # scikit-learn refuses to stratify by fractional values.
-    _, strata, counts = np.unique(classes, return_inverse=True, return_counts=True)
     # Small classes cannot be stratified; sessions stay whole either way.
-    splitter = (
-        StratifiedGroupKFold(folds, shuffle=True, random_state=seed)
-        if counts.min() >= folds
-        else GroupKFold(folds)
+    is_rare = np.unique(classes, return_counts=True)[1].min() < folds
+    numbers = (
+        _even_folds(sessions, folds)
+        if is_rare
+        else _stratified_group_folds(classes, sessions, folds, seed)
     )
-    dealt = splitter.split(np.zeros((len(classes), 1)), strata, groups=sessions)
     return [
-        Split(f"sessions {i}", train, test, frozenset({Group.SPECIMEN}))
-        for i, (train, test) in enumerate(dealt)
+        Split(f"sessions {fold}", train, test, frozenset({Group.SPECIMEN}))
+        for fold, (train, test) in enumerate(_sides(numbers, folds))
         if len(train) and len(test)
     ]
 
@@ -104,21 +100,21 @@ def inner_folds(
     y: NDArray[Any], groups: NDArray[Any] | None, seed: int, k: int = 3
 ) -> Iterator[tuple[Index, Index]]:
     """Yield folds that hold out whole sessions, with similar targets in each fold."""
-    from sklearn.model_selection import StratifiedGroupKFold, StratifiedKFold
-
     if groups is not None and len(np.unique(groups)) < 2:
         groups = None
     k = min(k, len(y) if groups is None else len(np.unique(groups)))
     if k < 2:
         return
-    kind = StratifiedKFold if groups is None else StratifiedGroupKFold
-    folds = kind(k, shuffle=True, random_state=seed)
-    for train, validation in folds.split(y[:, None], _strata(y, k), groups):
-        if len(validation):
-            yield train, validation
+    strata = _strata(y, k)
+    numbers = (
+        _stratified_folds(strata, k, seed)
+        if groups is None
+        else _stratified_group_folds(strata, groups, k, seed)
+    )
+    yield from (fold for fold in _sides(numbers, k) if len(fold[1]))
 
 
-def _strata(y: NDArray[Any], k: int) -> NDArray[np.intp]:
+def _strata(y: NDArray[Any], k: int) -> Index:
     """Return the class number of each target; all 0 if a class is too rare for k folds."""
     values, numbers = np.unique(y, return_inverse=True)
     if len(values) > RANGES:
@@ -126,3 +122,57 @@ def _strata(y: NDArray[Any], k: int) -> NDArray[np.intp]:
         numbers = np.unique(np.searchsorted(edges, y, side="right"), return_inverse=True)[1]
     rare = np.bincount(numbers).min() < k
     return np.zeros(len(y), dtype=np.intp) if rare else numbers
+
+
+def _sides(numbers: Index, k: int) -> Iterator[tuple[Index, Index]]:
+    """Yield positions outside and inside of each fold, given the fold of each pinch."""
+    for fold in range(k):
+        yield np.flatnonzero(numbers != fold), np.flatnonzero(numbers == fold)
+
+
+# The three functions below give the folds of scikit-learn 1.9, which the base install lacks.
+
+
+def _even_folds(groups: NDArray[Any], k: int) -> Index:
+    """Return the fold of each pinch, as ``GroupKFold`` does: largest group, smallest fold."""
+    _, group, sizes = np.unique(groups, return_inverse=True, return_counts=True)
+    pinches, fold = np.zeros(k), np.empty(len(sizes), np.intp)
+    for number in np.argsort(sizes, kind="stable")[::-1]:
+        fold[number] = pinches.argmin()
+        pinches[fold[number]] += sizes[number]
+    return fold[group]
+
+
+def _stratified_folds(strata: NDArray[Any], k: int, seed: int) -> Index:
+    """Return the fold of each pinch, as ``StratifiedKFold`` does with shuffling."""
+    rng = np.random.RandomState(seed)
+    _, first, number = np.unique(strata, return_index=True, return_inverse=True)
+    appearance = np.argsort(np.argsort(first))[number]
+    ordered, out = np.sort(appearance), np.empty(len(strata), np.intp)
+    for stratum in range(len(first)):
+        folds = np.sort(np.flatnonzero(ordered == stratum) % k)
+        rng.shuffle(folds)
+        out[appearance == stratum] = folds
+    return out
+
+
+def _stratified_group_folds(strata: NDArray[Any], groups: NDArray[Any], k: int, seed: int) -> Index:
+    """Return the fold of each pinch, as ``StratifiedGroupKFold`` does with shuffling."""
+    _, stratum, sizes = np.unique(strata, return_inverse=True, return_counts=True)
+    group = np.unique(groups, return_inverse=True)[1]
+    counts = np.zeros((group.max() + 1, len(sizes)))
+    np.add.at(counts, (group, stratum), 1)
+    order = np.random.RandomState(seed).permutation(len(counts))
+    in_fold, fold = np.zeros((k, len(sizes))), np.empty(len(counts), np.intp)
+    for number in order[np.argsort(-counts[order].std(axis=1), kind="stable")]:
+        best, least, fewest = 0, np.inf, np.inf
+        for candidate in range(k):
+            trial = in_fold.copy()
+            trial[candidate] += counts[number]
+            unevenness = (trial / sizes).std(axis=0).mean()
+            pinches = in_fold[candidate].sum()
+            if unevenness < least or (np.isclose(unevenness, least) and pinches < fewest):
+                best, least, fewest = candidate, unevenness, pinches
+        in_fold[best] += counts[number]
+        fold[number] = best
+    return fold[group]

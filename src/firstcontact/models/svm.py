@@ -230,6 +230,8 @@ class Svm(Estimator):
     title: ClassVar[str] = "SVM"
     colour: ClassVar[str] = BLUE
     model: ClassVar[type[WindowModel]] = SvmModel
+    modules: ClassVar[tuple[str, ...]] = ("sklearn",)
+    extra: ClassVar[str] = "train"
     quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"search_windows": 400})
 
     search_windows: int = SEARCH_WINDOWS

@@ -53,37 +53,25 @@ class DetectorKind(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectorConstants:
-    """Constants of a detector at one rate. Lengths are in samples.
-
-    Parameters
-    ----------
-    kind
-        Kind of the detector.
-    window, step, steady, search
-        Lengths of a window, of the distance between two windows, of the steady state, and of the
-        newest part of a window that can hold an onset.
-    looks
-        Number of consecutive looks of a window that must agree.
-    lengths
-        Lengths of the spans at the end of a look, ascending.
-    threshold
-        Deviation of a sample in sigmas: a logistic detector judges from there on, a threshold
-        detector fires.
-    floor
-        Added to levels before their logarithm, in sigmas.
-    line
-        Weights of the features, and the intercept.
-    """
+    """Constants of a detector at one rate. Lengths are in samples."""
 
     kind: DetectorKind
     window: int
+    #: Distance between two windows.
     step: int
     steady: int
+    #: Newest part of a window that can hold an onset.
     search: int
+    #: Number of consecutive looks of a window that must agree.
     looks: int = 1
+    #: Spans at the end of a look, ascending.
     lengths: Sequence[int] = (0,) * 6
+    #: Deviation of a sample in sigmas: a logistic detector judges from there on, a threshold
+    #: detector fires.
     threshold: float = 0.0
+    #: Added to levels before their logarithm, in sigmas.
     floor: float = 1.0
+    #: Weights of the features, and the intercept.
     line: Array = field(default_factory=lambda: np.zeros(17))
 
 
@@ -110,65 +98,40 @@ class Layer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProcessConstants:
-    """Gaussian process on the pinches of a rig, for each stage.
+    """Gaussian process on the pinches of a rig. The first axis of arrays is the stage."""
 
-    Parameters
-    ----------
-    centre, unit
-        Mean and scale of the Shore A of the pinches.
-    mean, sd
-        Of the inputs, shape (stages, 15).
-    known
-        Standardised inputs of the pinches, shape (stages, 15, n).
-    weights
-        Shape (stages, n).
-    factor
-        Inverse of the Cholesky factor of the covariance, lower triangular, shape (stages, n, n).
-    scale
-        Factor on the spread, shape (stages,).
-    """
-
+    #: Mean and scale of the Shore A of the pinches.
     centre: float
     unit: float
+    #: Mean and standard deviation of the inputs, shape (stages, 15).
     mean: Array
     sd: Array
+    #: Standardised inputs of the pinches, shape (stages, 15, n).
     known: Array
     weights: Array
+    #: Inverse of the Cholesky factor of the covariance, lower triangular.
     factor: Array
+    #: Factor on the spread, shape (stages,).
     scale: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigConstants:
-    """Rig that a model is conditioned on.
+    """Rig that a model is conditioned on."""
 
-    Parameters
-    ----------
-    finger
-        Number of its finger, -1 for all fingers without a rig of their own.
-    has_level
-        True if the rig has pinches of known Shore A.
-    level, sign
-        Typical peak of a contact, V, and sign of its largest swing.
-    terms
-        What the rig adds in the network, shape (stages, rank).
-    reference, usual_pitch
-        Spectrum of the motor, shape (LINES,), and median shift of the rig's contacts; None and 0
-        without a pitch.
-    usual_speed, speed_spread, heard_error
-        Closing speeds: median, m/s, spread of ln(speed), and error of a speed from the pitch. The
-        usual speed is 0 if it is unknown, the error if the pitch is useless.
-    process
-        Regression on the rig's own pinches; None without one.
-    """
-
+    #: Number of the finger, -1 for all fingers without a rig of their own.
     finger: int
     has_level: bool
+    #: Typical peak of a contact, V, and sign of its largest swing.
     level: float
     sign: float
+    #: Terms that the rig adds in the network, shape (stages, rank).
     terms: Array
+    #: Spectrum of the motor, shape (LINES,), and median shift of the rig's contacts.
     reference: Array | None = None
     usual_pitch: float = 0.0
+    #: Median closing speed, m/s, spread of ln(speed), and error of a speed from the pitch.
+    #: 0 stands for an unknown speed or error.
     usual_speed: float = 0.0
     speed_spread: float = 0.0
     heard_error: float = 0.0
@@ -177,62 +140,40 @@ class RigConstants:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelConstants:
-    """Model that predicts at any time after a contact.
+    """Model that predicts at any time after a contact."""
 
-    Parameters
-    ----------
-    before
-        Samples of the signal before a contact.
-    moments, stages
-        Samples after the contact at which the model predicts, and at which rigs are described.
-    factors, limit
-        Half width of an interval in spreads, and largest familiar distance, shape (stages,).
-    familiar, whitening
-        Centre and lower triangular whitening matrix of familiar traits, shape (stages, 16) and
-        (stages, 16, 16).
-    mean, sd
-        Of the network's inputs.
-    layers
-        Thin layers of the network.
-    answer, answer_bias
-        Last layer of the network.
-    pitch_step
-        Distance of two points of the spectrum in ln(frequency).
-    sine, fade, part, cell
-        Constants of the spectrum; see ``fc_pitch`` in C.
-    rigs
-        Rigs. One of them must be for all fingers.
-    """
-
+    #: Samples of the signal before a contact.
     before: int
+    #: Samples after the contact at which the model predicts, and at which rigs are described.
     moments: Sequence[int]
     stages: Sequence[int]
+    #: Half width of an interval in spreads, and largest familiar distance, shape (stages,).
     factors: Array
     limit: Array
+    #: Mean of the training's traits, shape (stages, 16), and lower triangular whitening matrices.
     familiar: Array
     whitening: Array
+    #: Mean and standard deviation of the network's inputs.
     mean: Array
     sd: Array
     layers: Sequence[Layer]
+    #: Last layer of the network.
     answer: Array
     answer_bias: Array
+    #: Distance of two points of the spectrum in ln(frequency).
     pitch_step: float
+    #: Constants of the spectrum; see ``fc_pitch`` in C.
     sine: Array
     fade: Array
     part: Array
     cell: Array
+    #: One of them must be for all fingers.
     rigs: Sequence[RigConstants]
 
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """Image of a model, checked when it is first used.
-
-    Parameters
-    ----------
-    data
-        All bytes.
-    """
+    """Image of a model as bytes, checked when it is first used."""
 
     data: bytes
 

@@ -31,11 +31,9 @@ class ClosingSamples:
 
 @dataclass(frozen=True, slots=True)
 class ClosingEnded:
-    """End of a closing. ``sample`` is the first sample after the closing.
+    """End of a closing, by its end or by missing samples or a new epoch."""
 
-    ``is_complete`` is False if missing samples or a new epoch cut the closing off.
-    """
-
+    #: First sample after the closing.
     sample: int
     epoch: int
     is_complete: bool
@@ -51,26 +49,7 @@ _NEVER = 1 << 30
 
 
 class Closings:
-    """Splitter that cuts a stream into closings and detects the contacts in each.
-
-    The chain gets the same samples as from a recording. So live and offline results agree.
-
-    Parameters
-    ----------
-    layout
-        Columns of the blocks.
-    detector
-        Fitted or loaded detector.
-    calibration
-        Calibration with the noise floors, see :class:`firstcontact.chain.Chain`.
-    keeps_first_state
-        True to judge by the first steady state of each closing only, without withdrawals.
-
-    Raises
-    ------
-    InputError
-        If the detector does not support this layout.
-    """
+    """Splitter that cuts a stream into closings and detects the contacts in each."""
 
     def __init__(
         self,

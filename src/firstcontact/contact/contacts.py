@@ -48,21 +48,12 @@ def contact_of(event: ChainEvent, layout: Layout) -> Contact:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDecisions:
-    """Decisions of a detector in one pinch.
-
-    Parameters
-    ----------
-    windows
-        Decisions for the detector's windows, from the first of the pinch to the last that was
-        judged.
-    fixed_windows
-        The same decisions, but relative to the first steady state of the pinch, as published.
-    first
-        First contact that is not withdrawn; None if there is none.
-    """
+    """Decisions of a detector in one pinch."""
 
     windows: WindowDecisions
+    #: The same decisions, but relative to the first steady state of the pinch, as published.
     fixed_windows: WindowDecisions
+    #: First contact that is not withdrawn.
     first: Contact | None
 
 

@@ -15,22 +15,13 @@ from firstcontact.core import Dataset
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowDecisions:
-    """Decisions of a detector for single windows.
+    """Decisions of a detector for single windows."""
 
-    Parameters
-    ----------
-    ends
-        Number of the last sample of each window, shape (windows,).
-    fired
-        Mask of the windows with a contact in their newest part, shape (windows, vibration
-        channels).
-    onsets
-        Number of the sample at which that contact began, -1 without a contact; same shape as
-        ``fired``.
-    """
-
+    #: Number of the last sample of each window, shape (windows,).
     ends: NDArray[np.int64]
+    #: Mask of the windows with a contact in their newest part, shape (windows, channels).
     fired: NDArray[np.bool_]
+    #: Number of the sample at which that contact began, -1 without one, same shape.
     onsets: NDArray[np.int64]
 
 

@@ -21,15 +21,7 @@ ROOM = (1 << 18) - 16
 
 @dataclass(frozen=True, slots=True)
 class HandImage:
-    """Image of a model for a hand.
-
-    Parameters
-    ----------
-    data
-        All bytes of the image.
-    digest
-        Digest of the model without its noise floors, 16 hexadecimal digits.
-    """
+    """Image of a model for a hand, with the digest of the model without its noise floors."""
 
     data: bytes
     digest: str

@@ -17,15 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedModel:
-    """Window model with its interval and its name in C.
-
-    Parameters
-    ----------
-    name
-        Name of the model's files and functions in C, a C identifier.
-    model, interval
-        Saved model, and its interval; None if there is none.
-    """
+    """Window model with its interval and its name in C, an identifier."""
 
     name: str
     model: WindowModel
@@ -34,15 +26,7 @@ class NamedModel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trained:
-    """Exported parts of a model.
-
-    Parameters
-    ----------
-    models
-        Window models, the shortest window first; may be empty.
-    detector, anytime
-        Detector and network; None if there is none.
-    """
+    """Exported parts of a model: window models, the shortest window first, detector and network."""
 
     models: tuple[NamedModel, ...] = ()
     detector: Detector | None = None
@@ -90,21 +74,12 @@ def _length(duration: float) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ModelExporter:
-    """Exporter of trained models to one format.
-
-    Parameters
-    ----------
-    name
-        Name in the registry.
-    write
-        Function that writes the parts of a model into an empty folder and returns notes. It raises
-        InputError with the part that cannot be written, and the reason.
-    extra, modules
-        Required extra of this package, and its modules.
-    """
+    """Exporter of trained models to one format."""
 
     name: str
+    #: Function that writes the parts of a model into an empty folder and returns notes.
     write: Callable[[Trained, Path], Sequence[str]]
+    #: Required extra of this package, and its modules.
     extra: str = ""
     modules: tuple[str, ...] = ()
 

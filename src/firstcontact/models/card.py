@@ -30,72 +30,40 @@ ShoreA = Annotated[float, msgspec.Meta(ge=0, le=100)]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingData:
-    """Pinches that a model was trained on.
+    """Pinches that a model was trained on."""
 
-    Parameters
-    ----------
-    source
-        Source in the recordings' headers: "twin", "real" and so on.
-    pinches
-        Number of pinches.
-    sessions, specimens
-        Names of the sessions and specimens, without repetitions. A specimen's name that several
-        objects share is followed by object and level.
-    target
-        Label that the model predicts.
-    levels
-        Distinct values of that label.
-    objects
-        Mean Shore A of each named object.
-    contacts
-        Text: how the contacts were found.
-    detector
-        Text: how the detector was chosen; "" if there was no choice.
-    seed
-        Random seed of the folds and the training.
-    notes
-        Changes to the data, one sentence each.
-    recorded_rate_hz
-        Rate before resampling to the model's rate, Hz; None if the pinches were not resampled.
-    """
-
+    #: Source in the recordings' headers: "twin", "real" and so on.
     source: Name = ""
     pinches: Count = 0
+    #: Distinct names. A specimen's name that several objects share is followed by object and level.
     sessions: tuple[Name, ...] = ()
     specimens: tuple[Name, ...] = ()
     target: Literal["shore_a", "hardness_rank"] = "shore_a"
     levels: tuple[float, ...] = ()
+    #: Mean Shore A of each named object.
     objects: Mapping[Name, ShoreA] = field(default_factory=dict)
+    #: Sentence on how the contacts were found.
     contacts: Notes = ""
+    #: Sentence on the choice of the detector; "" without a choice.
     detector: Notes = ""
     seed: Count = 0
+    #: Changes to the data, one sentence each.
     notes: tuple[Notes, ...] = ()
+    #: Rate before resampling, Hz; None if the pinches were not resampled.
     recorded_rate_hz: Rate | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingRecord:
-    """Record of the training of one predictor, for human readers only.
-
-    Parameters
-    ----------
-    pinches
-        Number of pinches that the predictor was fitted to or conditioned on.
-    split
-        Text: how the scored pinches were held out.
-    scores
-        Scores on data that the scored model was not trained on.
-    calibration
-        Text: how the interval was calibrated, and which share of truths it contained; or ``none``
-        and the reason why there is no interval.
-    training
-        Hyper-parameters and scaling that the training chose.
-    """
+    """Record of the training of one predictor, for human readers only."""
 
     pinches: Count = 0
+    #: Sentence on how the scored pinches were held out.
     split: Notes = ""
     scores: Mapping[Name, Any] = field(default_factory=dict)
+    #: Calibration and coverage of the interval, or ``none`` and the reason why there is none.
     calibration: Mapping[Name, Any] = field(default_factory=dict)
+    #: Hyper-parameters and scaling that the training chose.
     training: Mapping[Name, Any] = field(default_factory=dict)
 
 

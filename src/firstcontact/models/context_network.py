@@ -22,20 +22,7 @@ _MOST = 1e6
 
 
 class ContextNetwork:
-    """Perceptron of thin layers, to which a rig adds a term.
-
-    A thin layer is ``out(into(x) + term) + bias``. Both matrices hold integers (int16), with a
-    scale for each row.
-
-    Parameters
-    ----------
-    arrays
-        ``LAYER.into.NAME`` and ``LAYER.out.NAME`` for each of ``THIN``, where NAME is ``weight`` or
-        ``scale``, and ``LAYER.out.bias``; ``NAME.weight`` of the layers ``token1``, ``token2``,
-        ``pool``, ``term`` and ``answer``, and ``NAME.bias`` of ``token1``, ``token2`` and
-        ``answer``; ``NAME.mean`` and ``NAME.sd`` for the names ``inputs``, ``token`` and
-        ``general``.
-    """
+    """Perceptron of layers ``out(into(x) + term) + bias`` of int16 with a scale for each row."""
 
     #: Number of standard deviations from the mean at which inputs are clipped.
     FARTHEST: ClassVar[float] = 6.0

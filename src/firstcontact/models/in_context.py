@@ -32,20 +32,7 @@ LOUD = 1e-9, 1e9
 
 
 class InContextModel:
-    """Pre-trained network with the rigs that it is conditioned on.
-
-    Parameters
-    ----------
-    network, familiar
-        Pre-trained network, and statistics of its training contacts.
-    factors
-        Half width of the interval at each time of ``STAGES``, as a multiple of the model's own
-        spread, shape (stages,).
-    level
-        Nominal share of truths inside the intervals.
-    rigs
-        Rigs by finger number. The entry ``ANY`` applies to all other fingers.
-    """
+    """Pre-trained network with the rigs that it is conditioned on, by finger number."""
 
     #: Name of the runtime in model files.
     kind: ClassVar[str] = "network"

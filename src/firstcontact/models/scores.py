@@ -22,12 +22,7 @@ Ends = tuple[float, float]
 
 
 class RegressionScores(Record, frozen=True, kw_only=True):
-    """Errors over ``n`` pinches, in the unit of the target.
-
-    ``bias`` is the mean prediction minus the mean truth. ``spearman`` is present if both truths and
-    predictions vary. ``intervals`` holds the interval of each score by its name. It comes from a
-    bootstrap that draws whole sessions or specimens, and is empty if there are fewer than five.
-    """
+    """Errors over ``n`` pinches, in the unit of the target, with bootstrap intervals by name."""
 
     rmse: float
     mae: float
@@ -58,16 +53,14 @@ TaskScores = RegressionScores | ClassificationScores
 
 
 class SpecimenErrors(Record, frozen=True, kw_only=True):
-    """Mean prediction for one specimen, and errors of its single pinches.
-
-    ``true`` is the label and ``mean`` the mean prediction. ``sd`` is the standard deviation of the
-    predictions; None for a single pinch.
-    """
+    """Mean prediction for one specimen, and errors of its single pinches."""
 
     object: str
     n: int
+    #: Label of the specimen.
     true: float
     mean: float
+    #: Standard deviation of the predictions; None for a single pinch.
     sd: float | None = None
     bias: float
     rmse: float

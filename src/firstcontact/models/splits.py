@@ -27,22 +27,13 @@ class Group(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Split:
-    """Split: positions of the training pinches and of the test pinches.
+    """Positions of the training pinches and of the test pinches, shape (n,) each."""
 
-    Parameters
-    ----------
-    name
-        Name of the held-out fold, level or specimen, unique within a list of splits.
-    train, test
-        Positions, each shape (n,).
-    shares
-        Kinds whose groups may be in both training and test. :meth:`check` refuses a shared group
-        of any other kind.
-    """
-
+    #: Name of the held-out fold, level or specimen, unique within a list of splits.
     name: str
     train: Index
     test: Index
+    #: Kinds whose groups may be in both training and test.
     shares: frozenset[Group] = field(default_factory=frozenset)
 
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:

@@ -217,21 +217,14 @@ class WindowModel(ABC):
 
 @dataclass(frozen=True, slots=True)
 class ArrayCheck:
-    """Declared array of a model.
+    """Declared array of a model."""
 
-    Parameters
-    ----------
-    shape
-        Length of each axis: a number or a name. A name stands for a length from
-        :meth:`ArraysModel.sizes`, or for any length that is the same in all arrays.
-    positive
-        Index of values that must be above 0; ``...`` means all values, None means none.
-    dtype
-        Type of the values; by default finite floating-point numbers.
-    """
-
+    #: Length of each axis: a number, or a name from :meth:`ArraysModel.sizes`. A name that is
+    #: not there stands for any length that is the same in all arrays.
     shape: tuple[int | str, ...]
+    #: Index of values that must be above 0; ``...`` means all values.
     positive: int | slice | EllipsisType | None = None
+    #: Type of the values; by default finite floating-point numbers.
     dtype: type[np.generic] = np.floating
 
     def is_met(self, array: NDArray[Any], sizes: dict[str, int]) -> bool:

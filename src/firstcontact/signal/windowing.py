@@ -31,23 +31,7 @@ def samples_in(duration: float, rate: float) -> int:
 
 
 class Conditioner:
-    """Filters that prepare vibration signals for windows.
-
-    The first filter is exponential smoothing, unless the device has already done it; the second is
-    Savitzky–Golay. Output i belongs to input i and comes :attr:`lookahead` samples later.
-
-    Parameters
-    ----------
-    layout
-        Rate and smoothing of the samples.
-    columns
-        Columns of the input; by default the vibration columns.
-
-    Attributes
-    ----------
-    lookahead
-        Number of future samples that an output needs.
-    """
+    """Smoothing, unless the device has done it, and Savitzky-Golay filter before windows are cut."""
 
     lookahead = SavitzkyGolay.lookahead
 

@@ -10,13 +10,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from firstcontact.contact import Detector, ThresholdDetector, WindowDetector, detect
+from firstcontact.contact import Detector, ThresholdDetector, detect
 from firstcontact.core import Dataset
 from firstcontact.recording import load_dataset
 from firstcontact.twin import simulate
 
 
-class EnergyDetector(WindowDetector):
+class EnergyDetector(Detector):
     """Detector that fires when the newest samples are much louder than the steady state."""
 
     name = "energy"

@@ -121,7 +121,8 @@ def network_graph(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """Graph of an untrained CNN for windows of 74 samples."""
 
     def make(path: Path) -> None:
-        from firstcontact.models._efficientnet import EfficientNet, export
+        from firstcontact.models._cnn import export
+        from firstcontact.models._efficientnet import EfficientNet
 
         path.write_bytes(export(EfficientNet(1, 1).eval(), 74))
 

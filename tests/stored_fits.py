@@ -18,7 +18,7 @@ from typing import Any
 
 from firstcontact.contact import SvmDetector, _logistic_training, training
 from firstcontact.contact._logistic import LogisticDetector
-from firstcontact.contact._window_detector import TrainedDetector
+from firstcontact.contact.detector import TrainedDetector
 from firstcontact.core import Dataset
 from firstcontact.core.files import temporary_path
 

@@ -20,7 +20,7 @@ True
 A detector:
 
 >>> import numpy as np
->>> class Energy(plugins.WindowDetector):
+>>> class Energy(plugins.Detector):
 ...     name = "energy"
 ...
 ...     def fires(self, windows):
@@ -123,7 +123,7 @@ True
 >>> model_exporter = plugins.ModelExporter("nothing", lambda model, folder: ["nothing written"])
 """
 
-from firstcontact.contact import DETECTORS, SLIP_DETECTORS, Detector, WindowDetector
+from firstcontact.contact import DETECTORS, SLIP_DETECTORS, Detector
 from firstcontact.core import Registry
 from firstcontact.device import SOURCES, Arrival, Descriptor, Source, SourceKind
 from firstcontact.device.threaded import ThreadedSource
@@ -177,7 +177,6 @@ __all__ = [
     "Spec",
     "Task",
     "ThreadedSource",
-    "WindowDetector",
     "WindowModel",
     "check_detector",
     "check_estimator",

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, WindowDetector, detect, make_detector
+from firstcontact.contact import DETECTORS, Detector, detect, make_detector
 from firstcontact.contact.contacts import judge_windows
 from firstcontact.core import Block, Dataset, InputError
 from firstcontact.signal import samples_in
 from firstcontact.testing import check_detector
 from firstcontact.testing._closings import LAYOUT, closing
 
-STEADY = samples_in(WindowDetector.steady, LAYOUT.rate)
+STEADY = samples_in(Detector.steady, LAYOUT.rate)
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 2))])
@@ -35,7 +35,7 @@ def test_a_second_fit_to_the_same_pinches_learns_the_same(
             np.testing.assert_array_equal(again[key], learned)
 
 
-class Loud(WindowDetector):
+class Loud(Detector):
     name = "loud"
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:

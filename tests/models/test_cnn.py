@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from firstcontact.models import Task
-from firstcontact.models._cnn import CheckedGraph, Cnn, as_input
+from firstcontact.models._cnn import CheckedGraph, Cnn, as_input, export
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import load_window, save_window
 
@@ -29,12 +29,6 @@ def make(channels: int, outputs: int) -> EfficientNet:
     from firstcontact.models._efficientnet import EfficientNet
 
     return EfficientNet(channels, outputs)
-
-
-def export(network: EfficientNet, samples: int) -> bytes:
-    from firstcontact.models._efficientnet import export
-
-    return export(network, samples)
 
 
 def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, Any]:
@@ -97,7 +91,8 @@ def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) 
     network, _ = used(1, 1)
     script = (
         "import sys, torch; "
-        "from firstcontact.models._efficientnet import EfficientNet, export; "
+        "from firstcontact.models._cnn import export; "
+        "from firstcontact.models._efficientnet import EfficientNet; "
         "export(EfficientNet(2, 3), 15); "
         "n = EfficientNet(1, 1); n.load_state_dict(torch.load(sys.argv[1])); "
         "sys.stdout.buffer.write(export(n, 74))"

@@ -174,8 +174,8 @@ ENTRY = Exporter("bad", write)
 """
 DETECTOR = """
 import numpy as np
-from firstcontact.contact._window_detector import WindowDetector
-class ENTRY(WindowDetector):
+from firstcontact.contact.detector import Detector
+class ENTRY(Detector):
     name = "bad"
     def fires(self, windows):
         raise ValueError("no")

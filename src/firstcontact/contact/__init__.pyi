@@ -3,7 +3,6 @@
 from ._slip import SlipDetector as SlipDetector
 from ._svm import SvmDetector as SvmDetector
 from ._threshold import ThresholdDetector as ThresholdDetector
-from ._window_detector import WindowDetector as WindowDetector
 from .contacts import detect as detect
 from .detector import Detector as Detector
 from .detector_file import general_detector as general_detector

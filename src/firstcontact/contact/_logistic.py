@@ -21,8 +21,8 @@ from firstcontact.contact._logistic_training import (
     fit_line,
     parts,
 )
-from firstcontact.contact._window_detector import TrainedDetector, spread_out, stored_array
 from firstcontact.contact.closing_start import cut_closings
+from firstcontact.contact.detector import TrainedDetector, spread_out, stored_array
 from firstcontact.contact.training import session_groups
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.display import GREEN

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain.image import RESETTLED, SETTLED
 from firstcontact.chain.touch import fit_predictions, look_features
-from firstcontact.contact._window_detector import WindowSizes
+from firstcontact.contact.detector import WindowSizes
 from firstcontact.contact.training import SteadyState
 from firstcontact.core import Pinch
 from firstcontact.core.installation import require_modules

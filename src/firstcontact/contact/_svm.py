@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact._window_detector import TrainedDetector, spread_out, stored_array
 from firstcontact.contact.closing_start import cut_closings
+from firstcontact.contact.detector import TrainedDetector, spread_out, stored_array
 from firstcontact.contact.training import (
     PHASES,
     TrainingWindows,

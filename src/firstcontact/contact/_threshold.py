@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain.image import DetectorConstants, DetectorKind
-from firstcontact.contact._window_detector import WindowDetector
+from firstcontact.contact.detector import Detector
 from firstcontact.core import InputError, Layout
 from firstcontact.core.display import ORANGE
 
@@ -19,7 +19,7 @@ ABOVE_REST = 10.0
 HIGHEST = 1e6
 
 
-class ThresholdDetector(WindowDetector):
+class ThresholdDetector(Detector):
     """Detector that fires if a new sample is far from the mean of the steady state.
 
     Only the newest 3 ms of a window are compared, because earlier windows have judged the older

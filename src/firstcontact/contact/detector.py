@@ -1,16 +1,30 @@
-"""Interface of contact detectors."""
+"""Base classes of contact detectors, and of those that must be trained."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import DetectorConstants
-from firstcontact.core import Dataset
+from firstcontact.chain.image import DetectorConstants, DetectorKind
+from firstcontact.contact.finder import LEAST_LOUD
+from firstcontact.contact.registry import untrained_name
+from firstcontact.core import Dataset, InputError, Layout, Pinch
+from firstcontact.core.display import SKY
+from firstcontact.signal import samples_in
+
+
+@dataclass(frozen=True, slots=True)
+class WindowSizes:
+    """Lengths of window, step and steady state in samples, at one rate."""
+
+    window: int
+    step: int
+    steady: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,50 +39,203 @@ class WindowDecisions:
     onsets: NDArray[np.int64]
 
 
-class Detector(Protocol):
-    """Contact detector: constants for the chain, or a Python function of windows.
+#: Largest number of samples of a steady state.
+MOST = 1 << 14
 
-    Most detectors extend :class:`firstcontact.contact._window_detector.WindowDetector`, which
-    provides everything except the decision itself.
+
+class Detector:
+    """Detector that judges a window of ``duration`` after every ``step`` of new samples.
+
+    The steady state is measured in the first 40 ms of a stream, and again in the first 40 ms after
+    each gap. Decisions begin after the steady state. So a stream must start where a closing does:
+    the gate ensures this live, and :func:`firstcontact.contact.closing_start.cut_closings` for
+    pinches. A contact during the steady state makes its sigma large, so later contacts may be
+    missed. A channel that is constant during the steady state never fires.
     """
 
     #: Name on the command line, in files and in results.
     name: ClassVar[str]
     #: Title for people, and colour in figures.
-    title: ClassVar[str]
-    colour: ClassVar[str]
+    title: ClassVar[str] = ""
+    colour: ClassVar[str] = SKY
     #: True if :meth:`fit` learns from data.
-    learns: ClassVar[bool]
-    #: Length of a window and of its new part, s. There is one decision per new part.
-    duration: ClassVar[float]
-    step: ClassVar[float]
+    learns: ClassVar[bool] = False
+    #: Length of a window and of its new part, s, as published. There is one decision per new part.
+    duration: ClassVar[float] = 0.020
+    step: ClassVar[float] = 0.003
+    #: Two periods of 50 Hz hum.
+    steady: ClassVar[float] = 0.040
+    #: Number of newest steps in which a detected contact can have begun: the new part, and two
+    #: steps before for contacts that were too faint.
+    reach: ClassVar[int] = 3
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "title" not in vars(cls) and "name" in vars(cls):
+            cls.title = cls.name.replace("_", " ")
 
     @property
     def rate(self) -> float | None:
-        """Required sampling rate, Hz; None accepts any."""
+        """Required sampling rate, Hz; None, the default, accepts any."""
+        return None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches with known contacts.
+        """Learn from pinches with known contacts. By default do nothing.
 
         ``early`` is the longest time by which a contact may come before its label, s. Raise
         InputError if the pinches do not suffice for training.
         """
+        return self
 
-    def constants(self, rate: float) -> DetectorConstants:
-        """Return the constants for the chain at a rate in Hz, or raise InputError."""
-
-    def settled(self, quiet: NDArray[np.float64]) -> None:
-        """Learn from a steady state in its sigmas, shape (samples, fingers)."""
-
-    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of windows with a contact, for constants of the kind PROGRAM.
-
-        ``windows`` has the shape (windows, fingers, samples), the mask (windows, fingers).
-        """
+    @classmethod
+    def untrained(cls, layout: Layout) -> Self:
+        """Return a detector for a layout without training data, by default with default options."""
+        return cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all learned numbers and options for saving. Raise InputError if not trained."""
+        """Return all learned numbers and options for saving. By default there are none."""
+        return {}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a detector from :meth:`to_arrays`. Raise InputError if the arrays are invalid."""
+        """Restore a detector from :meth:`to_arrays`. By default return a new one."""
+        return cls()
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return a mask of the windows with a contact in their newest part.
+
+        ``windows`` are in sigmas of the steady state, shape (windows, fingers, samples); the mask
+        has the shape (windows, fingers). The chain calls this method for one window at a time,
+        unless :meth:`constants` names a detector that is part of the chain.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no method 'fires'")
+
+    def settled(self, quiet: NDArray[np.float64]) -> None:
+        """Learn from a steady state in its sigmas, shape (samples, fingers); by default do nothing.
+
+        This method is called when the first steady state is complete, and again when a quieter one
+        replaces it. A finger that keeps its earlier steady state is in sigmas of that one.
+        """
+
+    @classmethod
+    def sizes(cls, rate: float) -> WindowSizes:
+        """Return the lengths of window, step and steady state, in samples, at a rate in Hz."""
+        return WindowSizes(
+            samples_in(cls.duration, rate),
+            max(1, samples_in(cls.step, rate)),
+            samples_in(cls.steady, rate),
+        )
+
+    @classmethod
+    def _constants(cls, rate: float, kind: DetectorKind, **constants: Any) -> DetectorConstants:
+        """Return constants with the lengths of this class, at a rate in Hz."""
+        sizes = cls.sizes(rate)
+        if sizes.window < 2 * LEAST_LOUD:
+            raise InputError(
+                f"the detector {cls.name!r} cannot locate contacts in samples at {rate:g} Hz: use "
+                f"a sensor with {2 * LEAST_LOUD / cls.duration:g} Hz or more"
+            )
+        if sizes.steady > MOST:
+            raise InputError(
+                f"the detector {cls.name!r} cannot judge samples at {rate:g} Hz: use a sensor with "
+                f"{MOST / cls.steady:g} Hz or less"
+            )
+        search = cls.reach * sizes.step
+        return DetectorConstants(kind, sizes.window, sizes.step, sizes.steady, search, **constants)
+
+    def constants(self, rate: float) -> DetectorConstants:
+        """Return the constants of this detector for the chain at a rate in Hz.
+
+        By default, the chain calls :meth:`settled` and :meth:`fires`. Raise InputError if the rate
+        is too low or too high, or the detector is not trained for it.
+        """
+        return self._constants(rate, DetectorKind.PROGRAM)
+
+
+#: Largest stored weight. It keeps scores finite; trained weights are around 1.
+LARGEST = 1e100
+
+
+class TrainedDetector(Detector):
+    """Window detector that must be trained."""
+
+    learns: ClassVar[bool] = True
+    #: Lowest rate, Hz. Below it some part of a window has no samples.
+    lowest: ClassVar[float]
+
+    def __init__(self, seed: int = 0) -> None:
+        self.seed = seed
+        self._rate = 0.0
+
+    @property
+    @abstractmethod
+    def trained(self) -> bool:
+        """True after training or loading."""
+
+    @property
+    def rate(self) -> float | None:
+        """Sampling rate of the training data, Hz; None before training."""
+        return self._rate or None
+
+    @property
+    def noun(self) -> str:
+        """Title of the detector, as used within a sentence."""
+        return self.title if self.title.isupper() else self.title.lower()
+
+    def constants(self, rate: float) -> DetectorConstants:
+        """Return the constants of this detector for the chain."""
+        self._check_rate(rate)
+        return super().constants(rate)
+
+    def _check_rate(self, rate: float) -> None:
+        self._require_training("fit it or load a trained one")
+        if rate != self._rate:
+            raise InputError(
+                f"the {self.title} detector was trained at {self._rate:g} Hz but the samples come "
+                f"at {rate:g} Hz: train one for this rate with `firstcontact train --rate {rate:g}`"
+            )
+
+    def _require_training(self, otherwise: str) -> None:
+        if not self.trained:
+            raise InputError(f"the {self.noun} detector has not been trained: {otherwise}")
+
+    def _window_sizes(self, dataset: Dataset) -> tuple[float, WindowSizes]:
+        """Return the rate of the training data, Hz, and the window lengths at that rate."""
+        rate = dataset.layout.rate if len(dataset) else self.lowest
+        if rate < self.lowest:
+            raise InputError(
+                f"the {self.noun} detector needs samples at {self.lowest:g} Hz or more, not "
+                f"{rate:g} Hz: use --detector-type {untrained_name()}"
+            )
+        return rate, self.sizes(rate)
+
+    def _too_few(self, count: int) -> InputError:
+        return InputError(
+            f"{count} pinches have a labelled first contact, a working sensor and at least 43 ms "
+            f"of quiet before it: the {self.noun} detector needs two or more"
+        )
+
+
+def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
+    """Return True if the first contact is known, and the samples before it suffice for training."""
+    if pinch.first is None:
+        return False
+    room = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
+    return room >= sizes.steady + sizes.step
+
+
+def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) -> Dataset:
+    """Return a dataset of up to ``most`` usable pinches of ``dataset``."""
+    usable_positions = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
+    spaced = np.linspace(0, max(0, len(usable_positions) - 1), min(most, len(usable_positions)))
+    return dataset.take(usable_positions[spaced.round().astype(np.intp)])
+
+
+def stored_array(
+    arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """Return an array that a detector has saved."""
+    value = np.array(arrays.get(name, np.nan), dtype=np.float64)
+    if value.shape != shape or not (np.abs(value) < LARGEST).all():
+        raise InputError(f"the detector's array {name!r} is missing or damaged: train it again")
+    return value

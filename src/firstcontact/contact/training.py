@@ -9,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.contact._window_detector import WindowSizes, usable
+from firstcontact.contact.detector import WindowSizes, usable
 from firstcontact.core import ChannelKind, Dataset, Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 

@@ -113,6 +113,13 @@ def filled_graph(
     return serialised
 
 
+def export(network: EfficientNet, samples: int) -> bytes:
+    """Return the network as ONNX. It maps windows (n, channels, 1, samples) to outputs."""
+    folded = network.folded()
+    weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
+    return filled_graph(samples, network.channels, network.last.out_features, weights)
+
+
 #: Number of windows for one call of ONNX Runtime. More only cost memory.
 _BATCH = 256
 
@@ -223,8 +230,6 @@ class Cnn(Estimator):
         return self._fit(sets, seed)
 
     def _fit(self, sets: Sequence[TrainingSet], seed: int) -> list[CnnModel]:
-        from firstcontact.models._efficientnet import export
-
         prepared = [self._prepared(*each) for each in sets]
         groups: dict[object, list[int]] = {}
         for place, (spec, *_, inputs, targets) in enumerate(prepared):

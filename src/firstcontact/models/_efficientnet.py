@@ -1,4 +1,4 @@
-"""EfficientNetV2 for one dimension: definition, joint training and export. This imports PyTorch.
+"""EfficientNetV2 for one dimension: definition and joint training. This imports PyTorch.
 
 Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster Training, ICML 2021
 (arXiv:2104.00298).
@@ -18,8 +18,6 @@ from typing import Self
 import torch
 from torch import Tensor, nn
 from torch.nn.utils import fuse_conv_bn_eval
-
-from firstcontact.models._cnn import filled_graph
 
 #: Number of samples that every convolution covers.
 KERNEL = 3
@@ -201,10 +199,3 @@ def separate(joined: EfficientNet, networks: Sequence[EfficientNet]) -> None:
 
 def _joined(parameters: Sequence[Tensor]) -> nn.Parameter:
     return nn.Parameter(torch.cat([parameter.detach() for parameter in parameters]))
-
-
-def export(network: EfficientNet, samples: int) -> bytes:
-    """Return the network as ONNX. It maps windows (n, channels, 1, samples) to outputs."""
-    folded = network.folded()
-    weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
-    return filled_graph(samples, network.channels, network.last.out_features, weights)

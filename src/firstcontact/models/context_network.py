@@ -122,13 +122,6 @@ class ContextNetwork:
         return out
 
 
-#: Share of the training contacts that is marked out of range.
-FALSE_ALARMS = 0.01
-#: Added to the variance of each trait, so that small differences of gain between sessions do not
-#: count.
-_SHRINK = 1e-3
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Familiar:
     """Statistics of the traits of training contacts, at each stage."""
@@ -144,20 +137,6 @@ class Familiar:
                 "the shapes or values of the arrays that decide if a contact is out of range do "
                 "not fit together: make the model again"
             )
-
-    @classmethod
-    def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:
-        """Fit centre, covariance and limit of the traits at each stage."""
-        means, whitenings, limits = [], [], []
-        for trait_values in seen:
-            mean = np.median(trait_values, axis=0)
-            covariance = np.cov(trait_values, rowvar=False) + _SHRINK * np.eye(TRAITS)
-            whitening = np.linalg.inv(np.linalg.cholesky(covariance))
-            distance = _distance(trait_values - mean, whitening)
-            means.append(mean)
-            whitenings.append(whitening)
-            limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
-        return cls(np.array(means), np.array(whitenings), np.array(limits))
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays by name, for :meth:`from_arrays`."""
@@ -175,9 +154,3 @@ class Familiar:
         whitening = take_array(arrays, "familiar.whitening", *shape, TRAITS)
         limit = take_array(arrays, "familiar.limit", len(Rig.STAGES))
         return cls(*(a.astype(np.float64) for a in (mean, whitening, limit)))
-
-
-def _distance(away: NDArray[np.float64], whitening: NDArray[np.float64]) -> NDArray[np.float64]:
-    whitened = away @ whitening.T
-    out: NDArray[np.float64] = np.sqrt((whitened * whitened).sum(axis=1))
-    return out

@@ -227,7 +227,6 @@ def _train_windows(
         final = train_final_model(
             cut, plan.estimator, plan.task, plan.seed, plan.level, runner, target == "shore_a"
         )
-        final.model.to_arrays()  # a model that cannot be saved is refused before more are trained
         record = TrainingRecord(
             pinches=len(cut),
             split=f"scores: {final.split}; the saved model learned from all pinches",

@@ -31,7 +31,7 @@ def samples_in(duration: float, rate: float) -> int:
 
 
 class Conditioner:
-    """Smoothing, unless the device has done it, and Savitzky-Golay filter before windows are cut."""
+    """Filters before windows are cut: smoothing (unless the device did it) and Savitzky-Golay."""
 
     lookahead = SavitzkyGolay.lookahead
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.touch import HINTS, predict_inputs, touch_inputs
+from firstcontact.chain.touch import HINTS, TRAITS, predict_inputs, touch_inputs
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Rig, Touches
 from firstcontact.models.context_network import ContextNetwork, Familiar
@@ -22,6 +22,11 @@ from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, v
 
 #: Nominal coverage of the intervals.
 LEVEL = 0.9
+#: Share of the training contacts that is marked out of range.
+FALSE_ALARMS = 0.01
+#: Added to the variance of each trait, so that small differences of gain between sessions do not
+#: count.
+_SHRINK = 1e-3
 
 
 def answers(
@@ -45,13 +50,28 @@ def answers(
 
 def finished(network: ContextNetwork, examples: Examples, seed: int) -> InContextModel:
     """Return the network as a model with calibrated intervals, not conditioned on a rig."""
-    familiar = Familiar.fit([_traits(examples, stage, seed) for stage in Rig.STAGES])
+    familiar = _familiar([_traits(examples, stage, seed) for stage in Rig.STAGES])
 
     def model(factors: NDArray[np.float64]) -> InContextModel:
         return InContextModel(network, familiar, factors, LEVEL, {Rig.ANY: Rig.unknown()})
 
     plain = model(np.ones(len(Rig.STAGES)))
     return model(np.array([_factor(plain, examples, stage, seed) for stage in Rig.STAGES]))
+
+
+def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
+    """Return centre, covariance and limit of the traits at each stage."""
+    means, whitenings, limits = [], [], []
+    for trait_values in traits:
+        mean = np.median(trait_values, axis=0)
+        covariance = np.cov(trait_values, rowvar=False) + _SHRINK * np.eye(TRAITS)
+        whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+        whitened = (trait_values - mean) @ whitening.T
+        distance = np.sqrt((whitened * whitened).sum(axis=1))
+        means.append(mean)
+        whitenings.append(whitening)
+        limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
+    return Familiar(np.array(means), np.array(whitenings), np.array(limits))
 
 
 def _factor(model: InContextModel, examples: Examples, samples: int, seed: int) -> float:

@@ -11,7 +11,7 @@ from typing import IO
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import WindowDetector
+from firstcontact.contact import Detector
 from firstcontact.core import Command, Contact, Dataset
 from firstcontact.device import SourceKind
 from firstcontact.device.replay import ReplaySource
@@ -98,7 +98,7 @@ IMPORTER = Importer("toy", "a .toy file", read, suffixes=(".toy",))
 EXPORTER = Exporter("toy", write)
 
 
-class EnergyDetector(WindowDetector):
+class EnergyDetector(Detector):
     """Detector that fires when the newest part is much louder than the steady state."""
 
     name = "energy"

@@ -16,7 +16,7 @@ from firstcontact.models.model_file import pretrained, read_card
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
 from saved import load_network
-from trainings import LAYOUT, recordings, resampled, run
+from trainings import LAYOUT, recordings, run
 
 
 @pytest.fixture(scope="module")
@@ -87,18 +87,6 @@ def test_without_recordings_the_rig_is_unknown(tmp_path: Path, capsys: Any) -> N
     assert np.mean(near) >= 0.95
     assert run("adapt", "--detector-type", "three_sigma", "--out", out) == 0
     assert load_detector(out).name == "three_sigma"
-
-
-def test_another_rate_is_resampled(blocks: Path, tmp_path: Path, capsys: Any) -> None:
-    fast = resampled(blocks, 10_000.0, tmp_path / "fast")
-    assert run("adapt", fast, "--out", tmp_path / "m") == 0
-    model = load_network(tmp_path / "m")
-    assert model.rate == pretrained().rate
-    # Both listen to one stream: what is written together works together.
-    assert load_detector(tmp_path / "m").rate in (None, model.rate)
-    capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", blocks, "--contacts", "detected") == 0
-    assert "resampled or cut again" in capsys.readouterr().out
 
 
 def test_what_cannot_be_used_is_refused_and_nothing_written(

@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import json
-import os
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from dask_cluster import Cluster, cluster
-from firstcontact.cli.main import main
 from firstcontact.twin import simulate
 from processes import children, until
-
-#: What results say of the run and of times on this machine.
-RUN = {"study", "inference_us", "anytime_us", "part_seconds", "seconds"}
 
 
 @pytest.fixture(scope="module")
@@ -83,54 +76,3 @@ def test_an_interrupt_leaves_neither_processes_nor_work_behind(
     assert process.returncode == 128 + signal.SIGINT
     until(lambda: not any(asyncio.run(processing(one.address)).values()))
     assert one.workers[0].poll() is None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("verb", "midway"), [("study", "everyday: blocks"), ("grasp-study", "closings")]
-)
-def test_a_study_finds_the_same_though_a_worker_is_killed(
-    verb: str, midway: str, tmp_path: Path
-) -> None:
-    collected = []
-    with cluster(tmp_path, 2) as two:
-        for name, location in (("here", []), ("there", ["--cluster", two.address])):
-            out = tmp_path / name
-            command = [verb, "--quick", "--out", str(out), *location]
-            process = subprocess.Popen(
-                [sys.executable, "-m", "firstcontact.cli.main", *command],
-                stderr=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
-            )
-            assert process.stderr is not None
-            if location:
-                seen = b""
-                while midway.encode() not in seen:
-                    part = os.read(process.stderr.fileno(), 4096)
-                    assert part, seen.decode()
-                    seen += part
-                two.workers[0].kill()
-            errors = process.communicate()[1].decode()
-            assert process.returncode == 0, errors
-            collected.append(comparable(json.loads((out / "results.json").read_text("utf-8"))))
-        assert two.workers[1].poll() is None
-    assert collected[0] == collected[1]
-
-
-def comparable(tree: Any) -> Any:
-    """Return the results without the description of the run and without times."""
-    if not isinstance(tree, dict):
-        return tree
-    selected = {key: value for key, value in tree.items() if key not in RUN}
-    return {key: comparable(value) for key, value in selected.items()}
-
-
-def test_a_bad_address_is_one_sentence_and_nothing_is_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert (
-        main(["study", "--quick", "--out", str(tmp_path / "out"), "--cluster", "tcp://nowhere"])
-        == 2
-    )
-    assert capsys.readouterr().err.startswith("firstcontact: --cluster tcp://nowhere: ")
-    assert not list(tmp_path.iterdir())

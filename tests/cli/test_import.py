@@ -9,7 +9,7 @@ from import_files import LENGTH, RATE, arrays, imported, long_csv, npz, table, w
 from scipy.io import wavfile
 
 from firstcontact.cli.main import main
-from firstcontact.core import Dataset, Finger, Role
+from firstcontact.core import Dataset, Finger
 
 
 def check_arrays(dataset: Dataset) -> None:
@@ -107,15 +107,6 @@ def test_two_channel_wav_is_both_fingers(tmp_path):
     assert np.array_equal(pinch.data, data)
     assert pinch.layout.vibration_fingers == (Finger.INDEX, Finger.THUMB)
     assert [(c.finger, c.sample) for c in pinch.truth] == [(Finger.THUMB, 5), (Finger.INDEX, 9)]
-
-
-def test_long_csv_is_imported(tmp_path):
-    dataset = imported(long_csv(tmp_path), tmp_path / "out")
-    assert dataset.layout.rate == pytest.approx(RATE)
-    assert [p.data[:, 0].tolist() for p in dataset.pinches] == [[0, 1, 2, 3, 4], [5, 6, 7, 8, 9]]
-    assert all(p.data.dtype == np.int16 for p in dataset.pinches)
-    assert dataset.shore_a.tolist() == [10, 20]
-    assert all(p.label.role is Role.TRAIN for p in dataset.pinches)
 
 
 def test_the_rate_of_a_csv_can_be_given(tmp_path):

@@ -271,6 +271,11 @@ def test_the_page_is_where_it_says_and_closes_the_hand(
             ["--device", "twin", "--hand-port", "/nowhere/tty"],
             "--hand-port: this option needs a hand",
         ),
+        (["--device", "twin", "--slip", "power"], "a hand that closes on request"),
+        (
+            ["--device=twin", "--slip=power", "--hand=print", "--policy=touch"],
+            "a policy with a slip reflex",
+        ),
     ],
 )
 def test_what_cannot_be_used_is_said_in_one_sentence(
@@ -343,36 +348,3 @@ def test_lines_close_and_open_a_hand_and_their_end_opens_it(
         assert process.wait(LONG) == 0
     by = "standard input"
     assert predictions == [("close", by), ("open", by), ("close", by), ("open", by)]
-
-
-def test_two_signals_open_a_hand_that_was_closed_by_a_line(
-    environment: dict[str, str], tmp_path: Path
-) -> None:
-    with closing_by_lines(environment, tmp_path / "ttyHand") as (hand, process):
-        process.send_signal(signal.SIGINT)
-        process.send_signal(signal.SIGTERM)
-        hand.wait(lambda h: h.open)
-        process.communicate(timeout=LONG)
-        assert process.returncode == 0
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("--slip", "power"), "a hand that closes on request"),
-        (
-            ("--slip", "power", "--hand", "twin", "--policy", "slip_reflex"),
-            "a hand that closes on request",
-        ),
-        (
-            ("--slip", "power", "--hand", "print", "--policy", "touch"),
-            "a policy with a slip reflex",
-        ),
-        (("--slip", "nothing"), "nothing"),
-    ],
-)
-def test_a_slip_detector_needs_somebody_to_tell(
-    options: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["live", "--device", "twin", *options]) == 2
-    assert words in capsys.readouterr().err

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.core import ClosingSpeed, Dataset, Label
+from firstcontact.core import Dataset, Label
 from firstcontact.models import RigPredictor, load_model
 from firstcontact.models.model_file import pretrained
 from firstcontact.recording import Header, read_recording, write_dataset
@@ -92,26 +92,6 @@ def test_a_device_at_another_rate_is_resampled_for_the_model(
     assert (recording.header.layout.rate, recording.header.dtype) == (4936.0, "float32")
     count = sum(len(p.data) for p in pinches.pinches)
     assert recording.samples == pytest.approx(count, rel=0.01)
-
-
-def test_recorded_closing_speeds_are_used_at_another_rate(
-    pinches: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    measured = replace(
-        pinches,
-        pinches=tuple(
-            replace(p, closing_speed=ClosingSpeed(0.1 + 0.03 * n, 0.002))
-            for n, p in enumerate(pinches.pinches)
-        ),
-    )
-    direct = LiveOutput(capsys, recorded(measured, tmp_path / "own"))
-    fast = LiveOutput(capsys, recorded(resample_dataset(measured, FAST), tmp_path / "fast"))
-    assert (direct.code, fast.code) == (0, 0)
-    speeds, resampled_speeds = (
-        [e["closing_speed"] for e in output.select("pinch")] for output in (direct, fast)
-    )
-    assert resampled_speeds == speeds
-    assert None not in speeds
 
 
 def test_models_of_a_higher_rate_take_samples_of_a_lower_one(

@@ -6,7 +6,6 @@ import subprocess
 import sys
 from dataclasses import dataclass
 from importlib.metadata import version
-from pathlib import Path
 from typing import ClassVar
 
 import pytest
@@ -128,30 +127,6 @@ def test_the_help_of_a_verb_imports_that_verb_and_no_arrays(verb: str) -> None:
     assert not modules & {"numpy", "scipy", "sklearn", "mcap", "msgspec", "h5py", "torch"}
     verbs = {configuration(other).__module__ for other in verb_places()} & modules
     assert verbs <= {configuration(verb).__module__, "firstcontact.cli.verbs.train"}
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["inspect", "absent.mcap"],
-        ["export", "absent", "--to", "csv", "--out", "out"],
-        ["import", "absent", "--out", "out"],
-        ["study", "--recordings", "absent", "--out", "out"],
-    ],
-    ids=lambda a: a[0],
-)
-def test_what_is_not_there_is_named(
-    arguments: list[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert command.main(arguments) == 2
-    lines = capsys.readouterr().err.splitlines()
-    assert [line for line in lines if line.startswith("firstcontact: ")] == lines[-1:]
-    assert "absent" in lines[-1]
-    assert not any(path.is_file() for path in tmp_path.rglob("*"))
 
 
 def test_the_version_is_that_of_the_installed_package(capsys: pytest.CaptureFixture[str]) -> None:

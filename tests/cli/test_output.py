@@ -107,13 +107,6 @@ def test_errors_move_no_cursor(
     assert is_plain(out + err)
 
 
-def test_a_name_that_is_no_utf_8_can_be_printed(tmp_path: Path) -> None:
-    name = os.fsencode(tmp_path) + b"/\xff.mcap"
-    process = subprocess.run([*COMMAND, b"inspect", name], capture_output=True)
-    assert process.returncode == 2
-    assert b"\\udcff.mcap" in process.stderr
-
-
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
 def test_a_terminal_that_lacks_characters_gets_their_numbers(
     hostile: Path, encoding: str, tmp_path: Path

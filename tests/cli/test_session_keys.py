@@ -91,14 +91,3 @@ def test_without_a_hand_a_terminal_has_the_key_for_a_new_object_alone() -> None:
         os.kill(pid, signal.SIGKILL)
         os.waitpid(pid, 0)
         os.close(terminal)
-
-
-def test_without_a_hand_lines_are_ignored() -> None:
-    command = [*PROGRAM, "--no-hand"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
-        assert child.stdin is not None
-        assert child.stdout is not None
-        assert child.stdout.readline() == b"listens\n"
-        child.stdin.close()
-        child.kill()
-        assert child.stdout.read() == b""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,7 @@ from firstcontact.core import Dataset, InputError, Label, Role
 from firstcontact.models import ESTIMATORS, load_model
 from firstcontact.recording import Header, write_dataset
 from saved import CARD, WEIGHTS
-from trainings import LAYOUT, load_card, recordings, resampled, run, touch
+from trainings import LAYOUT, load_card, recordings, run, touch
 
 
 @pytest.fixture(scope="module")
@@ -89,24 +88,6 @@ def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFix
         "detected (logistic; steady states begin with the first sample)"
     )
     assert run("evaluate", tmp_path / "m", data) == 0
-
-
-def test_named_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
-    out = tmp_path / "m"
-    words = ("--estimator", "peak", "--detector-type", DETECTORS.default)
-    assert run("train", data, "--out", out, *words) == 0
-    trained_on = load_card(out)["trained_on"]
-    assert trained_on["contacts"] == (
-        f"detected ({DETECTORS.default} that learned from other sessions; "
-        "steady states begin with the first sample)"
-    )
-    assert trained_on["detector"] == ""
-    card = json.loads((out / "detector.json").read_text(encoding="utf-8"))
-    assert card["data"] == {
-        "source": "synthetic",
-        "pinches": 60,
-        "sessions": ["a", "b", "c", "d"],
-    }
 
 
 def test_the_same_seed_gives_the_same_files(
@@ -221,20 +202,3 @@ def test_a_model_is_made_for_another_rate_and_says_so(
     assert (
         "warning: 60 pinches have the same samples as training pinches" in capsys.readouterr().out
     )
-
-
-def test_shore_a_is_trained_at_the_rate_of_the_network_unless_another_is_given(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    other = resampled(data, 5200.0, tmp_path / "other")
-    assert run("train", other, "--estimator", "peak", "--out", tmp_path / "m") == 0
-    assert "Resampled from 5200 Hz to 4936 Hz" in capsys.readouterr().out
-    card = load_card(tmp_path / "m")
-    assert card["trained_on"]["recorded_rate_hz"] == 5200.0
-    assert [part["rate_hz"] for part in card["predictors"]] == [4936.0, 4936.0]
-    assert (
-        run("train", other, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "own") == 0
-    )
-    card = load_card(tmp_path / "own")
-    assert card["trained_on"]["recorded_rate_hz"] is None
-    assert [part["rate_hz"] for part in card["predictors"]] == [5200.0]

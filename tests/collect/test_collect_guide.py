@@ -92,16 +92,6 @@ def test_a_pinch_with_lost_samples_does_not_count():
     assert [j.faults[:1] for j in judgements] == [(), ("samples were lost",), ()]
 
 
-def test_a_new_epoch_ends_a_pinch():
-    hand, touches = closings(2, seed=4)
-    cut = min(touches[0].contacts.values()) + 100
-    data = hand.raw()
-    blocks = arrivals(data[:cut]) + arrivals(data[cut:], epoch=1)
-    judgements = judge(Guide(LAYOUT, (BLOCK,), "1", CALIBRATION), blocks)
-    assert [bool(j.faults) for j in judgements] == [True, False]
-    assert judgements[1].mark.epoch == 1
-
-
 def test_without_strips_contacts_come_from_the_detector():
     layout = Layout(LAYOUT.channels[:14], LAYOUT.rate)
     hand, touches = closings(3, seed=5)
@@ -261,18 +251,3 @@ def test_invalid_plans_are_refused(tmp_path, text, problem):
     path.write_text(text)
     with pytest.raises(InputError, match=problem):
         read_plan(path)
-
-
-def test_missing_or_binary_plan_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"none\.csv"):
-        read_plan(tmp_path / "none.csv")
-    (tmp_path / "bytes.csv").write_bytes(b"object,pinches\n\xff\xfe,3\n")
-    with pytest.raises(InputError, match=r"bytes\.csv"):
-        read_plan(tmp_path / "bytes.csv")
-
-
-@pytest.mark.parametrize("names", [("b\udcff", ""), ("b", "b\udcff")])
-def test_names_outside_utf_8_are_refused(names):
-    # as a command line has them that is not UTF-8
-    with pytest.raises(InputError):
-        Item(names[0], 1, None, names[1])

@@ -115,27 +115,6 @@ def test_keys_alone_label_a_recording(labelling: Labelling, chromium: Any) -> No
 
 
 @needs_browser
-def test_one_key_per_onset_labels_it(tmp_path: Path, chromium: Any) -> None:
-    labelling = Labelling(tmp_path, 60)
-    chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "60 undecided")
-    chromium.execute_script("mostSignals = 20")
-    press(chromium, *(" " * 60))
-    wait_for_counts(chromium, "60 accepted, 0 rejected, 0 undecided")
-    assert chromium.execute_script("return state.keys") == 60
-    until(chromium, lambda d: len(labelling.session.marks.done) == 60)
-    # Opened anew, everything is there.
-    chromium.refresh()
-    wait_for_counts(chromium, "60 accepted")
-    chromium.execute_script("window.confirm = () => true")
-    press(chromium, "f")
-    until(chromium, lambda d: "Written" in text(d, "said"))
-    labelling.thread.join(30)
-    assert len(load_dataset(labelling.out / "taps.mcap")) == 60
-    labelling.close()
-
-
-@needs_browser
 def test_key_after_undo_labels_the_reopened_onset(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
     wait_for_counts(chromium, "10 undecided")

@@ -103,16 +103,6 @@ def test_failure_keeps_only_the_old_file(tmp_path: Path, error: type[BaseExcepti
     assert names(tmp_path) == [path.name]
 
 
-def test_two_writers_do_not_share_a_temporary_name(tmp_path: Path) -> None:
-    path = tmp_path / "results.json"
-    with replacing(path) as first_file, replacing(path) as second_file:
-        assert first_file != second_file
-        first_file.write_text("one", encoding="utf-8")
-        second_file.write_text("other", encoding="utf-8")
-    assert path.read_text(encoding="utf-8") == "one"
-    assert names(tmp_path) == [path.name]
-
-
 def test_next_writer_removes_the_files_of_a_killed_one(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     with writer(path) as child:
@@ -269,15 +259,6 @@ def test_kill_at_any_rename_leaves_the_old_or_the_new_folder(out: Path, at: int,
     assert names(out.parent) == ["m"]
 
 
-def test_last_of_two_writers_of_a_folder_wins(out: Path) -> None:
-    with replacing_folder(out) as new:
-        (new / "a").write_text("last")
-        write_folder(out)
-        assert content(out) == NEW
-    assert content(out) == {"a": "last"}
-    assert names(out.parent) == ["m"]
-
-
 def test_files_and_working_folders_are_refused(
     out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -288,10 +269,3 @@ def test_files_and_working_folders_are_refused(
         with pytest.raises(InputError):
             write_folder(place)
     assert content(out) == OLD
-
-
-def test_a_link_to_itself_is_an_error_of_the_system(tmp_path: Path) -> None:
-    path = tmp_path / "loop"
-    path.symlink_to(path)
-    with pytest.raises(OSError, match="loop"), replacing_folder(path / "below"):
-        pass

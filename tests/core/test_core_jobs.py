@@ -164,14 +164,3 @@ def test_values_round_trip_as_views_of_the_payload() -> None:
     assert options == {"seed": 3}
     assert np.shares_memory(unpacked[2], payload)
     assert (unpacked[2].ctypes.data - payload.ctypes.data) % ALIGNMENT == 0
-
-
-@pytest.mark.parametrize("shift", range(16))
-def test_arrays_are_aligned_wherever_the_payload_begins(shift: int) -> None:
-    payload = pack_payload((np.arange(9.0),))
-    message = np.zeros(len(payload) + 32, np.uint8)
-    message = message[-message.ctypes.data % 16 + shift :][: len(payload)]
-    message[:] = payload
-    (numbers,) = unpack_payload(message)
-    assert numbers.flags.aligned
-    assert np.array_equal(numbers, np.arange(9.0))

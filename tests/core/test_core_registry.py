@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -83,33 +82,6 @@ def test_unknown_name_is_refused_with_the_choices(
         registry.find("green")
     with pytest.raises(KeyError):
         registry["green"]
-
-
-@pytest.mark.parametrize(("entry", "outcome"), [("Red", "red"), ("Green", "AttributeError")])
-def test_second_thread_waits_for_the_plugins_of_the_first(
-    monkeypatch: pytest.MonkeyPatch, entry: str, outcome: str
-) -> None:
-    registry = colours(monkeypatch, red=f"{__name__}:{entry}")
-    listed, outcomes = module.entry_points, []
-
-    def look_up() -> None:
-        try:
-            outcomes.append(registry.find("red").name)
-        except InputError as error:
-            outcomes.append(str(error))
-
-    second = threading.Thread(target=look_up)
-
-    def list_points(group: str) -> object:
-        second.start()
-        second.join(0.1)  # it ends here only if it does not wait
-        return listed(group=group)
-
-    monkeypatch.setattr(module, "entry_points", list_points)
-    look_up()
-    second.join()
-    assert len(outcomes) == 2
-    assert all(outcome in text for text in outcomes)
 
 
 def test_errors_of_other_code_name_it_and_keep_their_cause(tmp_path: Path) -> None:

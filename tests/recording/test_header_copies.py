@@ -40,15 +40,6 @@ def test_flipped_byte_costs_at_most_its_chunk(killed: Path) -> None:
         assert intact.samples - recording.samples <= 0.1 * HEADER.layout.rate
 
 
-def test_recording_without_its_first_header_is_read(killed: Path) -> None:
-    data = bytearray(killed.read_bytes())
-    data[8:10_000] = bytes(9_992)
-    killed.write_bytes(data)
-    recording = read_recording(killed)
-    assert recording.header == HEADER
-    assert recording.stretches[-1].end >= 4900 - 0.1 * HEADER.layout.rate
-
-
 def test_recording_at_the_highest_rate_is_read(tmp_path: Path) -> None:
     """The padding after the first header is longer than the longest JSON."""
     path = tmp_path / "a.mcap"

@@ -141,14 +141,6 @@ def test_invalid_event_table_is_refused(
     check_refused(folder, *words, events=table(folder, *lines))
 
 
-def test_file_without_events_is_one_unlabelled_pinch(folder: Path) -> None:
-    dataset = import_events(folder / "mono.wav")
-    (pinch,) = dataset.pinches
-    assert pinch.first is None
-    assert pinch.data[:, 0].tolist() == list(range(SAMPLES))
-    assert any("firstcontact label" in note for note in dataset.notes)
-
-
 def test_events_are_for_sound_files_only(
     folder: Path, check_refused: Callable[..., None], tmp_path: Path
 ) -> None:

@@ -119,15 +119,6 @@ def test_recordings_of_one_layout_load_together_whatever_their_sample_types(
         assert np.array_equal(one.data, other.data)
 
 
-def test_only_the_pinches_of_a_recording_stay_in_memory(tmp_path, layout, pinches, counted):
-    with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:
-        writer.write(counted(0, 10_000))
-        writer.mark(PinchMark(0, 100, 200))
-    (pinch,) = load_dataset(tmp_path / "a.mcap")
-    assert pinch.data.base is None
-    assert np.array_equal(pinch.data, counted(100, 100).data)
-
-
 def test_a_recording_named_twice_is_read_once(tmp_path, layout, pinches, monkeypatch):
     folder = tmp_path / "all"
     folder.mkdir()

@@ -154,16 +154,6 @@ def test_lost_and_doubled_samples_are_counted(tmp_path, layout, counted):
     assert [(s.first_sample, s.end) for s in recording.stretches] == [(0, 50), (60, 170)]
 
 
-def test_epochs_are_never_joined(tmp_path, layout, counted):
-    path = tmp_path / "a.mcap"
-    with RecordingWriter(path, Header(layout)) as writer:
-        writer.write(counted(0, 50))
-        writer.write(counted(50, 50, epoch=1))
-    recording = read_recording(path)
-    assert [(s.epoch, s.end) for s in recording.stretches] == [(0, 50), (1, 100)]
-    assert recording.skipped == ()
-
-
 @pytest.mark.parametrize(
     ("content", "problem"),
     [

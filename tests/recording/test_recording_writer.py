@@ -187,8 +187,3 @@ def test_full_disk_stops_the_writer_and_keeps_complete_chunks(tmp_path, layout, 
     (stretch,) = read_recording(path).stretches
     assert stretch.end >= sample_count - 0.1 * layout.rate
     assert np.array_equal(stretch.data, counted(0, stretch.end).data)
-
-
-def test_a_missing_folder_is_refused(tmp_path, layout):
-    with pytest.raises(InputError, match="No such file"):
-        RecordingWriter(tmp_path / "nowhere" / "a.mcap", Header(layout))

@@ -253,9 +253,3 @@ def test_truncated_file_is_refused_or_noted(
             assert not out.exists()
         else:
             assert "not end properly" in output.out
-
-
-def test_unfinished_recording_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = xdf(tmp_path, vibration(foot=False), marks())
-    assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 0
-    assert "stream finger: its recording did not end properly" in capsys.readouterr().out

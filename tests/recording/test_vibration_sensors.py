@@ -25,7 +25,7 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
-from firstcontact.signal import DeviceSmoothing, ExponentialSmoothing, WindowStream, contact_windows
+from firstcontact.signal import WindowStream, contact_windows
 
 #: Written by firstcontact before version 2 of the format, byte for byte.
 VERSION_1 = Path(__file__).with_name("version1.mcap")
@@ -127,18 +127,6 @@ def test_a_second_kind_of_sensor_is_refused(
     check_refused(arrays(tmp_path, axis=2), "--sensor", sensor="piezo")
     path = arrays(tmp_path, axis=2, piezo=ring(3, 3), piezo_unit="V")
     check_refused(path, "one kind of sensor")
-
-
-def test_each_channel_is_smoothed_once() -> None:
-    raw, smoothed = (
-        Channel(f.name, ChannelKind.VIBRATION, f, "V", smoothing_alpha=alpha)
-        for f, alpha in zip(Finger, (1.0, 0.5), strict=True)
-    )
-    x = np.random.default_rng(0).normal(size=(50, 2))
-    y = DeviceSmoothing(Layout((raw, smoothed), RATE)).update(x)
-    assert np.array_equal(y[:, 1], x[:, 1])
-    assert np.array_equal(y[:, 0], ExponentialSmoothing().update(x)[:, 0])
-    assert DeviceSmoothing(Layout((smoothed,), RATE)).update(x) is x
 
 
 def test_invalid_sensor_layouts_are_refused() -> None:

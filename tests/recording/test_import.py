@@ -131,23 +131,23 @@ def test_real_impacts_are_imported(tmp_path, impacts):
     assert {p.first.sample - p.first_sample for p in dataset.pinches if p.first} == {800}
 
 
-def test_other_paths_are_refused(tmp_path, refused):
-    refused(tmp_path / "missing.h5", "missing.h5", "does not exist")
-    refused(tmp_path / "missing.csv", "missing.csv", "does not exist")
-    refused(tmp_path, "is an empty folder")
+def test_other_paths_are_refused(tmp_path, check_refused):
+    check_refused(tmp_path / "missing.h5", "missing.h5", "does not exist")
+    check_refused(tmp_path / "missing.csv", "missing.csv", "does not exist")
+    check_refused(tmp_path, "is an empty folder")
     (tmp_path / "a.mat").write_bytes(b"x")
-    refused(tmp_path / "a.mat", "a.mat", "cannot be read as a MATLAB file")
+    check_refused(tmp_path / "a.mat", "a.mat", "cannot be read as a MATLAB file")
     (tmp_path / "a.ogg").write_bytes(b"x")
-    refused(tmp_path / "a.ogg", "a.ogg", "cannot be imported")
+    check_refused(tmp_path / "a.ogg", "a.ogg", "cannot be imported")
     (tmp_path / "a.mcap").write_bytes(b"x")
-    refused(tmp_path / "a.mcap", "is a recording already")
+    check_refused(tmp_path / "a.mcap", "is a recording already")
     (tmp_path / "empty.csv").write_bytes(b"")
-    refused(tmp_path / "empty.csv", "empty.csv", "no rows")
+    check_refused(tmp_path / "empty.csv", "empty.csv", "no rows")
 
 
-def test_a_rate_is_only_for_csv(tmp_path, refused):
-    refused(npz(tmp_path), "--rate", more=("--rate", "5000"))
-    refused(long_csv(tmp_path, time_s=None), "--rate", "200", more=("--rate", "200"))
+def test_a_rate_is_only_for_csv(tmp_path, check_refused):
+    check_refused(npz(tmp_path), "--rate", rate="5000")
+    check_refused(long_csv(tmp_path, time_s=None), "--rate", "200", rate="200")
 
 
 def test_a_folder_in_use_is_never_touched(tmp_path, capsys):

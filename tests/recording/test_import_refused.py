@@ -41,34 +41,34 @@ BAD_ARRAYS: list[tuple[dict[str, Any], tuple[str, ...]]] = [
 
 
 @pytest.mark.parametrize(("changes", "words"), BAD_ARRAYS)
-def test_bad_arrays_are_refused(tmp_path, refused, changes, words):
-    refused(npz(tmp_path, **changes), "pinches.npz", *words)
+def test_bad_arrays_are_refused(tmp_path, check_refused, changes, words):
+    check_refused(npz(tmp_path, **changes), "pinches.npz", *words)
 
 
-def test_bad_hdf5_is_refused(tmp_path, refused):
+def test_bad_hdf5_is_refused(tmp_path, check_refused):
     path = tmp_path / "p.h5"
     path.write_bytes(b"not HDF5 at all")
-    refused(path, "p.h5", "HDF5")
+    check_refused(path, "p.h5", "HDF5")
     with h5py.File(path, "w") as file:
         file.create_group("piezo")
-    refused(path, "p.h5", "piezo")
+    check_refused(path, "p.h5", "piezo")
     with h5py.File(path, "w") as file:
         for name, values in arrays(shore_a=np.zeros(3)).items():
             if values.ndim:
                 file[name] = values.astype("S") if values.dtype.kind == "U" else values
         file.attrs.update(sample_rate_hz=RATE, piezo_unit="V")
-    refused(path, "shore_a", "4 pinches")
+    check_refused(path, "shore_a", "4 pinches")
 
 
-def test_a_damaged_npz_is_refused(tmp_path, refused):
+def test_a_damaged_npz_is_refused(tmp_path, check_refused):
     path = npz(tmp_path)
     path.write_bytes(path.read_bytes()[:300])
-    refused(path, "pinches.npz")
+    check_refused(path, "pinches.npz")
     path.write_bytes(b"")
-    refused(path, "pinches.npz")
+    check_refused(path, "pinches.npz")
     with path.open("wb") as stream:
         np.save(stream, np.zeros(3))
-    refused(path, "pinches.npz")
+    check_refused(path, "pinches.npz")
 
 
 BAD_TABLES: list[tuple[dict[str, list[Any]], tuple[str, ...]]] = [
@@ -84,26 +84,26 @@ BAD_TABLES: list[tuple[dict[str, list[Any]], tuple[str, ...]]] = [
 
 
 @pytest.mark.parametrize(("rows", "words"), BAD_TABLES)
-def test_bad_tables_are_refused(tmp_path, refused, rows, words):
-    refused(wavs(tmp_path, rows), *words)
+def test_bad_tables_are_refused(tmp_path, check_refused, rows, words):
+    check_refused(wavs(tmp_path, rows), *words)
 
 
-def test_labels_that_do_not_match_the_files_are_refused(tmp_path, refused):
+def test_labels_that_do_not_match_the_files_are_refused(tmp_path, check_refused):
     folder = wavs(tmp_path)
     table(folder / "labels.csv", {"file": ["0.wav", "1.wav"]})
-    refused(folder, "labels.csv", "no row for 1 .wav file", "2.wav")
+    check_refused(folder, "labels.csv", "no row for 1 .wav file", "2.wav")
     table(folder / "labels.csv", {"name": ["0.wav", "1.wav", "2.wav"]})
-    refused(folder, "labels.csv", "file")
+    check_refused(folder, "labels.csv", "file")
     table(folder / "labels.csv", {"file": []})
-    refused(folder, "labels.csv", "no rows")
+    check_refused(folder, "labels.csv", "no rows")
     (folder / "labels.csv").write_bytes(b"file,shore_a\n0.wav\n")
-    refused(folder, "labels.csv", "line 2")
+    check_refused(folder, "labels.csv", "line 2")
     (folder / "labels.csv").write_bytes(b"file,file\n0.wav,1.wav\n")
-    refused(folder, "labels.csv", "twice")
+    check_refused(folder, "labels.csv", "twice")
     (folder / "labels.csv").write_bytes(b"file\n\xff\xfe.wav\n")
-    refused(folder, "labels.csv", "UTF-8")
+    check_refused(folder, "labels.csv", "UTF-8")
     (folder / "labels.csv").unlink()
-    refused(folder, "labels.csv", "--labels", "--events")
+    check_refused(folder, "labels.csv", "--labels", "--events")
 
 
 def wav(
@@ -140,18 +140,18 @@ def wav(
         (b"", "a.wav"),
     ],
 )
-def test_invalid_wav_is_refused(tmp_path, refused, content, word):
+def test_invalid_wav_is_refused(tmp_path, check_refused, content, word):
     table(tmp_path / "labels.csv", {"file": ["a.wav"]})
     (tmp_path / "a.wav").write_bytes(content)
-    refused(tmp_path, word)
+    check_refused(tmp_path, word)
 
 
-def test_files_in_different_forms_are_refused(tmp_path, refused):
+def test_files_in_different_forms_are_refused(tmp_path, check_refused):
     table(tmp_path / "labels.csv", {"file": ["a.wav", "b.wav"]})
     (tmp_path / "a.wav").write_bytes(wav())
     for form in (wav(rate=8000), wav(bits=8), wav(channels=2)):
         (tmp_path / "b.wav").write_bytes(form)
-        refused(tmp_path, "b.wav", "a.wav", "--events")
+        check_refused(tmp_path, "b.wav", "a.wav", "--events")
 
 
 BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
@@ -179,20 +179,20 @@ BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
 
 
 @pytest.mark.parametrize(("changes", "words"), BAD_CSV)
-def test_bad_csv_is_refused(tmp_path, refused, changes, words):
-    refused(long_csv(tmp_path, **changes), "long.csv", *words)
+def test_bad_csv_is_refused(tmp_path, check_refused, changes, words):
+    check_refused(long_csv(tmp_path, **changes), "long.csv", *words)
 
 
 @pytest.mark.parametrize(
     ("cell", "word"), [(b"x" * 140_000, "CSV"), (b"\xff", "UTF-8"), (b'"20', "CSV")]
 )
-def test_a_csv_that_cannot_be_read_is_refused(tmp_path, refused, cell, word):
+def test_a_csv_that_cannot_be_read_is_refused(tmp_path, check_refused, cell, word):
     path = long_csv(tmp_path)
     path.write_bytes(path.read_bytes().replace(b"\n0,", b"\n" + cell + b",", 1))
-    refused(path, word)
+    check_refused(path, word)
 
 
-def test_header_of_a_million_columns_is_refused(tmp_path, refused):
+def test_header_of_a_million_columns_is_refused(tmp_path, check_refused):
     path = tmp_path / "x.csv"
     path.write_text("a," * 1_000_000 + "\n")
-    refused(path, "x.csv")
+    check_refused(path, "x.csv")

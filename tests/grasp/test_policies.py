@@ -39,8 +39,6 @@ def test_policy_inputs_follow_from_the_overridden_methods() -> None:
     piezos = {name for name, policy in POLICIES.items() if policy.uses_piezos()}
     household = {name for name, policy in POLICIES.items() if policy.task is Task.HOUSEHOLD}
     assert piezos == {"touch", "first_contact", "early_exit"} | household
-    force = {name for name, policy in POLICIES.items() if policy.uses_force()}
-    assert force == {"force_feedback"} | household
     reflexes = {name for name, policy in POLICIES.items() if policy.has_reflex()}
     assert reflexes == {"slip_reflex", "stiffness_reflex"}
 

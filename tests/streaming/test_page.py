@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -67,9 +68,8 @@ class Fed:
 
 @pytest.fixture
 def fed() -> Iterator[Fed]:
-    fed = Fed()
-    yield fed
-    fed.close()
+    with closing(Fed()) as fed:
+        yield fed
 
 
 def faults(driver: Any) -> list[str]:
@@ -99,24 +99,20 @@ def test_what_happens_is_seen(fed: Fed, chromium: Any) -> None:
     assert not faults(chromium)
 
 
-def test_a_withdrawn_contact_takes_its_times_along(chromium: Any) -> None:
-    feed, sink = Feed(), PageSink(port=0, landmarks=LANDMARKS)
-    sink.open(DESCRIPTOR)
-    try:
-        while feed.sample < feed.estimate.complete + 300:
-            sink.take(feed.update())
-        chromium.get(sink.url)
-        until(chromium, lambda d: text(d, "total").endswith(" ms"))
-        until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) > 20)
-        first = feed.contacts[0]
-        sink.take(Update((), (ContactWithdrawn(first, first.decided + 30, 0),)))
-        until(chromium, lambda d: text(d, "total") == "–")
-        assert "ms" not in text(chromium, "times")
-        assert "this time" not in text(chromium, "bar")
-        until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) == 0)
-        assert not faults(chromium)
-    finally:
-        sink.close()
+def test_a_withdrawn_contact_takes_its_times_along(page: PageSink, chromium: Any) -> None:
+    feed = Feed()
+    while feed.sample < feed.estimate.complete + 300:
+        page.take(feed.update())
+    chromium.get(page.url)
+    until(chromium, lambda d: text(d, "total").endswith(" ms"))
+    until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) > 20)
+    first = feed.contacts[0]
+    page.take(Update((), (ContactWithdrawn(first, first.decided + 30, 0),)))
+    until(chromium, lambda d: text(d, "total") == "–")
+    assert "ms" not in text(chromium, "times")
+    assert "this time" not in text(chromium, "bar")
+    until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) == 0)
+    assert not faults(chromium)
 
 
 def test_recording_and_markers_reach_the_session(fed: Fed, chromium: Any) -> None:
@@ -141,8 +137,7 @@ def test_recording_and_markers_reach_the_session(fed: Fed, chromium: Any) -> Non
 
 def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: Any) -> None:
     for asks, displayed in (((Ask.CLOSE, Ask.OPEN), True), ((Ask.OPEN,), False)):
-        fed = Fed(asks=asks)
-        try:
+        with closing(Fed(asks=asks)) as fed:
             chromium.get(fed.sink.url)
             opens = chromium.find_element("id", "open-hand")
             until(chromium, lambda d, b=opens: b.is_displayed())  # type: ignore[misc]
@@ -159,8 +154,6 @@ def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: A
             chromium.find_element("id", "marker").send_keys("c\ue00c")
             until(chromium, lambda d, n=2 + displayed, f=fed: len(f.asked.calls) == n)  # type: ignore[misc]
             assert fed.asked.calls[-1].startswith("open")
-        finally:
-            fed.close()
 
 
 def test_a_page_that_hangs_no_longer_holds_the_hand_closed(
@@ -169,8 +162,7 @@ def test_a_page_that_hangs_no_longer_holds_the_hand_closed(
     """The page must report by itself that it is alive, because the browser answers pings."""
     silence = 2.5  # a browser on a busy machine may report late
     monkeypatch.setattr(_server, "SILENCE", silence)
-    fed = Fed(asks=(Ask.CLOSE, Ask.OPEN))
-    try:
+    with closing(Fed(asks=(Ask.CLOSE, Ask.OPEN))) as fed:
         chromium.get(fed.sink.url)
         closes = chromium.find_element("id", "close-hand")
         until(chromium, lambda d: closes.is_displayed())
@@ -181,8 +173,6 @@ def test_a_page_that_hangs_no_longer_holds_the_hand_closed(
         chromium.execute_script("const end = Date.now() + 4000; while (Date.now() < end);")
         until(chromium, lambda d: fed.asked.gone)
         assert fed.asked.gone == ["viewer 1 of the page"]
-    finally:
-        fed.close()
 
 
 def test_losses_and_a_pulled_cable_are_reported(fed: Fed, chromium: Any) -> None:
@@ -237,8 +227,7 @@ def test_a_server_that_is_gone_is_told_and_found_again(fed: Fed, chromium: Any) 
 
 @pytest.mark.parametrize("token", ["a-token-of-enough-length", 'a&b#c%41 d+e?"ü;=/'])
 def test_the_token_leaves_the_address_and_still_holds(chromium: Any, token: str) -> None:
-    fed = Fed(token=token)
-    try:
+    with closing(Fed(token=token)) as fed:
         bare = fed.sink.url.partition("?")[0]
         chromium.delete_all_cookies()
         chromium.get(bare)
@@ -248,8 +237,6 @@ def test_the_token_leaves_the_address_and_still_holds(chromium: Any, token: str)
         assert chromium.current_url == bare
         chromium.get(bare)
         until(chromium, lambda d: text(d, "value").isdigit())
-    finally:
-        fed.close()
 
 
 @pytest.mark.parametrize("size", [(1024, 768), (768, 1024), (1600, 1000)])

@@ -6,7 +6,6 @@ from typing import Any
 
 from example_events import (
     ANSWER,
-    DESCRIPTOR,
     EVENTS,
     FIRST,
     FIRST_EVENT,
@@ -63,61 +62,52 @@ def test_estimates_come_one_by_one_and_end_with_the_final_one() -> None:
 
 
 @needs_browser
-def test_it_is_drawn_and_a_new_object_is_requested(chromium: Any) -> None:
-    requests = Requests()
-    page = PageSink(port=0, controls=requests, landmarks={"block 29": 29.0})
-    page.open(DESCRIPTOR)
-    try:
-        chromium.get(page.url)
-        odd = tuple(replace(e, out_of_range=True) for e in ESTIMATES)
-        events = (FIRST_EVENT, *odd, SECOND_EVENT, replace(odd[-2], final=True), COMBINED)
-        page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
-        until(chromium, lambda d: text(d, "value") == "31")
-        # It is drawn slower than it came: in the end each answer and the last are circles.
-        circles = "return document.querySelectorAll('#scale circle').length"
-        until(chromium, lambda d: d.execute_script(circles) == len(ESTIMATES))
-        until(chromium, lambda d: "2nd: 14.2 ms" in text(d, "scale"))
-        assert chromium.find_element("id", "strange").is_displayed()
-        assert text(chromium, "same-word") == "Same object, 3 pinches"
-        alone = replace(COMBINED, pinches=1, is_named=False)
-        page.take(Update((), (alone,), Health(connected=True)))
-        until(chromium, lambda d: text(d, "same-word").startswith("Press New object"))
-        chromium.find_element("id", "new-object").click()
-        until(chromium, lambda d: requests.calls == ["new"])
-        # Nothing of the previous object stays beside the new one.
-        until(chromium, lambda d: text(d, "same-value") == "")
-        chromium.find_element("tag name", "body").send_keys("n")
-        until(chromium, lambda d: requests.calls == ["new", "new"])
-        chromium.find_element("id", "shape").send_keys("Flat")
-        chromium.find_element("id", "tell-shape").click()
-        until(chromium, lambda d: requests.calls[2:] == ["shape Flat"])
-        until(chromium, lambda d: "flat" in text(d, "recording"))
-    finally:
-        page.close()
+def test_it_is_drawn_and_a_new_object_is_requested(
+    page: PageSink, requests: Requests, chromium: Any
+) -> None:
+    chromium.get(page.url)
+    odd = tuple(replace(e, out_of_range=True) for e in ESTIMATES)
+    events = (FIRST_EVENT, *odd, SECOND_EVENT, replace(odd[-2], final=True), COMBINED)
+    page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
+    until(chromium, lambda d: text(d, "value") == "31")
+    # It is drawn slower than it came: in the end each answer and the last are circles.
+    circles = "return document.querySelectorAll('#scale circle').length"
+    until(chromium, lambda d: d.execute_script(circles) == len(ESTIMATES))
+    until(chromium, lambda d: "2nd: 14.2 ms" in text(d, "scale"))
+    assert chromium.find_element("id", "strange").is_displayed()
+    assert text(chromium, "same-word") == "Same object, 3 pinches"
+    alone = replace(COMBINED, pinches=1, is_named=False)
+    page.take(Update((), (alone,), Health(connected=True)))
+    until(chromium, lambda d: text(d, "same-word").startswith("Press New object"))
+    chromium.find_element("id", "new-object").click()
+    until(chromium, lambda d: requests.calls == ["new"])
+    # Nothing of the previous object stays beside the new one.
+    until(chromium, lambda d: text(d, "same-value") == "")
+    chromium.find_element("tag name", "body").send_keys("n")
+    until(chromium, lambda d: requests.calls == ["new", "new"])
+    chromium.find_element("id", "shape").send_keys("Flat")
+    chromium.find_element("id", "tell-shape").click()
+    until(chromium, lambda d: requests.calls[2:] == ["shape Flat"])
+    until(chromium, lambda d: "flat" in text(d, "recording"))
 
 
 @needs_browser
 def test_card_and_row_show_the_estimate_in_force_and_a_later_one_as_a_detail(
-    chromium: Any,
+    page: PageSink, chromium: Any
 ) -> None:
-    page = PageSink(port=0)
-    page.open(DESCRIPTOR)
     early = timed(ESTIMATES[3], value=20.0, low=15.0, high=25.0)
     late = timed(ESTIMATES[-2], value=44.0, waited=0.02)
-    try:
-        chromium.get(page.url)
-        events = (FIRST_EVENT, early, late, replace(late, final=True), pinch(early, late))
-        page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
-        until(chromium, lambda d: text(d, "value") == "20")
-        assert "in time: estimate after 5.2 ms" in text(chromium, "verdict")
-        assert "44" in text(chromium, "later")
-        (row,) = chromium.find_elements("css selector", "#rows tr")
-        cells = [cell.text for cell in row.find_elements("tag name", "td")]
-        assert cells[3].startswith("20")
-        assert cells[4] == "5.2"
-        assert "later 44 after 34.1 ms" in cells[6]
-    finally:
-        page.close()
+    chromium.get(page.url)
+    events = (FIRST_EVENT, early, late, replace(late, final=True), pinch(early, late))
+    page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
+    until(chromium, lambda d: text(d, "value") == "20")
+    assert "in time: estimate after 5.2 ms" in text(chromium, "verdict")
+    assert "44" in text(chromium, "later")
+    (row,) = chromium.find_elements("css selector", "#rows tr")
+    cells = [cell.text for cell in row.find_elements("tag name", "td")]
+    assert cells[3].startswith("20")
+    assert cells[4] == "5.2"
+    assert "later 44 after 34.1 ms" in cells[6]
 
 
 def test_the_page_gets_the_devices_own_estimate_until_the_next_contact() -> None:

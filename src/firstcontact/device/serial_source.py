@@ -13,7 +13,6 @@ from typing import Self
 from firstcontact.core import InputError
 from firstcontact.core.text import check_text
 from firstcontact.device.assembler import Assembled, Assembler, Counts
-from firstcontact.device.clock import ClockFit, RateCheck
 from firstcontact.device.descriptor import Descriptor, DevicePrediction
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.ports import LinkError, SerialTransport, not_a_port
@@ -76,8 +75,6 @@ class SerialSource(QueuedSource):
         self._patience = patience
         self._transport: SerialTransport | None = None
         self._assembler = Assembler()
-        self._clock = ClockFit(1.0)
-        self._rate_check = RateCheck(1.0)
         self._began = 0.0  # arrival of the first samples of an epoch
         self._has_warned = False  # about the rate, in this epoch
         # The thread that holds this lock reads the port. The lock protects the next fields, too.
@@ -293,7 +290,7 @@ class SerialSource(QueuedSource):
                 d, rate = self.descriptor, self.descriptor.layout.rate
                 values = (self._assembler.epoch, d.firmware, d.sensor, d.hand, d.source, rate)
                 _log.info("%s: epoch %d of %r (%r, %r, %s, %g Hz)", self.name, *values)
-                self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
+                self._measure_rate(rate)
                 self._began, self._has_warned = math.inf, False
             self._markers += assembled.markers
             self._predictions += assembled.predictions

@@ -51,6 +51,7 @@ class QueuedSource(Source):
         self._arrivals: deque[Arrival] = deque()
         self._waiting = 0  # number of samples in the queue; can be read without the lock
         self._wanted = 0  # number of samples that a reader waits for, or 0
+        self._measure_rate(1.0)
 
     @property
     def name(self) -> str:
@@ -88,6 +89,10 @@ class QueuedSource(Source):
     def _start(self) -> None:
         self._thread = threading.Thread(target=self._run, name=f"reader {self.name}", daemon=True)
         self._thread.start()
+
+    def _measure_rate(self, stated: float) -> None:
+        """Begin to measure the rate of an epoch, whose stated rate is in Hz."""
+        self._clock, self._rate_check = ClockFit(stated), RateCheck(stated)
 
     def _is_enough(self) -> bool:
         return self._finished or (bool(self._arrivals) and self._waiting >= self._wanted)
@@ -132,14 +137,12 @@ class ThreadedSource(QueuedSource):
         self._markers: list[str] = []  # waiting for the next sample
         self._next = (0, 0)  # epoch and number of that sample
         self._health = Health()
-        self._clock = ClockFit(1.0)
         self._pending = 0  # samples lost since the last delivered one
         # The fields below belong to the receiving thread.
         self._input_rate = 0.0
         self._output_rate = 0.0
         self._resampler: tuple[int, CausalResampler] | None = None  # with its epoch
         self._unusable = 0
-        self._rate_check = RateCheck(1.0)
         #: True while the reader processes a backlog.
         self._behind = False
         self._looked = 0.0
@@ -174,8 +177,7 @@ class ThreadedSource(QueuedSource):
 
     def __enter__(self) -> Self:
         self._descriptor = self._open()
-        rate = self._descriptor.layout.rate
-        self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
+        self._measure_rate(self._descriptor.layout.rate)
         self._looked = time.monotonic()
         self._health = replace(self._health, connected=True)
         self._start()
@@ -275,8 +277,7 @@ class ThreadedSource(QueuedSource):
     def _begin_epoch(self, epoch: int, first: int) -> None:
         if epoch == self._next[0]:
             return
-        rate = self.descriptor.layout.rate
-        self._clock, self._rate_check = ClockFit(rate), RateCheck(rate)
+        self._measure_rate(self.descriptor.layout.rate)
         health, lost = self._health, self._health.lost_samples + self._pending
         self._health = replace(
             health, epoch=epoch, reconnects=health.reconnects + 1, lost_samples=lost

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from firstcontact.core import Command
-from firstcontact.core.display import BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from firstcontact.core.display import BLUE, GREEN, GREY, ORANGE, PURPLE
 from firstcontact.grasp._grip import Grip
-from firstcontact.grasp.policy import ForceArray, Policy, PolicyRole, SensorVariant, Tunable
+from firstcontact.grasp.policy import Policy
 
 if TYPE_CHECKING:
     from firstcontact.core import Contact, Estimate
@@ -25,7 +25,6 @@ class NoModulation(Policy):
     name = "none"
     title = "no modulation"
     colour = GREY
-    part = PolicyRole.UNMODULATED
 
     def begin(self) -> Command:
         return Command(self.grip.speed, self.grip.force)
@@ -38,19 +37,6 @@ class ForceFeedback(Policy):
     name = "force_feedback"
     title = "force feedback"
     colour = ORANGE
-    part = PolicyRole.BASELINE
-    tunables: ClassVar = {
-        "threshold": Tunable("Threshold", "mV", 1e3, (0.02, 0.05, 0.15), (0.03,)),
-        "approach": Tunable("Force until then", "N", 1, (1.0, 1.5, 2.0, 2.5, 12.0), (2.0, 12.0)),
-        "speed": Tunable(
-            "Speed from then on", "mm/s", 1e3, (0.011, 0.02, 0.04, 0.08), (0.02, 0.08)
-        ),
-        "force": Tunable("Force from then on", "N", 1, (2.2, 2.5, 2.6, 3.0), (2.6,)),
-    }
-    variants = (
-        SensorVariant("feedback", title, colour),
-        SensorVariant("feedback_fast", f"{title}, ideal sheet", RED, ForceArray.IDEAL),
-    )
 
     grip: Grip
     threshold: float = 0.05
@@ -76,7 +62,6 @@ class Touch(Policy):
     name = "touch"
     title = "gentle at touch"
     colour = PURPLE
-    part = PolicyRole.CONTROL
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
         return self.grip.gentle if first else None

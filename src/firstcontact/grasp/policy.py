@@ -37,35 +37,12 @@ class Task(Enum):
 class PolicyRole(Enum):
     """Role of a policy in a comparison of policies."""
 
-    #: No modulation. Its closing time limits the closing time of tuned policies.
-    UNMODULATED = auto()
     #: Today's method, which a candidate must beat.
     BASELINE = auto()
-    #: Acts like the candidates, but without the stiffness.
-    CONTROL = auto()
-    #: Compared with every baseline and control.
+    #: Compared with every baseline.
     CANDIDATE = auto()
     #: Upper limit that uses knowledge no real hand has.
     LIMIT = auto()
-
-
-class ForceArray(Enum):
-    """Kind of the twin's force sensors in a comparison of policies: with or without errors."""
-
-    #: Sensors with the random errors of each simulated pinch.
-    DRAWN = auto()
-    #: Sensors without errors.
-    IDEAL = auto()
-
-
-@dataclass(frozen=True, slots=True)
-class SensorVariant:
-    """Policy combined with one kind of force sensor, with its key, title and colour in tables."""
-
-    key: str
-    title: str
-    colour: str
-    force_array: ForceArray = ForceArray.DRAWN
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,8 +91,6 @@ class Policy:
     needs_truth: ClassVar[bool] = False
     #: Settings that a study tunes before it compares.
     tunables: ClassVar[Mapping[str, Tunable]] = {}
-    #: Force sensors that a study combines the policy with; empty for ``ForceArray.DRAWN`` only.
-    variants: ClassVar[tuple[SensorVariant, ...]] = ()
     #: True to receive every estimate of a contact as it comes; False for the final one only.
     early: ClassVar[bool] = False
     #: Latest time of an estimate after the first contact, s; None if the policy uses none.
@@ -128,11 +103,6 @@ class Policy:
     def uses_piezos(cls) -> bool:
         """Return True if the policy acts on contacts or estimates."""
         return (cls.touched, cls.estimated) != (Policy.touched, Policy.estimated)
-
-    @classmethod
-    def uses_force(cls) -> bool:
-        """Return True if the policy acts on the force sensors."""
-        return cls.felt is not Policy.felt
 
     @classmethod
     def has_reflex(cls) -> bool:

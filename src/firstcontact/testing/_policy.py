@@ -62,18 +62,12 @@ def _settings(kind: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
 
 
 def _declared(kind: type[Policy]) -> None:
-    named = [(kind.name, kind.title, kind.colour)]
-    named += [(v.key, v.title, v.colour) for v in kind.variants]
-    for name, title, colour in named:
-        assert re.fullmatch(r"\w+", name), (
-            f"the name {name!r} may contain only letters, digits and _"
-        )
-        assert title.strip(), f"{name} has no title"
-        assert re.fullmatch("#[0-9A-Fa-f]{6}", colour), (
-            f"{name}: {colour!r} is not a colour like #56B4E9"
-        )
-    keys = [v.key for v in kind.variants]
-    assert len(set(keys)) == len(keys), f"two variants share a name: {keys}"
+    name, colour = kind.name, kind.colour
+    assert re.fullmatch(r"\w+", name), f"the name {name!r} may contain only letters, digits and _"
+    assert kind.title.strip(), f"{name} has no title"
+    assert re.fullmatch("#[0-9A-Fa-f]{6}", colour), (
+        f"{name}: {colour!r} is not a colour like #56B4E9"
+    )
     for name, tunable in kind.tunables.items():
         assert tunable.tried, f"the setting {name} has no values to try"
         assert tunable.few, f"the setting {name} has no few values for a quick study"

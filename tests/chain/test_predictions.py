@@ -185,14 +185,6 @@ def test_inputs_that_are_far_out_give_finite_predictions(far: float) -> None:
     assert np.isfinite(predict_inputs(model.image, np.full((1, INPUTS), far), terms)).all()
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
-def test_samples_that_are_not_valid_have_no_influence(value: float) -> None:
-    signal = contact(3)
-    spoilt = np.where(np.arange(len(signal)) < LEAD + 20, signal, value).astype(np.float32)
-    image = models()["combined"].image
-    np.testing.assert_array_equal(ask(image, spoilt, 20), ask(image, signal, 20))
-
-
 def test_a_dead_sensor_is_out_of_range() -> None:
     signal = np.where(np.arange(LEAD + SAMPLES) < LEAD, contact(0), 0.0).astype(np.float32)
     assert ask(models()["unknown"].image, signal, 40)[5] == 1

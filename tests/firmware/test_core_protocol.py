@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -83,12 +82,6 @@ def test_unstuffing_equals_pythons_for_any_bytes(core: Core, data: bytes) -> Non
     except protocol.FrameError:
         expected = None
     assert core.unstuff(data) == expected
-
-
-@given(data=st.binary(max_size=400))
-def test_crc_equals_zlibs(core: Core, data: bytes) -> None:
-    assert core.crc32(data) == zlib.crc32(data)
-    assert core.crc32(b"123456789") == 0xCBF43926
 
 
 @given(kind=st.integers(0, 255), counter=U32, payload=RUNS)

@@ -75,15 +75,6 @@ def test_samples_after_the_valid_ones_are_never_used(with_: float) -> None:
         assert np.isfinite(getattr(plain, name)).all()
 
 
-def test_single_predictions_equal_batch_predictions() -> None:
-    model = knowing(KNOWN)
-    queries = replace(ASKED, valid=ENDS)
-    together = model.predict(queries)
-    alone = [model.predict(queries.take(np.array([i]))) for i in range(len(queries))]
-    assert np.allclose([a.value[0] for a in alone], together.value, atol=1e-3)
-    assert [bool(a.out_of_range[0]) for a in alone] == together.out_of_range.tolist()
-
-
 def test_another_rate_and_too_few_samples_are_refused() -> None:
     with pytest.raises(InputError, match="resample"):
         knowing(KNOWN).predict(replace(ASKED, rate=2000.0))

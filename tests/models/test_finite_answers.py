@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.models import ESTIMATORS, Interval, Spec, Task, WindowModel, make_estimator
+from firstcontact.models import ESTIMATORS, Spec, Task, WindowModel, make_estimator
 from firstcontact.models.registry import window_estimators
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import load_arrays, load_window, replace_arrays, save_window
@@ -122,12 +122,3 @@ def _overflowing(network: NDArray[np.uint8]) -> NDArray[np.uint8]:
             large = np.full(tensor.dims, 3e38, dtype=np.float32)
             tensor.CopyFrom(numpy_helper.from_array(large, tensor.name))
     return np.frombuffer(model.SerializeToString(), dtype=np.uint8)
-
-
-@pytest.mark.parametrize("limits", [None, (0.0, 100.0)])
-def test_bounds_around_any_answer_are_finite(limits: tuple[float, float] | None) -> None:
-    for value in (-np.finfo(float).max, 0.0, np.finfo(float).max):
-        assert np.isfinite(Interval(0.9, (), (1e9,), limits).around(value)).all()
-    for numbers in (((1e300,), (1.0, 1.0)), ((), (1e300,))):
-        with pytest.raises(ValueError, match="interval"):
-            Interval(0.9, *numbers, limits)

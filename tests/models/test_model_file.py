@@ -52,10 +52,6 @@ def test_the_card_states_the_source_of_the_model(folder: Path) -> None:
     assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]
 
 
-def test_the_card_itself_may_be_named(folder: Path) -> None:
-    assert load_window(folder / CARD).spec == load_window(folder).spec
-
-
 @pytest.mark.parametrize("name", [CARD, WEIGHTS])
 def test_a_missing_file(folder: Path, name: str) -> None:
     (folder / name).unlink()

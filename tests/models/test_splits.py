@@ -69,14 +69,6 @@ def check_folds(folds, expected) -> None:
     ]
 
 
-@given(pinches(), st.integers(0, 5))
-def test_folds_do_not_depend_on_whether_levels_are_whole_numbers(made, seed: int) -> None:
-    sessions, _, levels = made
-    assume(len(set(sessions)) >= 2)
-    integer, fractional = (by_session(sessions, y, seed) for y in (levels, levels - 0.5))
-    assert [s.test.tolist() for s in integer] == [s.test.tolist() for s in fractional]
-
-
 @given(pinches())
 def test_a_level_left_out_is_on_one_side_only(made) -> None:
     sessions, specimens, levels = made

@@ -67,30 +67,6 @@ def test_gain_moves_the_level_and_nothing_else(gain: float) -> None:
 
 
 @given(
-    groups=st.lists(st.integers(0, 7), min_size=6, max_size=60),
-    seed=st.integers(0, 100),
-)
-@settings(max_examples=60)
-def test_folds_keep_sessions_whole_and_hold_each_window_once(groups: list[int], seed: int) -> None:
-    names = np.array(groups)
-    y = np.arange(len(names)) % 5
-    held_out = []
-    for train, validation in inner_folds(y, names, seed):
-        if len(np.unique(names)) > 1:
-            assert not set(names[train]) & set(names[validation])
-        assert len(train)
-        assert sorted([*train, *validation]) == list(range(len(names)))
-        held_out.extend(validation)
-    assert sorted(held_out) == list(range(len(names)))
-
-
-def test_folds_without_sessions_hold_every_level() -> None:
-    y = np.repeat([10.0, 20.0, 60.0], 6)
-    for train, validation in inner_folds(y, None, 0):
-        assert set(y[train]) == set(y[validation]) == {10.0, 20.0, 60.0}
-
-
-@given(
     seed=st.integers(0, 100),
     k=st.integers(2, 5),
     sessions=st.integers(2, 12),

@@ -97,16 +97,6 @@ def test_aliases_are_rejected_as_stated(old, new):
         assert np.abs(out[400:-400]).max() < limit
 
 
-def test_step_does_not_ring_before_its_lookahead():
-    x = np.zeros((3200, 1))
-    x[1600:] = 1.0
-    out = resample(x, 16_000.0, 4936.0)[:, 0]
-    is_before = np.arange(len(out)) / 4936 < 0.1 - lookahead(16_000.0, 4936.0)
-    assert np.abs(out[is_before]).max() < 1e-9
-    is_after = np.arange(len(out)) / 4936 > 0.1 + 0.001
-    assert np.abs(out[is_after] - 1.0).max() < 0.2
-
-
 def test_resampling_has_a_rate_limit() -> None:
     """Without a limit, a rate stated in a file could use up all memory."""
     layout = fingertip_layout()

@@ -19,11 +19,11 @@ class EventKind(IntEnum):
 
 
 class Flag(IntFlag):
-    """Properties of an event."""
+    """Marks of an event, which can be combined."""
 
     #: First contact of a closing.
     FIRST = 1
-    #: No further estimate follows, or stands.
+    #: No further estimate follows for this contact.
     FINAL = 2
     OUT_OF_RANGE = 4
 
@@ -48,7 +48,7 @@ class Reason(IntEnum):
 
 
 class ChainEvent(NamedTuple):
-    """Event of the chain.
+    """Event in a stream, such as the start of a closing, a contact or an estimate.
 
     Parameters
     ----------

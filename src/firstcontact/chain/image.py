@@ -173,7 +173,7 @@ class ModelConstants:
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """Image of a model as bytes, checked when it is first used."""
+    """Constants of a detector and a model as bytes, checked when they are first used."""
 
     data: bytes
 
@@ -204,7 +204,7 @@ def build_image(
     floors: Sequence[float] = (),
     text: str = "",
 ) -> Image:
-    """Return the image of a detector and a model.
+    """Pack the constants of a detector and a model into the bytes that the chain reads.
 
     Parameters
     ----------

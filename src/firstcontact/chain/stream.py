@@ -34,9 +34,9 @@ class ProgramDetector(Protocol):
 
 
 class Chain:
-    """The chain over one stream.
+    """Computation from the samples of one stream to events, in C.
 
-    Events do not depend on the sizes of blocks.
+    A chain finds closings, contacts and estimates. Events do not depend on the sizes of blocks.
 
     Parameters
     ----------

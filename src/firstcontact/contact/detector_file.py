@@ -75,7 +75,7 @@ def pretrained_detector() -> Detector:
 
 
 def general_detector(layout: Layout) -> Detector:
-    """Return the detector for a rig without known contacts.
+    """Return a detector for a rig from which no pinches were recorded yet.
 
     A hand with the sampling rate of the package's detector gets the package's detector. Other
     rates, and sensors that a person moves, get a detector that needs no training.

@@ -57,8 +57,9 @@ if TYPE_CHECKING:
 class GroupScores:
     """Scores of one predictor on a group of pinches, such as those not seen in training.
 
-    Mappings are by elapsed time (s). Window models have no ``out_of_range``, and models without
-    intervals no ``coverage``, ``width`` and ``level``.
+    The keys of ``scores``, ``coverage``, ``width`` and ``out_of_range`` are times after the
+    contact, s. ``out_of_range`` is empty for window models. ``coverage`` and ``width`` are empty,
+    and ``level`` is None, for models without intervals.
 
     Parameters
     ----------
@@ -101,8 +102,8 @@ class GroupScores:
 class Evaluation:
     """Scores of one predictor of a model.
 
-    :attr:`rmse`, :attr:`coverage` and :attr:`width` cover all scored pinches except those of the
-    training. Pinches that may be of the training by their names count only if there are no others.
+    :attr:`rmse`, :attr:`coverage` and :attr:`width` leave out training pinches. They also leave
+    out pinches whose names occur in the training, unless there are no others.
 
     Parameters
     ----------

@@ -97,9 +97,9 @@ class Estimator(EstimatorInfo, ABC):
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Prediction for one window by another library, to compare the times.
+    """The training library's own prediction, whose time is compared with the model's.
 
-    ``call(inputs[i])`` predicts window ``i`` with the library of this name.
+    ``call(inputs[i])`` predicts window ``i`` with the library ``name``.
     """
 
     name: str

@@ -75,11 +75,11 @@ def find_estimator(estimator: object) -> type[EstimatorInfo]:
 
 
 def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -> Estimator:
-    """Return an unfitted estimator that learns from windows with this rate, Hz.
+    """Return an estimator that is not fitted yet, for windows with this rate, Hz.
 
-    ``estimator`` is as in :func:`find_estimator`, and ``options`` are values of its further fields,
-    such as those in its ``quick``. Raise InputError if there is no such estimator, it does not
-    learn from windows, or does not support the task.
+    ``estimator`` is a name, an estimator's class, or a regressor. ``options`` set fields of the
+    estimator, such as ``epochs`` of the CNN. Raise InputError if there is no such estimator, or it
+    does not learn from windows or does not support the task.
     """
     from firstcontact.models.estimator import Estimator
 

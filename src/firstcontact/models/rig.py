@@ -103,7 +103,7 @@ _WIDEST = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rig:
-    """Summary of a rig, or of one of its fingers, from its pinches of known Shore A.
+    """Summary of a rig (or one finger) that the network gets as input, from labelled pinches.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touches:
-    """Contacts of single fingers, with signals and hints. Arrays share their first axis.
+    """Signals of contacts, with optional hints of speed and shape. One row per contact.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ DURATION = FINGERTIP_WINDOW
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledWindows:
-    """Windows with their targets and groups. All arrays share their first axis.
+    """Windows with their targets and groups. Each array has one row per window.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def label_windows(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledTouches:
-    """Contacts with objects of known Shore A. All arrays share their first axis.
+    """Contacts with objects of known Shore A. Each array has one row per contact.
 
     Parameters
     ----------

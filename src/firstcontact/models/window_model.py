@@ -119,10 +119,10 @@ LARGEST = 1e9
 
 
 class WindowModel(ABC):
-    """Trained window model: arrays and arithmetic, without the training library.
+    """Trained model that predicts from a window of fixed length, without the training library.
 
-    This base class refuses unusable windows before the arithmetic, and outputs that are not finite
-    after it.
+    A subclass implements :meth:`outputs`. This base class checks the windows before it calls that
+    method, and refuses outputs that are not finite.
     """
 
     #: Name of the runtime in model files.
@@ -244,10 +244,11 @@ class ArrayCheck:
 
 
 class ArraysModel(WindowModel):
-    """Window model whose constructor takes a spec and its declared arrays, in order.
+    """Window model that consists of arrays, which :attr:`declared` names and describes.
 
-    An array ``target`` holds mean and scale of the targets of a regression. The constructor raises
-    InputError if an array is not as declared.
+    The constructor takes the spec and the arrays in the order of :attr:`declared`, and raises
+    InputError if an array does not fit its description. If there is an array ``target``, it holds
+    mean and scale of the regression's targets.
     """
 
     #: Arrays in files, by name.

@@ -19,7 +19,10 @@ from firstcontact.core.text import nouns
 FOLDER = Path(__file__).parent / "reference"
 #: Chapters of the page for users, in the order of their work. The last takes all other names.
 CHAPTERS = {
-    "Load": "simulate record import_recordings load plot Dataset Pinch Label Layout Finger Contact",
+    "Load": (
+        "sample simulate record import_recordings load plot Dataset Pinch Label Layout Finger "
+        "Contact"
+    ),
     "Adapt": "calibrate Calibration adapt train load_model Model",
     "Predict": (
         "detect predict Predictions evaluate Evaluation GroupScores closing_speed ClosingSpeed "

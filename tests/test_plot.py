@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import firstcontact as fc
@@ -81,10 +82,32 @@ def test_tables_have_a_row_for_each_and_units(shown: dict[str, Any]) -> None:
     table = data.to_frame()
     assert table["shore_a"].tolist() == data.shore_a.tolist()
     offset = 1e-3 * (table["second_contact_ms"] - table["first_contact_ms"])
-    assert offset.tolist() == pytest.approx([pinch.offset for pinch in data])
+    offsets = [np.nan if pinch.offset is None else pinch.offset for pinch in data]
+    assert offset.tolist() == pytest.approx(offsets, nan_ok=True)
     table = predictions.to_frame()
-    assert table["elapsed_ms"].tolist() == pytest.approx(1e3 * predictions.elapsed)
+    assert table["elapsed_ms"].tolist() == pytest.approx(1e3 * predictions.elapsed, nan_ok=True)
     assert len(table) == len(predictions)
     table = evaluation.to_frame()
     group = evaluation.groups[0]
     assert table["rmse"][: len(group.scores)].tolist() == list(group.rmse.values())
+
+
+@pytest.mark.parametrize(("name", "n"), [("paper-rig", 190), ("everyday", 190), ("strikes", 60)])
+def test_a_sample_is_made_once(
+    name: Any, n: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    data = fc.sample(name)
+    assert len(data) == n
+    assert data.source == "twin"
+    assert not np.isnan(data.shore_a).any()
+    files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.mcap")}
+    again = fc.sample(name)
+    assert [pinch.data.tobytes() for pinch in again] == [pinch.data.tobytes() for pinch in data]
+    assert files == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.mcap")}
+
+
+def test_another_sample_is_refused() -> None:
+    with pytest.raises(fc.InputError) as refusal:
+        fc.sample("mine")  # type: ignore[arg-type]
+    assert refusal.value.parameter == "name"

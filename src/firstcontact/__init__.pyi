@@ -3,6 +3,7 @@ from ._data import detect as detect
 from ._data import import_recordings as import_recordings
 from ._data import load as load
 from ._data import plot as plot
+from ._data import sample as sample
 from ._data import simulate as simulate
 from ._sessions import live as live
 from ._sessions import open as open

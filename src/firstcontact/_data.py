@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
+from contextlib import suppress
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -228,6 +230,56 @@ def simulate(
         given_path(out, "out"), condition, *sizes, seed, workers, progress, recorded, positions
     )
     return load(out)
+
+
+def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> Dataset:
+    """Return simulated sample data, made on first use and kept in the cache of the user.
+
+    Parameters
+    ----------
+    name
+        "paper-rig" or "everyday": 190 labelled pinches of that condition. "strikes": 60 strikes of
+        a single sensor on five blocks, as from a piezo disc at a sound input.
+
+    Returns
+    -------
+    Dataset
+        Data of the twin, not of a real sensor. The recordings lie in ``~/.cache/firstcontact``.
+
+    Raises
+    ------
+    InputError
+        There is no sample of that name.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> fc.sample("strikes")
+    Dataset(60 pinches, 5 objects, 1 session, 4936 Hz, source='twin')
+    """
+    from firstcontact.core.files import temporary_path
+    from firstcontact.recording import Header, write_dataset
+    from firstcontact.streaming.twin import cache_folder
+    from firstcontact.twin import CONDITIONS
+    from firstcontact.twin import simulate as simulate_set
+    from firstcontact.twin.strikes import strikes
+
+    names = (*CONDITIONS, "strikes")
+    if name not in names:
+        raise InputError(f"{name!r} must be one of {', '.join(names)}", parameter="name")
+    folder = cache_folder() / f"sample-{version('firstcontact')}-{name}"
+    if not folder.is_dir():
+        with temporary_path(folder) as making:
+            if name == "strikes":
+                made = strikes(12, seed=0)
+                making.mkdir()
+                write_dataset(made, making, Header(made.layout, source="twin", dtype="float32"))
+            else:
+                simulate_set(making, name, 30, 5, seed=0)
+            # Another program may have made the folder meanwhile.
+            with suppress(OSError):
+                making.rename(folder)
+    return load(folder)
 
 
 def detect(data: Dataset, detector: Detector | Model | str | None = None) -> list[Contact | None]:

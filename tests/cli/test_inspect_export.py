@@ -133,6 +133,14 @@ def test_inspect_says_what_is_in_a_recording(recordings, capsys):
         assert words in output
 
 
+def test_inspect_sums_up_a_folder(recordings, dataset, capsys):
+    assert main(["inspect", str(recordings)]) == 0
+    printed = capsys.readouterr().out
+    assert f"pinches     {len(dataset)}," in printed
+    assert all(name in printed for name in set(dataset.objects.tolist()))
+    assert main(["inspect", str(recordings), "--plot", "pinch.png"]) == 2
+
+
 def test_inspect_says_what_is_damaged(recordings, capsys):
     file = sorted(recordings.iterdir())[0]
     file.write_bytes(file.read_bytes()[:-2000])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from pages import ROOT
 import forked
 
 EXAMPLES = sorted(ROOT.glob("examples/*.py"))
+NOTEBOOKS = sorted(ROOT.glob("examples/*.ipynb"))
 #: It needs ROS 2; tests/test_front_door.py runs it with a stand-in for rclpy.
 ELSEWHERE = ("ros_node",)
 
@@ -24,7 +26,19 @@ def test_example_runs(example: Path, tmp_path: Path) -> None:
     assert process.stdout
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda p: p.stem)
+def test_notebook_runs(notebook: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pandas")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    process = forked.run("code", code, cwd=tmp_path, strict=True)
+    assert process.returncode == 0, process.stderr
+
+
+@pytest.mark.parametrize("example", [*EXAMPLES, *NOTEBOOKS], ids=lambda p: p.stem)
 def test_example_is_named_in_a_page(example: Path) -> None:
     pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md")]
     assert any(f"examples/{example.name}" in p.read_text(encoding="utf-8") for p in pages)

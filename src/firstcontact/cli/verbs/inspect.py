@@ -1,9 +1,9 @@
-"""Verb ``firstcontact inspect``: description of a recording, and a plot of a pinch."""
+"""Verb ``firstcontact inspect``: description of recordings, and a plot of a pinch."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,16 +11,16 @@ from firstcontact.cli.options import Option
 from firstcontact.core.text import counted
 
 if TYPE_CHECKING:
-    from firstcontact.core import Calibration, Label, Layout
+    from firstcontact.core import Calibration, Dataset, Label, Layout
     from firstcontact.recording import PinchMark, Recording
 
 
 @dataclass(frozen=True)
 class Inspect:
-    """Describe a recording, and draw one of its pinches."""
+    """Describe a recording or a folder of recordings, and draw one pinch of a recording."""
 
     path: Annotated[Path, Option(positional=True)]
-    """A recording."""
+    """A recording, or a folder of recordings."""
     plot: Path | None = None
     """File for a drawing of one pinch: .png, .svg or .pdf."""
     pinch: int = 0
@@ -28,8 +28,17 @@ class Inspect:
 
     def run(self) -> None:
         """Print the content of the file, and its damage."""
-        from firstcontact.recording import read_recording
+        from firstcontact.core import InputError
+        from firstcontact.recording import load_dataset, read_recording
 
+        if self.path.is_dir():
+            if self.plot is not None:
+                raise InputError(
+                    f"--plot draws a pinch of one recording: name a file in {self.path}"
+                )
+            for line in _summary(load_dataset(self.path)):
+                print(line)
+            return
         recording = read_recording(self.path)
         for line in _lines(recording):
             print(line)
@@ -57,6 +66,22 @@ class Inspect:
             )
         plot_pinch(pinch, f"Pinch {self.pinch}: {_label_words(pinch.label)}", path)
         print(f"drawn       {path}")
+
+
+def _summary(data: Dataset) -> Iterator[str]:
+    """Yield lines about a dataset: its totals, then each object."""
+    from collections import Counter
+
+    yield f"source      {data.source}"
+    yield f"rate        {data.layout.rate:g} Hz, {data.layout.smoothing}"
+    yield f"channels    {data.layout.width}: {', '.join(data.layout.column_names)}"
+    yield f"sessions    {len(set(data.sessions.tolist()))}"
+    yield f"pinches     {len(data)}, {sum(p.first is not None for p in data)} with known contacts"
+    labels = Counter(replace(pinch.label, specimen="", session="") for pinch in data)
+    for label, count in labels.items():
+        yield f"  {count:4d}  {_label_words(label)}"
+    for note in (*data.notes, *data.losses):
+        yield f"note        {note}"
 
 
 def _lines(recording: Recording) -> Iterator[str]:

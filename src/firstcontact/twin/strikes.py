@@ -1,0 +1,63 @@
+"""Strikes: one finger of the simulated hand taps a block, without a motor."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import (
+    Channel,
+    ChannelKind,
+    Contact,
+    Dataset,
+    Label,
+    Layout,
+    Pinch,
+    VibrationSensor,
+)
+from firstcontact.core.layout import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
+from firstcontact.twin.draw import condition, draw_pinch
+from firstcontact.twin.mechanics import BUFFER, INDENTATION
+from firstcontact.twin.objects import BLOCKS, block
+from firstcontact.twin.pinch import integrate_pinch
+
+#: Length of a strike before and after its contact, s.
+BEFORE, AFTER = 0.06, 0.09
+#: Noise of a cheap sound input, as a share of full scale.
+NOISE = 0.0013
+
+
+def strike(shore_a: float, number: int, seed: int) -> tuple[NDArray[np.float64], int]:
+    """Return one strike at the fingertip's rate, full scale 1, and the sample of its contact."""
+    draw = draw_pinch(seed, condition("paper-rig"), "1", block(shore_a), number)
+    still = {"rotor": 0.0, "mesh": 0.0, "friction": 0.0, "click_rate": 0.0, "mains": 0.0}
+    index, thumb = (replace(noise, **still, hum=0.0) for noise in draw.noise)
+    timing = draw.timing._replace(first=BEFORE, second=BEFORE + 2 * AFTER, first_is_index=True)
+    _, motion = integrate_pinch(
+        replace(draw, noise=(index, thumb), timing=timing), duration=BEFORE + AFTER
+    )
+    signal = motion[:, 0, BUFFER] / PIEZO_OFFSET_VOLTS
+    ends = np.ones(len(signal))
+    fade = round(0.02 * FINGERTIP_RATE)
+    ends[:fade], ends[-fade:] = np.linspace(0, 1, fade), np.linspace(1, 0, fade)
+    return np.asarray(signal * ends), int(np.argmax(motion[:, 0, INDENTATION] > 0))
+
+
+def strikes(each: int, seed: int) -> Dataset:
+    """Return strikes on the five blocks, ``each`` on one, as a disc at a sound input hears them."""
+    piezo = VibrationSensor.PIEZO
+    channel = Channel(piezo, ChannelKind.VIBRATION, None, "full scale", 1.0, 0.0, sensor=piezo)
+    layout, rng = Layout((channel,), FINGERTIP_RATE), np.random.default_rng(seed)
+    pinches: list[Pinch] = []
+    for target in BLOCKS:
+        for number in range(each):
+            signal, contact = strike(target.shore_a, number, seed)
+            data = (signal + NOISE * rng.standard_normal(len(signal)))[:, None].astype(np.float32)
+            # Strikes are one second apart.
+            start = round(len(pinches) * FINGERTIP_RATE)
+            label = Label(target.name, target.shore_a, specimen=target.name, session="strikes")
+            truth = (Contact(None, start + contact, start + contact),)
+            pinches.append(Pinch(data, layout, label, start, truth))
+    return Dataset(tuple(pinches), "twin")

@@ -42,15 +42,11 @@ def taxel_center(row: int, column: int) -> Point:
     return (ROWS - 1) / 2 * pitch_x - row * pitch_x, ((COLUMNS - 1) / 2 - column) * pitch_y
 
 
-def comb(kind: str, outwards: int) -> list[Point]:
-    """Return the outline of a taxel's comb, relative to the taxel.
+def comb(kind: str) -> list[Point]:
+    """Return the outline of a comb of column 0, relative to the taxel.
 
-    Parameters
-    ----------
-    kind
-        ``row`` for the comb whose spine lies towards the middle of the board, else ``column``.
-    outwards
-        Sign of y away from the middle of the board.
+    The comb of a ``row`` has its spine towards the middle of the board, that of a ``column``
+    towards the edge. Column 1 has the same taxel, turned by 180 degrees.
     """
     period, half = FINGER + GAP, (FINGERS * (FINGER + GAP) - GAP) / 2
     is_row = kind == "row"
@@ -61,7 +57,7 @@ def comb(kind: str, outwards: int) -> list[Point]:
     for number in range(0 if is_row else 1, FINGERS, 2):
         left = -half + number * period
         outline += [(left, near), (left, tip), (left + FINGER, tip), (left + FINGER, near)]
-    return [*dict.fromkeys((round(x, 4), round(y * outwards, 4)) for x, y in outline)]
+    return [*dict.fromkeys((round(x, 4), round(y, 4)) for x, y in outline)]
 
 
 def gap_length(x: float, diameter: float = 2.5, steps: int = 2000) -> float:
@@ -118,7 +114,7 @@ FINGERTIP = Layout(
         "E1": (-5.6, 5.9, 0),
         "BZ1": (0, 0, 0),
         **{
-            f"T{COLUMNS * row + column}": (*taxel_center(row, column), 0)
+            f"T{COLUMNS * row + column}": (*taxel_center(row, column), 180 * column)
             for row in range(ROWS)
             for column in range(COLUMNS)
         },

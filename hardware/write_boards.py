@@ -7,25 +7,14 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import tempfile
 from pathlib import Path
 
 import pcbnew
 from amplifier_layout import AMPLIFIER
-from circuit import Kind, Part, fingertip_parts, parts
-from fingertip_layout import (
-    DISC_WIRE,
-    DISC_WIRE_SIDE,
-    FINGER,
-    FINGERS,
-    FINGERTIP,
-    GAP,
-    LAND,
-    OPENING,
-    OVERLAP,
-    WIRE_PAD,
-    WIRES_PITCH,
-    comb,
-)
+from circuit import Part, fingertip_parts, parts
+from fingertip_layout import FINGERTIP
+from footprints import write_footprints
 from layout import BACK, CLEARANCE, DRILL, FRONT, VIA, Layout, Point, Step, Track, octilinear
 from project import net_name, path_id, write_projects
 
@@ -67,11 +56,11 @@ def _layers(*numbers: int) -> pcbnew.LSET:
 class Builder:
     """KiCad board that grows from a layout and its parts."""
 
-    def __init__(self, layout: Layout, table: tuple[Part, ...], file: Path):
+    def __init__(self, layout: Layout, table: tuple[Part, ...], file: Path, own: Path):
         pcbnew.KIID.SeedGenerator(1)  # equal identifiers in each run, so that files stay equal
         self.layout, self.table = layout, {part.reference: part for part in table}
         self.board = pcbnew.CreateEmptyBoard()
-        self.file = file
+        self.file, self.own = file, own
         self._net_codes: dict[str, pcbnew.NETINFO_ITEM] = {}
         self._sheet()
         self._outline()
@@ -143,10 +132,8 @@ class Builder:
 
     def _place(self, part: Part) -> None:
         library, name = part.footprint.split(":")
-        if library == "firstcontact":
-            footprint = _own_footprint(self.board, part)
-        else:
-            footprint = pcbnew.FootprintLoad(str(FOOTPRINTS / f"{library}.pretty"), name)
+        shelf = self.own if library == "firstcontact" else FOOTPRINTS / f"{library}.pretty"
+        footprint = pcbnew.FootprintLoad(str(shelf), name)
         footprint.SetFPID(pcbnew.LIB_ID(library, name))
         footprint.SetReference(part.reference)
         footprint.SetValue(part.label)
@@ -313,149 +300,18 @@ class Builder:
             self._via(at, "gnd")
 
 
-# --- footprints of our own ----------------------------------------------------------------------
-
-
-def _own_footprint(board: pcbnew.BOARD, part: Part) -> pcbnew.FOOTPRINT:
-    footprint = pcbnew.FOOTPRINT(board)
-    {
-        Kind.BOARD: _teensy, Kind.TAXEL: _taxel, Kind.DISC: _disc, Kind.PADS: _wires,
-    }[part.kind](footprint, part)  # fmt: skip
-    return footprint
-
-
-def _add_pad(
-    footprint: pcbnew.FOOTPRINT,
-    number: str,
-    at: Point,
-    shape: int,
-    size: tuple[float, float],
-    layers: pcbnew.LSET,
-) -> pcbnew.PAD:
-    pad = pcbnew.PAD(footprint)
-    pad.SetNumber(number)
-    pad.SetAttribute(pcbnew.PAD_ATTRIB_SMD)
-    pad.SetLayerSet(layers)
-    pad.SetShape(shape)
-    pad.SetSize(pcbnew.VECTOR2I_MM(*size))
-    pad.SetPosition(pcbnew.VECTOR2I_MM(*at))
-    footprint.Add(pad)
-    return pad
-
-
-def _draw(
-    footprint: pcbnew.FOOTPRINT, shape: int, a: Point, b: Point, layer: int, width: float = 0.12
-) -> pcbnew.PCB_SHAPE:
-    line = pcbnew.PCB_SHAPE(footprint, shape)
-    line.SetStart(pcbnew.VECTOR2I_MM(*a))
-    line.SetEnd(pcbnew.VECTOR2I_MM(*b))
-    line.SetLayer(layer)
-    line.SetWidth(pcbnew.FromMM(width))
-    footprint.Add(line)
-    return line
-
-
-#: Names of the Teensy's pins from its USB socket on: the row of digital pins, then the other.
-TEENSY_ROWS = (
-    ("GND", *(str(n) for n in range(13))),
-    ("VIN", "GND", "3V3", *(str(n) for n in range(23, 12, -1))),
-)
-
-
-def _teensy(footprint: pcbnew.FOOTPRINT, part: Part) -> None:
-    """Draw two sockets of 14 contacts, 15.24 mm apart. The USB socket is to the right."""
-    del part
-    footprint.SetAttributes(pcbnew.FP_THROUGH_HOLE)
-    holes = pcbnew.PAD.PTHMask()
-    for y, names in zip((-7.62, 7.62), TEENSY_ROWS, strict=True):
-        for place, name in enumerate(names):
-            shape = pcbnew.PAD_SHAPE_RECT if name == "VIN" else pcbnew.PAD_SHAPE_CIRCLE
-            pad = _add_pad(footprint, name, (16.51 - 2.54 * place, y), shape, (1.7, 1.7), holes)
-            pad.SetAttribute(pcbnew.PAD_ATTRIB_PTH)
-            pad.SetDrillSize(pcbnew.VECTOR2I_MM(1.0, 1.0))
-    rectangle = pcbnew.SHAPE_T_RECT
-    corner = (17.78, 8.89)
-    _draw(footprint, rectangle, (-corner[0], -corner[1]), corner, pcbnew.F_Fab, 0.1)
-    for y in (-7.62, 7.62):  # low parts may stand between the sockets
-        _draw(footprint, rectangle, (-17.78, y - 1.1), (17.73, y + 1.1), pcbnew.F_CrtYd, 0.05)
-    for y in (-corner[1], corner[1]):
-        _draw(
-            footprint, pcbnew.SHAPE_T_SEGMENT, (-corner[0], y), (corner[0] - 0.3, y), pcbnew.F_SilkS
-        )
-    _draw(
-        footprint,
-        pcbnew.SHAPE_T_SEGMENT,
-        (-corner[0], -corner[1]),
-        (-corner[0], corner[1]),
-        pcbnew.F_SilkS,
-    )
-    _draw(footprint, rectangle, (12.2, -3.7), (corner[0] - 0.3, 3.7), pcbnew.F_SilkS)
-
-
-def _taxel(footprint: pcbnew.FOOTPRINT, part: Part) -> None:
-    """Draw the two combs of a taxel and the opening of the mask over their fingers."""
-    column = int(part.pins["2"][-1])
-    outwards = 1 if column == 0 else -1
-    footprint.SetAttributes(
-        pcbnew.FP_SMD | pcbnew.FP_EXCLUDE_FROM_BOM | pcbnew.FP_EXCLUDE_FROM_POS_FILES
-        | pcbnew.FP_ALLOW_SOLDERMASK_BRIDGES
-    )  # fmt: skip
-    for number, kind in (("1", "row"), ("2", "column")):
-        outline = comb(kind, outwards)
-        x, y = outline[1]
-        anchor = (x - FINGER / 2, y - (0.15 if y > 0 else -0.15))
-        anchor = (0.0, y - (0.2 if y > 0 else -0.2)) if kind == "column" else (0.0, anchor[1])
-        pad = _add_pad(
-            footprint, number, anchor, pcbnew.PAD_SHAPE_CUSTOM, (0.25, 0.25), _layers(pcbnew.F_Cu)
-        )
-        pad.SetAnchorPadShape(pcbnew.F_Cu, pcbnew.PAD_SHAPE_CIRCLE)
-        points = pcbnew.VECTOR_VECTOR2I(
-            [pcbnew.VECTOR2I_MM(px - anchor[0], py - anchor[1]) for px, py in outline]
-        )
-        pad.AddPrimitivePoly(pcbnew.F_Cu, points, 0, True)
-    half = (FINGERS * (FINGER + GAP) - GAP) / 2 + OPENING
-    tall = OVERLAP + OPENING
-    opening = _draw(footprint, pcbnew.SHAPE_T_RECT, (-half, -tall), (half, tall), pcbnew.F_Mask, 0)
-    opening.SetFilled(True)
-
-
-def _disc(footprint: pcbnew.FOOTPRINT, part: Part) -> None:
-    """Draw the land of the disc's inner face on the back, and the pad for its other wire."""
-    del part
-    footprint.SetLayer(pcbnew.B_Cu)
-    footprint.SetAttributes(
-        pcbnew.FP_SMD | pcbnew.FP_EXCLUDE_FROM_POS_FILES | pcbnew.FP_EXCLUDE_FROM_BOM
-    )
-    layers = _layers(pcbnew.B_Cu, pcbnew.B_Mask)
-    circle = pcbnew.PAD_SHAPE_CIRCLE
-    _add_pad(footprint, "1", DISC_WIRE, circle, (DISC_WIRE_SIDE, DISC_WIRE_SIDE), layers)
-    land = _add_pad(footprint, "2", (0, 0), circle, (2 * LAND, 2 * LAND), layers)
-    land.SetLocalSolderMaskMargin(pcbnew.FromMM(0.05))
-    land.SetLocalZoneConnection(pcbnew.ZONE_CONNECTION_FULL)
-
-
-def _wires(footprint: pcbnew.FOOTPRINT, part: Part) -> None:
-    """Draw pads on the back, to which wires are soldered flat."""
-    footprint.SetLayer(pcbnew.B_Cu)
-    footprint.SetAttributes(
-        pcbnew.FP_SMD | pcbnew.FP_EXCLUDE_FROM_POS_FILES | pcbnew.FP_EXCLUDE_FROM_BOM
-    )
-    layers = _layers(pcbnew.B_Cu, pcbnew.B_Mask)
-    middle = (len(part.pins) - 1) / 2
-    for place, number in enumerate(part.pins):
-        at = (0.0, (place - middle) * WIRES_PITCH)
-        pad = _add_pad(footprint, number, at, pcbnew.PAD_SHAPE_ROUNDRECT, WIRE_PAD, layers)
-        pad.SetRoundRectRadiusRatio(0.0 if number == "1" else 0.25)
-
-
 def main() -> None:
     """Write both boards."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "boards")
     folder = parser.parse_args().out
     write_projects(folder)
-    for layout, table in ((AMPLIFIER, parts()), (FINGERTIP, fingertip_parts())):
-        Builder(layout, table, folder / layout.name / f"{layout.name}.kicad_pcb").save()
+    with tempfile.TemporaryDirectory() as name:
+        own = Path(name, "firstcontact.pretty")
+        write_footprints(own)
+        for layout, table in ((AMPLIFIER, parts()), (FINGERTIP, fingertip_parts())):
+            file = folder / layout.name / f"{layout.name}.kicad_pcb"
+            Builder(layout, table, file, own).save()
 
 
 if __name__ == "__main__":

@@ -124,16 +124,15 @@ def test_taxels_have_the_combs_of_the_layout() -> None:
         row, column = int(part.pins["1"][-1]), int(part.pins["2"][-1])
         footprint = footprint_of(board, part.reference)
         place = fingertip.taxel_center(row, column)
-        assert numbers(one_of(footprint, "at"))[:2] == pytest.approx(
-            [place[0] + SHEET[0], place[1] + SHEET[1]], abs=1e-3
-        )
-        outwards = 1 if column == 0 else -1
+        x, y, *angle = numbers(one_of(footprint, "at"))
+        assert (x, y) == pytest.approx((place[0] + SHEET[0], place[1] + SHEET[1]), abs=1e-3)
+        assert sum(angle) == 180 * column
         for pad, kind in zip(all_of(footprint, "pad"), ("row", "column"), strict=True):
             ax, ay = numbers(one_of(pad, "at"))[:2]
             polygon = one_of(one_of(pad, "primitives"), "gr_poly")
             points = [numbers(p) for p in all_of(one_of(polygon, "pts"), "xy")]
             outline = {(round(x + ax, 3), round(y + ay, 3)) for x, y in points}
-            expected = fingertip.comb(kind, outwards)
+            expected = fingertip.comb(kind)
             assert outline == {(round(x, 3), round(y, 3)) for x, y in expected}
 
 
@@ -146,7 +145,7 @@ def _inside(point: tuple[float, float], polygon: list[tuple[float, float]]) -> b
 
 
 def test_fingers_alternate_and_keep_their_gap() -> None:
-    row, column = (fingertip.comb(kind, 1) for kind in ("row", "column"))
+    row, column = (fingertip.comb(kind) for kind in ("row", "column"))
     step = fingertip.FINGER + fingertip.GAP
     half = (fingertip.FINGERS * step - fingertip.GAP) / 2
     for y in (-fingertip.OVERLAP + 0.05, 0.0, fingertip.OVERLAP - 0.05):

@@ -57,11 +57,13 @@ FOOTPRINTS = {
     Kind.DISC: "firstcontact:disc_10mm",
     Kind.PADS: "firstcontact:wires_{}",
 }
-#: What is ordered besides the parts on the boards: manufacturer's number, quantity, purpose.
+#: What is ordered besides the parts on the boards: number or description, quantity, purpose.
 ACCESSORIES = (
     ("PPTC141LFBN-RC", 2, "socket of 14 contacts for the Teensy"),
     ("XHP-9", 2, "housing for the plug of a cable"),
     ("SXH-001T-P0.6", 18, "crimp contact for the plug of a cable"),
+    ("wire, AWG 28, stranded", 18, "cables from the fingertips, up to 0.3 m"),
+    ("pin header 1 × 14, 2.54 mm", 2, "pins of the Teensy, if it has none"),
 )
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from circuit import FINGERS, TEENSY, Kind, parts
 from mount_tables import fit_table, pour_table, print_table
+from order_tables import accessories_table, order_table
 from simulate import Board, check, measure, twin_response
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -97,6 +98,8 @@ def filled(text: str, board: Board) -> str:
         "parts": parts_table(),
         "pins": pins_table(),
         "simulation": simulation_table(board),
+        "order": order_table(),
+        "accessories": accessories_table(),
         "print": print_table(),
         "pour": pour_table(),
         "fit": fit_table(),

@@ -34,7 +34,7 @@ def test_what_the_fingertips_feel_is_their_tap(tmp_path, capsys):
     out = tmp_path / "calibration.json"
     assert main(["calibrate", "--device", "twin", "--out", str(out), "--seconds", "0.3"]) == 0
     assert all(p.tap > 0.02 for p in read_calibration(out).piezo)
-    assert "tap the index's fingertip" in capsys.readouterr().out
+    assert "tap the fingertip of the index finger" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -149,8 +149,8 @@ def test_tap_before_the_request_is_ignored():
     [
         ((0.5, 0.6), []),
         ((None, None), []),
-        ((0.05, 0.06), ["the index's tap gave only", "the thumb's tap gave only"]),
-        ((0.3, 1.2), ["the thumb's tap was 4.0 times as loud"]),
+        ((0.05, 0.06), ["the tap on the index finger gave only", "the tap on the thumb gave only"]),
+        ((0.3, 1.2), ["the tap on the thumb was 4.0 times as loud"]),
     ],
 )
 def test_weak_or_unequal_taps_raise_a_warning(taps, problems):

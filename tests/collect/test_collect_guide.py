@@ -64,7 +64,7 @@ def test_blocks_of_any_size_give_the_same_pinches(length):
         ({"strips": (Finger.INDEX,)}, "the thumb's strip did not close"),
         ({"silent": (Finger.THUMB,)}, "the thumb's piezo and strip do not agree"),
         ({"late_strip": 0.02}, "piezo and strip do not agree"),
-        ({"strips": ()}, "the index's strip did not close"),
+        ({"strips": ()}, "the index finger's strip did not close"),
     ],
 )
 def test_a_pinch_with_a_fault_does_not_count(settings, fault_text):

@@ -50,7 +50,7 @@ def tree(**change):
         (json.dumps(tree(piezo=[{"finger": 0}])), "noise"),
         (json.dumps(tree(piezo=[{"finger": 7, "noise": 1.0}])), "finger"),
         (json.dumps(tree(piezo=[{"finger": 0, "noise": -1.0}])), "noise"),
-        (json.dumps(tree(piezo=[{"finger": 0, "noise": 0.0}])), "index.* noise"),
+        (json.dumps(tree(piezo=[{"finger": 0, "noise": 0.0}])), "noise.* index"),
         ('{"a":' * 100_000, "calibration.json"),
         (json.dumps(tree()).replace("0.002", "9" * 400), "noise"),
         (json.dumps(tree(piezo=[{"finger": 1, "noise": "loud"}])), "noise"),

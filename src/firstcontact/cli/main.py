@@ -56,7 +56,7 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
     except SystemExit as end:
         if verb is None:  # the parser printed the help
             raise
-        return _failed(INPUT, f"other code ended the command ({summarize_error(end)})")
+        return _failed(INPUT, f"another package ended the command ({summarize_error(end)})")
     except Exception as error:
         # The user can fix a path that cannot be read or written.
         if isinstance(error, OSError) and error.errno in FULL:
@@ -77,7 +77,7 @@ def _parse(arguments: list[str]) -> Any:
     width = shutil.get_terminal_size().columns
     if not arguments:
         print(overview(width), file=sys.stderr)
-        raise InputError("no verb is given: choose one of these, such as `firstcontact live`")
+        raise InputError("no command is given: choose one of these, such as `firstcontact live`")
     word = arguments[0]
     if word in ("-h", "--help"):
         print(overview(width))

@@ -155,7 +155,9 @@ def _line(session: LiveSession, line: bytes, by: str) -> None:
         _new(session)
         return
     if word not in (b"close", b"open"):
-        _say(f"the line {line.decode('utf-8', 'replace')!r} is no request: use close, open or new")
+        _say(
+            f"the line {line.decode('utf-8', 'replace')!r} is not a request: use close, open or new"
+        )
         return
     _ask(session, Ask(word.decode()), by)
 

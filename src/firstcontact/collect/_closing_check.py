@@ -13,9 +13,8 @@ from firstcontact.core import (
     Finger,
     Layout,
     VibrationSensor,
-    finger_name,
 )
-from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS, finger_words
 from firstcontact.core.pinch import first_closed_sample
 
 #: Length of a pinch after its first contact, s: the longest windows and offsets fit in it.
@@ -103,18 +102,18 @@ class ClosingCheck:
         if self.seen < self.anchor + round(LEAST_AFTER * self.layout.rate):
             faults.append("the closing was cut short")
         faults += [
-            f"the {finger_name(f)}'s strip was closed from the start"
+            f"the {finger_words(f)}'s strip was closed from the start"
             for f in sorted(self.closed_before)
         ]
         for finger in Finger:
             has_strip = bool(self.layout.columns(ChannelKind.STRIP, finger))
             if has_strip and finger not in self.strips and finger not in self.closed_before:
-                faults.append(f"the {finger_name(finger)}'s strip did not close")
+                faults.append(f"the {finger_words(finger)}'s strip did not close")
             elif finger in self.strips and not self._piezo_agrees(finger):
-                faults.append(f"the {finger_name(finger)}'s piezo and strip do not agree")
+                faults.append(f"the {finger_words(finger)}'s piezo and strip do not agree")
         faults += [
-            f"the {finger_name(f)}'s {self._sensor(f)} clipped"
-            for f in sorted(self.clipped, key=finger_name)
+            f"the {finger_words(f)}'s {self._sensor(f)} clipped"
+            for f in sorted(self.clipped, key=finger_words)
         ]
         return faults
 

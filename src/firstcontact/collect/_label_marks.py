@@ -224,7 +224,7 @@ class Journal:
         except OSError as error:
             raise self._failed(error) from error
         end = raw.rfind(b"\n") + 1
-        remedy = "remove it to start again, or choose another folder"
+        remedy = "move it away to start again, or choose another folder"
         if not end:
             # A crash can cut off the first line. A power cut can leave zeros instead of labels.
             if not _line(opened).startswith(raw):
@@ -234,9 +234,7 @@ class Journal:
             return 0
         first, *lines = raw[:end].splitlines()
         if read_record(first, Opened, f"{self.path}: line 1", remedy) != opened:
-            raise InputError(
-                f"{self.path} belongs to other recordings, or to other onsets: {remedy}"
-            )
+            raise InputError(f"{self.path} was written for other recordings: {remedy}")
         remedy = "remove this line and all behind it to keep the labels before it"
         self.actions = [
             read_record(line, Action, f"{self.path}: line {number}", remedy)

@@ -171,8 +171,9 @@ def _items(
     """Return the objects to record, with the Shore A of objects that the source knows."""
     if (plan is None) == (not object):
         raise InputError(
-            "no object is given, or both an object and a plan: give one object, or a plan for "
-            "several",
+            "give either one object or a plan for several, not both"
+            if object
+            else "no object is given: name one, or give a plan for several",
             parameter="object",
         )
     if role not in tuple(Role):

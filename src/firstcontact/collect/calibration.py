@@ -22,6 +22,7 @@ from firstcontact.core import (
     finger_name,
 )
 from firstcontact.core.files import AnyPath
+from firstcontact.core.layout import finger_words
 from firstcontact.device import Source
 from firstcontact.device.noise_floor import measure_noise, wait_for_arrivals
 from firstcontact.device.source import LinkNews, require_source
@@ -108,14 +109,13 @@ def calibrate(
         )
     if weigh and weights is not None:
         raise InputError(
-            "voltages of known weights are given (`weights`), and others would be measured: leave "
-            "one of them out",
+            "known weights are either given (`weights`) or measured (`weigh`): leave one out",
             parameter="weigh",
         )
     if weigh and confirmed is None:
         raise InputError(
-            "weighing needs a person: also pass `confirmed`, a function that returns True once "
-            "the weight is on the taxel",
+            "a person must place each weight: also pass `confirmed`, a function that returns True "
+            "once the weight is on the taxel",
             parameter="weigh",
         )
     if isinstance(weights, str | os.PathLike):
@@ -146,7 +146,9 @@ def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibratio
     """Ask for a tap on each fingertip. Return the calibration with these taps."""
     layout = source.descriptor.layout
     for finger in layout.vibration_fingers:
-        place = "sensor" if finger is None else f"{finger_name(finger)}'s fingertip"
+        place = (
+            finger_words(finger) if finger is None else f"fingertip of the {finger_words(finger)}"
+        )
         say(f"tap the {place}")
         calibration = wait_for_tap(source, calibration, finger)
         sensor = next(p for p in calibration.piezo if p.finger is finger)
@@ -173,7 +175,7 @@ def _weighings(
     for finger in (f for f in fingers if f is not None):
         name = finger_name(finger)
         for force in weigh:
-            say(f"put {force:g} N on one taxel of the {name} and press Enter")
+            say(f"put {force:g} N on one taxel of the {finger_words(finger)} and press Enter")
             while not confirmed():
                 source.read(0.1)
                 for line in link.lines(source.health):
@@ -190,7 +192,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     columns = layout.columns(ChannelKind.FORCE, finger)
     if not columns:
         raise InputError(
-            f"the {finger.name.lower()} has no force channel, so its weights cannot be used: "
+            f"the {finger_words(finger)} has no force channel, so its weights cannot be used: "
             "leave them out"
         )
     volts: list[np.ndarray] = []
@@ -225,8 +227,8 @@ def wait_for_tap(
                 )
                 return replace(calibration, piezo=tuple(piezo))
     raise InputError(
-        f"no tap was measured at the {finger_name(finger)} within {patience:g} s: tap harder, "
-        "check the sensor's plug, or leave the tap test out",
+        f"no tap on the {finger_words(finger)} was measured within {patience:g} s: tap harder, "
+        "check the sensor's plug, or skip the tap test",
         parameter="tap",
     )
 
@@ -235,7 +237,8 @@ def tap_warnings(calibration: Calibration) -> Sequence[str]:
     """Return sentences about taps that are too weak or too different."""
     taps = {p.finger: p.tap for p in calibration.piezo if p.tap is not None}
     warnings = [
-        f"the {finger_name(f)}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"
+        f"the tap on the {finger_words(f)} gave only {tap:.3f} V: tap harder, or check the "
+        "pad and the buffer"
         for f, tap in taps.items()
         # ``WEAK`` holds for a fingertip's pad and buffer, which a sensor of no finger lacks.
         if f is not None and tap < WEAK
@@ -243,8 +246,8 @@ def tap_warnings(calibration: Calibration) -> Sequence[str]:
     if len(taps) == 2 and max(taps.values()) > ALIKE * min(taps.values()):
         loud = max(taps, key=lambda f: taps[f])
         warnings.append(
-            f"the {finger_name(loud)}'s tap was {taps[loud] / min(taps.values()):.1f} times as "
-            "loud as the other: tap both alike, or check the pads"
+            f"the tap on the {finger_words(loud)} was {taps[loud] / min(taps.values()):.1f} times "
+            "as loud as the other: tap both alike, or check the pads"
         )
     return warnings
 

@@ -19,7 +19,7 @@ from scipy.optimize import least_squares
 
 from firstcontact.core import Finger, ForceCurve, InputError
 from firstcontact.core.calibration import DIVIDER_OHM
-from firstcontact.core.layout import ADC_VOLTS
+from firstcontact.core.layout import ADC_VOLTS, finger_words
 from firstcontact.core.text import parse_float
 from firstcontact.recording.table import read_rows
 
@@ -58,7 +58,7 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
 def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
     """Fit the force curve of one finger's Velostat sheet: leak without load, gain and exponent."""
     finger = weighings[0].finger if weighings else Finger.INDEX
-    subject = f"the {finger.name.lower()}'s weights"
+    subject = f"the weights of the {finger_words(finger)}"
     points = sorted(weighings, key=lambda w: w.newtons)
     force = np.array([w.newtons for w in points])
     volts = np.array([w.volts for w in points])
@@ -70,13 +70,15 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
     if not (force >= 0).all() or not (force <= HEAVIEST).all():
         raise InputError(f"{subject} must be forces in newtons from 0 to {HEAVIEST:g}")
     if not ((volts > 0) & (volts < ADC_VOLTS)).all():
-        raise InputError(f"{subject}: volts must lie between 0 and {ADC_VOLTS:g}: check the wiring")
+        raise InputError(
+            f"the volts of {subject} must lie between 0 and {ADC_VOLTS:g}: check the wiring"
+        )
     levels = [(f, volts[force == f].mean()) for f in np.unique(force)]
     for (light, low), (heavy, high) in pairwise(levels):
         if high <= low:
             raise InputError(
-                f"{subject}: {heavy:g} N gives {high:.3f} V and {light:g} N gives {low:.3f} V, but "
-                "voltage rises with force: check the order of the weights"
+                f"{subject} must give a voltage that rises with the force, but {heavy:g} N gives "
+                f"{high:.3f} V and {light:g} N gives {low:.3f} V: check the order of the weights"
             )
     curve = _fit(finger, force, volts, resistor)
     rms = float(np.sqrt(np.mean((curve.newtons(volts) - force) ** 2)))

@@ -81,8 +81,8 @@ class Session:
         except InputError as error:
             self._journal.close()
             raise InputError(
-                f"{self._journal.path} names onsets that do not exist ({error}): remove this "
-                "journal to start again, or choose another folder"
+                f"{self._journal.path} labels onsets that these recordings do not have: move it "
+                "away to start again, or choose another folder"
             ) from error
         #: New recordings, once they are written.
         self.written: list[Path] = []

@@ -54,9 +54,9 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
                 out.append(replace(mark, object=label.object, shore_a=label.shore_a))
     if not out:
         raise InputError(
-            f"no onset is found in {', '.join(r.path.name for r in recordings[:3])}"
-            f"{' and others' if len(recordings) > 3 else ''}: give recordings in which something "
-            "is touched, louder than their noise"
+            f"no contact is found in {', '.join(r.path.name for r in recordings[:3])}"
+            f"{' and others' if len(recordings) > 3 else ''}: give recordings with "
+            "contacts that are louder than the noise"
         )
     if len(out) > MOST:
         raise InputError(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core._errors import InputError
 from firstcontact.core.files import AnyPath, given_path, read_regular, temporary_path, write_json
-from firstcontact.core.layout import ADC_VOLTS, Finger, finger_name
+from firstcontact.core.layout import ADC_VOLTS, Finger, finger_words
 from firstcontact.core.records import LONGEST, Name, read_record
 
 #: Resistor of a column's divider on the project's board, ohm.
@@ -163,7 +163,7 @@ def read_calibration(path: Path) -> Calibration:
     calibration = read_record(data, Calibration, str(path), _REMEDY)
     for piezo in calibration.piezo:
         if not piezo.noise > 0:
-            raise _foreign(path, f"the {finger_name(piezo.finger)}'s noise is 0")
+            raise _foreign(path, f"the noise of the {finger_words(piezo.finger)} is 0")
     return calibration
 
 

@@ -40,10 +40,10 @@ _PART = re.compile(r"\..+\.[0-9a-f]{8}\.part", re.DOTALL)
 def given_path(path: object, parameter: str = "path") -> Path:
     """Return a path that a caller gave, which no library was asked for yet."""
     if not isinstance(path, str | os.PathLike):
-        raise InputError(f"{path!r} must be a path: give it as text", parameter=parameter)
+        raise InputError(f"{path!r} is not a path: give the path as text", parameter=parameter)
     if "\0" in os.fspath(path):
         raise InputError(
-            f"{os.fspath(path)!r} holds a zero byte, which no path may: remove it",
+            f"{os.fspath(path)!r} contains a zero byte: remove it",
             parameter=parameter,
         )
     return Path(path)

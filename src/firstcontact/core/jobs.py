@@ -217,7 +217,7 @@ def _numerical_libraries(modules: int) -> Any:
 def worker_count(workers: int) -> int:
     """Return the number of processes for an option ``--workers``, where 0 means all cores."""
     if not 0 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers is {workers}: use 0 for all cores, or up to {MOST_WORKERS}")
+        raise InputError(f"--workers is {workers}: give 0 for all cores, or 1 to {MOST_WORKERS}")
     return workers or cores()
 
 

@@ -55,8 +55,13 @@ class Finger(IntEnum):
 
 
 def finger_name(finger: Finger | None) -> str:
-    """Return the finger's name for messages; "sensor" for a sensor that belongs to no finger."""
+    """Return the finger's short name; "sensor" for a sensor that belongs to no finger."""
     return "sensor" if finger is None else finger.name.lower()
+
+
+def finger_words(finger: Finger | None) -> str:
+    """Return the finger's name for messages: "index finger", "thumb", or "sensor"."""
+    return "index finger" if finger is Finger.INDEX else finger_name(finger)
 
 
 class ChannelKind(StrEnum):

@@ -87,7 +87,7 @@ def summarize_error(error: BaseException) -> str:
 def check_text(text: object, parameter: str = "") -> None:
     """Raise an error for a value that no recording could store as text."""
     if not isinstance(text, str):
-        raise InputError(f"{text!r} is no text: put it in quotes", parameter=parameter)
+        raise InputError(f"{text!r} is not a text: put it in quotes", parameter=parameter)
     try:
         text.encode()
     except UnicodeEncodeError as error:

@@ -114,8 +114,8 @@ def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
         raise InputError(f"{path}: cannot be read: copy the whole folder again") from None
     if digest(raw) != sha256:
         raise InputError(
-            f"{path}: its content does not match the field 'sha256' in {card}: the file is "
-            "damaged or belongs to another card: copy the folder again"
+            f"{path} is damaged, or {card} belongs to another file (the checksums 'sha256' "
+            "differ): copy the whole folder again"
         )
     return raw
 

@@ -89,11 +89,11 @@ def read_chunks(path: Path) -> tuple[list[McapRecord], list[str]]:
 def _not_ours(path: Path, start: bytes) -> InputError:
     if start[:5] == MAGIC[:5] and start[6:] == MAGIC[6:]:
         return InputError(
-            f"{path} is MCAP of version {chr(start[5])!r}, but this reader knows '0': convert the "
-            "file with the program `mcap`"
+            f"{path} is MCAP of version {chr(start[5])!r}, but this program reads version '0': "
+            "convert the file with the program `mcap`"
         )
     return InputError(
-        f"{path} is not an MCAP file: give a recording, or bring other data in with "
+        f"{path} is not an MCAP file: give a recording, or convert files of other programs with "
         "`firstcontact import`"
     )
 

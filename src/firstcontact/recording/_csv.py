@@ -193,7 +193,7 @@ def _rate_of_time(table: Table, times: NDArray[np.float64], start: int, stop: in
     jumps = np.flatnonzero(~((steps > 0.5 * step) & (steps < 1.5 * step)))
     if len(jumps):
         row = start + int(jumps[0]) + 1
-        reason = f"a jump from {times[row - 1]:g}: samples are missing or out of order"
+        reason = f"a jump from {times[row - 1]:g} (samples are missing or out of order)"
         raise table.refusal("time_s", row, reason, "leave the pinch out")
     return check_rate(f"{table.path}: the rate of time_s", 1 / step)
 

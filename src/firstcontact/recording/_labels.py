@@ -47,7 +47,7 @@ _ALIKE = 0.75
 def parse_text(value: Any) -> str:
     """Parse text, which may be empty."""
     if isinstance(value, np.void | np.ndarray):  # a NumPy record, or untyped bytes
-        raise ValueError("which is neither a text nor a number")
+        raise ValueError("which must be a text or a number")
     if isinstance(value, float | np.floating) and value.is_integer():
         value = int(value)  # MATLAB stores whole numbers as floats
     text = as_text(value).strip()
@@ -79,13 +79,13 @@ def parse_finger(value: Any) -> Finger | None:
             return finger
     if text in ("", "-1"):
         return None
-    raise ValueError("which is neither index (0) nor thumb (1)")
+    raise ValueError("which must be index (0) or thumb (1)")
 
 
 def parse_name(value: Any) -> str:
     text = parse_text(value)
     if text in ("", "nan"):
-        raise ValueError("which is empty")
+        raise ValueError("which must not be empty")
     return text
 
 
@@ -98,7 +98,7 @@ def _parse_role(value: Any) -> Role:
     try:
         return Role(as_text(value).strip().lower())
     except ValueError:
-        raise ValueError("which is not a role (train or test)") from None
+        raise ValueError("which must be train or test") from None
 
 
 def _bounded(

@@ -138,8 +138,8 @@ def _header(path: Path, headers: list[bytes]) -> Header:
         except InputError as error:
             first = first or error
     raise first or InputError(
-        f"{path} is not a firstcontact recording, or is cut off before its first samples (no "
-        "readable /header): bring other data in with `firstcontact import`"
+        f"{path} is not a firstcontact recording, or was cut off before its first samples (no "
+        "readable /header): convert files of other programs with `firstcontact import`"
     )
 
 

@@ -97,7 +97,7 @@ def _parse_sensor(cell: str) -> VibrationSensor:
     try:
         return VibrationSensor(cell.lower())
     except ValueError:
-        raise ValueError(f"which is none of {', '.join(VibrationSensor)}") from None
+        raise ValueError(f"which must be one of {', '.join(VibrationSensor)}") from None
 
 
 def _parse_rate(cell: str) -> float:
@@ -110,14 +110,16 @@ def _parse_rate(cell: str) -> float:
 def _parse_column(cell: str) -> int:
     column = parse_whole(cell)
     if not 0 <= column < 1 << 31:
-        raise ValueError("which is not a whole number from 0 on")
+        raise ValueError("which must be a whole number from 0 on")
     return column
 
 
 def _parse_scale(cell: str) -> float:
     scale = parse_number(cell)
     if not SCALES[0] <= abs(scale) <= SCALES[1]:
-        raise ValueError("which must be the units of one step of the converter, other than 0")
+        raise ValueError(
+            "which must be the size of one step of the converter in the signal's unit, and not 0"
+        )
     return scale
 
 
@@ -204,8 +206,8 @@ def combine(origin: str, parts: Sequence[SignalSamples]) -> Signals:
         by_rate.setdefault(part.rate, []).append(part)
         if part.rate > rate or (part.signal.sensor is not None and part.rate != rate):
             raise InputError(
-                f"{origin}: {part.names[0]} comes at {part.rate:g} Hz, but vibrations have "
-                f"{rate:g} Hz and no other signal is faster: leave it out of the table of channels"
+                f"{origin}: {part.names[0]} has {part.rate:g} Hz, but all vibrations must have "
+                f"{rate:g} Hz, and other signals at most that: leave it out of the channel table"
             )
         if seconds > end + _ENDS_APART / slowest:
             raise InputError(

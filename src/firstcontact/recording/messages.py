@@ -114,13 +114,13 @@ def read_header(data: bytes, origin: str) -> Header:
     head = read_record(data, _Head, origin, remedy)
     if head.format != FORMAT:
         raise InputError(
-            f"{origin} is not the header of a firstcontact recording: bring other data in with "
-            "`firstcontact import`"
+            f"{origin} is not the header of a firstcontact recording: convert files of other "
+            "programs with `firstcontact import`"
         )
     if head.version not in _VERSIONS:
         raise InputError(
-            f"{origin} has format version {head.version!r}, but this reader knows {VERSION}: "
-            "install the firstcontact that wrote it"
+            f"{origin} has format version {head.version!r}, but this program reads versions up to "
+            f"{VERSION}: install the version of firstcontact that wrote the file"
         )
     header = read_record(data, Header, origin, remedy)
     assumed = header.session_assumed or _OLD_ASSUMPTION in header.notes.splitlines()
@@ -211,8 +211,7 @@ class _StoredMark:
         fingers = [c.finger for c in self.truth if c.finger is not None]
         if samples != sorted(samples) or len(set(fingers)) < len(fingers):
             raise ValueError(
-                "the pinch has two contacts of one finger, or contacts that are not in the order "
-                "of time"
+                "the pinch has two contacts of one finger, or contacts that are not in time order"
             )
         samples += [c.sample for c in self.found]
         samples += [] if self.motor_start is None else [self.motor_start]

@@ -121,16 +121,16 @@ def _alike(
         channels = 1 if is_chosen else data.shape[1]
         if not 1 <= channels <= 2:
             raise InputError(
-                f"{file} has {channels} channels, but only one, or two of index finger and thumb, "
-                "can be imported: choose one in the column 'channel' of a table of contacts "
+                f"{file} has {channels} channels, but at most two (index finger and thumb) can be "
+                "imported: choose one in the column 'channel' of a table of contacts "
                 "(--events)"
             )
         if (other, data.dtype, channels) != (rate, first.dtype, width):
             raise InputError(
                 f"{file} has {counted(channels, 'channel')} of {data.dtype} at {other:g} Hz, "
-                f"{files[0].name} has {width} of {first.dtype} at {rate:g} Hz: convert one, import "
-                "them separately, or choose one channel in the column 'channel' of a table of "
-                "contacts (--events)"
+                f"but {files[0].name} has {width} of {first.dtype} at {rate:g} Hz: convert one, "
+                "import them separately, or choose one channel in the column 'channel' of a table "
+                "of contacts (--events)"
             )
     check_rate(f"{files[0]}: the sample rate", rate)
     kind = sensor or VibrationSensor.MICROPHONE

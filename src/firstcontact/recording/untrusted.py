@@ -45,9 +45,9 @@ def check_unpacked(path: Path, declared: int) -> None:
     size = path.stat().st_size
     if declared > most_unpacked(size):
         raise InputError(
-            f"{path} has {size} bytes and declares {declared} unpacked bytes, more than "
-            f"{UNPACKED_BYTES >> 20} MiB and {UNPACKED_TIMES} times its size: save it without "
-            "compression"
+            f"{path} has {size} bytes, but declares {declared} bytes of content. The limit is "
+            f"{UNPACKED_BYTES >> 20} MiB plus {UNPACKED_TIMES} times the size of the file: save it "
+            "without compression"
         )
 
 

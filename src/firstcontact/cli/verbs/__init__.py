@@ -41,7 +41,7 @@ def configuration(verb: str) -> type[Any]:
     elif verb in verb_places():
         place = verb_places()[verb]
     else:
-        raise InputError(f"{verb!r} is not a verb: choose one of {', '.join(verb_places())}")
+        raise InputError(f"{verb!r} is not a command: choose one of {', '.join(verb_places())}")
     module, _, attribute = place.partition(":")
     try:
         imported: type[Any] = getattr(import_module(module), attribute)
@@ -49,8 +49,8 @@ def configuration(verb: str) -> type[Any]:
         if module.startswith(("firstcontact.", "firstcontact_lab.")):
             raise
         raise InputError(
-            f"the verb {verb!r} of another package cannot be imported ({summarize_error(error)}): "
-            "update or remove that package"
+            f"the command {verb!r} of another package cannot be imported "
+            f"({summarize_error(error)}): update or remove that package"
         ) from error
     return imported
 
@@ -80,11 +80,16 @@ def overview(width: int) -> str:
     import firstcontact
 
     indent = " " * (max(map(len, verb_places())) + 4)
-    lines = ["usage: firstcontact [--verbose] VERB [OPTIONS]", "", firstcontact.__doc__ or "", ""]
+    lines = [
+        "usage: firstcontact [--verbose] COMMAND [OPTIONS]",
+        "",
+        firstcontact.__doc__ or "",
+        "",
+    ]
     for verb in verb_places():
         first, *more = wrap(summary(verb), max(width - len(indent), 20)) or [""]
         lines += [f"  {verb}".ljust(len(indent)) + first, *(indent + line for line in more)]
-    lines += ["", "Options of a verb: firstcontact VERB --help"]
+    lines += ["", "Options of a command: firstcontact COMMAND --help"]
     lines += ["Log of its steps on standard error: --verbose"]
     return "\n".join([*lines, "Version of firstcontact: firstcontact --version"])
 

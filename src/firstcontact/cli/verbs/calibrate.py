@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from firstcontact.cli.options import devices
 
@@ -28,6 +28,9 @@ class Calibrate:
     """CSV file of known weights on a taxel; columns: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
     """Weights, N, that you put on a taxel when asked; each gives a voltage."""
+
+    #: Options whose parameter of the library has another name.
+    options: ClassVar[dict[str, str]] = {"tap": "no_tap"}
 
     def run(self) -> None:
         """Measure, print the results, and write the calibration file."""

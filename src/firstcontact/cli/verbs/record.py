@@ -112,8 +112,7 @@ class Record:
             )
         if not self.session.isdecimal():
             raise InputError(
-                "with more than one of --sessions, the session must be a number, that of the "
-                "first one",
+                "with --sessions above 1, this must be the number of the first session",
                 parameter="session",
             )
         return [str(int(self.session) + k) for k in range(self.sessions)]

@@ -269,39 +269,6 @@ def objects_table(household: Household) -> Table:
     )
 
 
-def tuned_tables(household: Household) -> list[Table]:
-    made = []
-    on = household.tuned_on
-    for name, chosen in household.tuned.items():
-        policy = POLICIES.get(name)
-        if policy is None:
-            continue
-        lines = [
-            Line(
-                [
-                    Cell(str(fold + 1)),
-                    *(
-                        Cell(f"{tunable.scale * one.settings[key]:g} {tunable.unit}")
-                        for key, tunable in policy.tunables.items()
-                    ),
-                    Cell(f"{one.settings['scale']:.2f}"),
-                    Cell(str(one.tried)),
-                    Cell(f"{percent(one.drops)} / {percent(one.damage)}"),
-                ]
-            )
-            for fold, one in enumerate(chosen)
-        ]
-        caption = (
-            f"Settings of {policy.title}, one row for each fold. The families of the fold were "
-            f"left out of the choice. It used {on.picks} pinches by the hands {on.hands[0]} to "
-            f"{on.hands[-1]}; none of these pinches is judged. Last column: shares dropped / "
-            "damaged in these pinches."
-        )
-        titles = [tunable.title for tunable in policy.tunables.values()]
-        made.append(Table(caption, ("Fold", *titles, "Scale", "Tried", "There"), lines))
-    return made
-
-
 def household_tables(results: SubjectResults) -> list[Table]:
     household = results[HOUSEHOLD]
     if household is None:
@@ -314,7 +281,6 @@ def household_tables(results: SubjectResults) -> list[Table]:
         estimates_table(household),
         sensitivity_table(household),
         objects_table(household),
-        *tuned_tables(household),
     ]
 
 

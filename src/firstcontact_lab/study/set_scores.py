@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from msgspec.structs import asdict, replace
-from numpy.typing import NDArray
+from msgspec.structs import replace
 
 from firstcontact.contact import DETECTORS, Detector, make_detector
 from firstcontact.contact.closing_start import cut_closings
 from firstcontact.contact.contacts import judge_windows
-from firstcontact.contact.finder import find_onsets
 from firstcontact.core import Block, Contact, Dataset, InputError, Layout, Record
 from firstcontact.recording import load_dataset, read_recording
 from firstcontact.recording.dataset import find_recordings
@@ -37,10 +35,6 @@ class RealSet:
     front_ends: dict[str, str]
     study: SubjectResults | None
     early: float
-
-    def front_end(self, session: str) -> str:
-        """Return the description of a session's front end; "" if unknown."""
-        return self.front_ends.get(session, self.front_ends.get("*", ""))
 
     @property
     def layout(self) -> Layout:
@@ -93,33 +87,16 @@ TWIN, OTHERS, UNTRAINED = "twin", "others", "nothing"
 Firsts = list[Contact | None]
 
 
-class Placement(Record, frozen=True, kw_only=True):
+class DetectorScores(Record, frozen=True, kw_only=True):
     """Placement of a detector's first triggers, on recordings that were not resampled."""
 
     n: int
     placed_2_ms: float
     early_triggers: int
     delay_ms: Delays | None = None
-
-
-class DetectorScores(Placement, frozen=True, kw_only=True):
     late: int
     missed: int
     noise_false_alarms_per_minute: float | None = None
-
-
-class FinderScores(Record, frozen=True, kw_only=True):
-    """Scores of the onset finder, which also uses samples after a contact."""
-
-    placed_2_ms: float
-    from_label_ms: Delays | None = None
-    from_detector_ms: Delays | None = None
-
-
-class Recorded(Placement, frozen=True, kw_only=True):
-    """Scores of the default detector on one recording of a set."""
-
-    front_end: str
 
 
 class SetResults(Record, frozen=True, kw_only=True):
@@ -137,8 +114,6 @@ class SetResults(Record, frozen=True, kw_only=True):
     early_ms: float = 0.0
     noise_seconds: float = 0.0
     detectors: dict[str, dict[str, DetectorScores]] | None = None
-    files: dict[str, Recorded] | None = None
-    finder: FinderScores | None = None
     order_rho: float | None = None
     order_p: float | None = None
     class_held_out: dict[str, float] | None = None
@@ -180,8 +155,6 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
         early_triggers=best.early_triggers,
         delay_ms=best.delay_ms,
         noise_false_alarms_per_minute=best.noise_false_alarms_per_minute,
-        files=_by_file(recorded_set, labelled, firsts[main, training]),
-        finder=_finder(recorded_set, labelled, firsts[main, training]),
     ), left_out
 
 
@@ -223,27 +196,18 @@ def _scored(
     if recorded_set.noise:
         minutes = sum(len(b.data) for b in recorded_set.noise) / recorded_set.layout.rate / 60.0
         alarms = max(_alarms(d, recorded_set.noise, recorded_set) for d in detectors) / minutes
+    early = recorded_set.early + WITHIN
+    with np.errstate(invalid="ignore"):
+        good = (places >= -early) & (places <= WITHIN)
     return DetectorScores(
-        **asdict(_placement(places, delays, recorded_set.early)),
+        n=len(places),
+        placed_2_ms=float(good.mean()),
+        early_triggers=int((places < -early).sum()),
+        delay_ms=quantiles(1e3 * delays[good]) if good.any() else None,
         late=int((places > WITHIN).sum()),
         missed=int(np.isnan(places).sum()),
         noise_false_alarms_per_minute=alarms,
     )
-
-
-def _placement(places: NDArray[np.float64], delays: NDArray[np.float64], early: float) -> Placement:
-    good = _good(places, early)
-    return Placement(
-        n=len(places),
-        placed_2_ms=float(good.mean()),
-        early_triggers=int((places < -(early + WITHIN)).sum()),
-        delay_ms=quantiles(1e3 * delays[good]) if good.any() else None,
-    )
-
-
-def _good(places: NDArray[np.float64], early: float) -> NDArray[np.bool_]:
-    with np.errstate(invalid="ignore"):
-        return np.asarray((places >= -(early + WITHIN)) & (places <= WITHIN))
 
 
 def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -> int:
@@ -256,38 +220,6 @@ def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -
         fired[1:] &= ~fired[:-1].copy()
         alarms += int(fired.sum())
     return alarms
-
-
-def _by_file(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> dict[str, Recorded]:
-    places, delays = trigger_delays(labelled, firsts)
-    out = {}
-    for session in dict.fromkeys(labelled.sessions.tolist()):
-        rows = labelled.sessions == session
-        placement = _placement(places[rows], delays[rows], recorded_set.early)
-        out[session] = Recorded(**asdict(placement), front_end=recorded_set.front_end(session))
-    return out
-
-
-def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderScores:
-    from_label, from_detector = [], []
-    rate = recorded_set.layout.rate
-    for pinch, first in zip(labelled.pinches, firsts, strict=True):
-        onsets = [o.sample + pinch.first_sample for o in find_onsets(pinch.vibration(), rate)]
-        if not onsets or pinch.first is None:
-            from_label.append(np.nan)
-            continue
-        at = pinch.first.sample
-        nearest = min(onsets, key=lambda o, at=at: abs(o - at))  # type: ignore[misc]
-        from_label.append((nearest - at) / rate)
-        if first is not None:
-            from_detector.append(1e3 * abs(nearest - first.sample) / rate)
-    distances = np.array(from_label)
-    absolute = np.abs(distances[np.isfinite(distances)])
-    return FinderScores(
-        placed_2_ms=float(_good(distances, recorded_set.early).mean()),
-        from_label_ms=quantiles(1e3 * absolute) if len(absolute) else None,
-        from_detector_ms=quantiles(np.array(from_detector)) if from_detector else None,
-    )
 
 
 def _about(recorded_set: RealSet) -> SetResults:

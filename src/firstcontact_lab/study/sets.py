@@ -39,9 +39,7 @@ from firstcontact_lab.study.set_scores import (
     TWIN,
     UNTRAINED,
     DetectorScores,
-    FinderScores,
     RealSet,
-    Recorded,
     SetResults,
     score_set,
 )
@@ -161,18 +159,6 @@ _DETECTOR_ROWS: Sequence[Row[DetectorScores]] = (
     _ALARMS,
     *_DELAYS,
 )
-_FINDER_ROWS: Sequence[Row[FinderScores]] = (
-    Row("within 2 ms", lambda s: s.placed_2_ms, "share"),
-    *_quantile_rows("from the label, median", "95th percentile", lambda s: s.from_label_ms),
-    *_quantile_rows("from the detector's, median", "95th percentile", lambda s: s.from_detector_ms),
-)
-_FILE_ROWS: Sequence[Row[Recorded]] = (
-    Row("front end", lambda s: s.front_end or None),
-    Row("contacts", lambda s: s.n),
-    _PLACED,
-    _EARLY,
-    *_quantile_rows("delay, median", "95th percentile", lambda s: s.delay_ms),
-)
 _NOISE_ROWS: Sequence[Row[DetectionScores]] = (
     Row("pinches", lambda s: s.n),
     Row("placed within 3 ms", lambda s: s.pinch_success, "share"),
@@ -246,26 +232,6 @@ def _trainings_table(results: SubjectResults) -> Table | None:
     return matrix("Every detector, by its training.", _DETECTOR_ROWS, entries)
 
 
-def _finder_table(results: SubjectResults) -> Table | None:
-    """Return a table of the onset finder's scores. It also uses samples after a contact."""
-    scores = results[SET]
-    caption = (
-        "The onset finder that suggests marks for labelling, and looks ahead: share of the labels "
-        "with an onset within 2 ms, and distance of onsets from the label and from the detector's "
-        "contact."
-    )
-    finder = scores.finder if scores else None
-    return matrix(caption, _FINDER_ROWS, [(Cell("onset finder"), finder, False)])
-
-
-def _file_table(results: SubjectResults) -> Table | None:
-    scores = results[SET]
-    if not scores or not scores.files:
-        return None
-    entries = [(Cell(session), entry, False) for session, entry in scores.files.items()]
-    return matrix(f"Each file; {_TRAINING.get(scores.training or '', '')}.", _FILE_ROWS, entries)
-
-
 def noise_tables(subjects: Subjects) -> list[Table | None]:
     """Return tables of detection and of errors: twin pinches, one line for each noise."""
     noises = {name.replace("_", " "): results[NOISE] for name, results in subjects.items()}
@@ -296,7 +262,7 @@ SET_PART = Part(
         "No detector was tuned or trained on the data on which it is tested: if it was trained on "
         "the set, the tested specimen was left out."
     ),
-    tables=[_trainings_table, _finder_table, _file_table],
+    tables=[_trainings_table],
     rows=set_rows,
 )
 NOISE_PART = Part(

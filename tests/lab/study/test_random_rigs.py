@@ -11,11 +11,20 @@ from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._random_rigs import BLOCK, EVERYDAY, FREE_SPEED, OWN, RANDOM, judged_rig
 from firstcontact_lab.study.part import StudySettings, Subject
-from firstcontact_lab.study.parts.closing_speed import CLOSING_SPEEDS, MEASUREMENTS, MODELS, SPEEDS
-from firstcontact_lab.study.parts.closing_speed import KEYS as SPEED_KEYS
-from firstcontact_lab.study.parts.closing_speed import PART as SPEED_PART
-from firstcontact_lab.study.parts.closing_speed import measure as measure_speeds
-from firstcontact_lab.study.parts.random_rigs import KEYS, METHODS, PART, RANDOM_RIGS, measure
+from firstcontact_lab.study.parts.random_rigs import (
+    CLOSING_SPEEDS,
+    KEYS,
+    MEASUREMENTS,
+    METHODS,
+    MODELS,
+    PART,
+    RANDOM_RIGS,
+    SPEED_KEYS,
+    SPEED_PART,
+    SPEEDS,
+    measure,
+)
+from firstcontact_lab.study.parts.random_rigs import measure_speed as measure_speeds
 
 
 @pytest.mark.parametrize("name", ["gearbox", "compressive", "several"])
@@ -64,7 +73,7 @@ def test_free_speeds_are_spread_over_their_range() -> None:
 def test_each_measurement_is_scored_against_none(monkeypatch: pytest.MonkeyPatch) -> None:
     names = ("not measured", "exact", "± 20 %, error not stated")
     few = {name: MEASUREMENTS[name] for name in names}
-    monkeypatch.setattr("firstcontact_lab.study.parts.closing_speed.MEASUREMENTS", few)
+    monkeypatch.setattr("firstcontact_lab.study.parts.random_rigs.MEASUREMENTS", few)
     subject = Subject(CONDITIONS["paper-rig"].name, Dataset(()))
     results = NOTHING.replace(measure_speeds(subject, StudySettings().quick(), Serial()).entries)
     judged = results[CLOSING_SPEEDS]

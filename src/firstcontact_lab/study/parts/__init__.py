@@ -31,7 +31,7 @@ PARTS: Registry[Part] = Registry(
         "generalise": f"{_HERE}.generalise:PART",
         "structure": f"{_HERE}.structure:PART",
         "random_rigs": f"{_HERE}.random_rigs:PART",
-        "closing_speed": f"{_HERE}.closing_speed:PART",
+        "closing_speed": f"{_HERE}.random_rigs:SPEED_PART",
         "inference": f"{_HERE}.inference:PART",
     },
     base="firstcontact_lab.study.part:Part",

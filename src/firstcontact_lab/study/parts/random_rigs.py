@@ -1,11 +1,11 @@
-"""Scores of the network, of a regression on the rig's own pinches, and of averages of both.
+"""Scores of the network, a regression, averages of both, and a measured closing speed.
 
 The rigs are random. No network was trained on rigs of their kinds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +29,7 @@ from firstcontact_lab.study._random_rigs import (
     EVERYDAY,
     OWN,
     RANDOM,
+    STRUCTURES,
     JudgedRig,
     RigScores,
     families_and_jobs,
@@ -36,6 +37,7 @@ from firstcontact_lab.study._random_rigs import (
     rig_scores,
 )
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
+from firstcontact_lab.study.scores import predictions_by_time
 from firstcontact_lab.study.window_ladder import LadderModel, fit_window_ladder
 
 Values = NDArray[np.float64]
@@ -185,6 +187,9 @@ def _scores(rig: JudgedRig, answers: list[Predicted]) -> list[float]:
     return out
 
 
+RANDOMColumns = Sequence[tuple[str, str, str]]
+
+
 RANDOM_RIGS = Field.optional("random_rigs", RandomRigs)
 #: Columns of the tables: title, key and unit.
 _COLUMNS = [
@@ -213,19 +218,25 @@ _WITH_INTERVALS = (
     "combined",
     "combined_radius",
 )
+Columns = Sequence[tuple[str, str, str]]
 
 
-def _table(
-    results: SubjectResults, columns: list[tuple[str, str, str]], title: str
-) -> Table | None:
-    judged = results[RANDOM_RIGS]
-    if judged is None:
-        return None
+def score_table(
+    judged: RandomRigs | ClosingSpeeds, title: str, other: str, columns: Columns, lines: list[Line]
+) -> Table:
+    """Return a table of scores on random rigs, with differences from the method ``other``."""
     caption = (
         f"{title}, {judged.rigs} rigs of each of {len(judged.families)} families "
         f"(seed {judged.seed}). After each value: its 95 % bootstrap interval over rigs; in "
-        "brackets the interval of the difference from the network."
+        f"brackets the interval of the difference from {other}."
     )
+    return Table(caption, ["", *(head for head, _, _ in columns)], lines)
+
+
+def _table(results: SubjectResults, columns: Columns, title: str) -> Table | None:
+    judged = results[RANDOM_RIGS]
+    if judged is None:
+        return None
     lines = []
     for name, scores in judged.methods.items():
         cells = [
@@ -235,7 +246,7 @@ def _table(
             for _, key, unit in columns
         ]
         lines.append(Line([Cell(METHODS[name]), *cells]))
-    return Table(caption, ["", *(title for title, _, _ in columns)], lines)
+    return score_table(judged, title, "the network", columns, lines)
 
 
 PART = Part(
@@ -251,6 +262,142 @@ PART = Part(
         lambda results: _table(results, _COLUMNS, "RMSE of one pinch"),
         lambda results: _table(results, _MORE, "Three pinches pooled and 90 % intervals, 5 ms"),
     ],
+    needs=(),
+    by_default=False,
+)
+
+
+#: Seed of the rigs, and rigs of each family. No choice was made on rigs of this seed.
+SPEED_SEED, SPEED_RIGS = 9108, 2
+#: Relative standard error of the measured speeds, and True if the model gets this error; None
+#: without a measurement.
+MEASUREMENTS: dict[str, tuple[float, bool] | None] = {
+    "not measured": None,
+    "exact": (0.0, True),
+    "± 3 %": (0.03, True),
+    "± 6 %": (0.06, True),
+    "± 12 %": (0.12, True),
+    "± 20 %": (0.20, True),
+    "± 12 %, error not stated": (0.12, False),
+    "± 20 %, error not stated": (0.20, False),
+}
+MODELS = {"network": "Network", "combined": "Combined"}
+#: Kinds of rigs: closing speeds as in the training of the network, or drawn for each pinch.
+SPEEDS = {
+    "usual": "Closing speed that varies only as much as when one hand repeats a closing",
+    "free": "Closing speed of each pinch from 0.5 to 2 times the usual one",
+}
+#: Scores of a model with a measurement: RMSE by use and time, and coverage at ``MIDDLE``. For each
+#: rig, mean squared errors are kept instead of the RMSE.
+SPEED_KEYS = tuple(
+    f"{use} {score}"
+    for use in (EVERYDAY, RANDOM)
+    for score in (*(f"{ms} ms" for ms in TIMES), "coverage")
+)
+
+
+class ClosingSpeeds(Record, frozen=True, kw_only=True):
+    seed: int
+    rigs: int
+    families: list[str]
+    scores: dict[str, dict[str, dict[str, RigScores]]]
+
+
+def measure_speed(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
+    """Score both models with each measurement, on random rigs instead of the subject's data."""
+    if subject.name != CONDITIONS["paper-rig"].name:
+        return PartResult()
+    names, rigs, jobs = families_and_jobs(settings.brief, SPEED_RIGS)
+    scores: dict[str, dict[str, dict[str, RigScores]]] = {}
+    for kind in SPEEDS:
+        rows = np.array(runner.map(_speed_scores_of_rig, jobs, SPEED_SEED, kind == "free"))
+        scores[kind] = {
+            model: dict(zip(MEASUREMENTS, of_model, strict=True))
+            for model, of_model in zip(
+                MODELS, rig_scores(rows, SPEED_KEYS, settings.seed), strict=True
+            )
+        }
+    results = ClosingSpeeds(seed=SPEED_SEED, rigs=rigs, families=names, scores=scores)
+    return PartResult([CLOSING_SPEEDS(results)])
+
+
+def _speed_scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
+    """Return the scores of one rig, shape (models, speed measurements, ``SPEED_KEYS``)."""
+    rig = judged_rig(*job, seed, free_speed=free)
+    rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
+    scores = [_speed_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]
+    return [list(of_model) for of_model in zip(*scores, strict=True)]
+
+
+def _measured(
+    rig: JudgedRig, measured: tuple[float, bool] | None, rng: np.random.Generator
+) -> JudgedRig:
+    """Return the rig with measured closing speeds, which have a random error."""
+    if measured is None:
+        return rig
+    error, is_stated = measured
+    speeds = rig.speeds * np.exp(error * rng.standard_normal(len(rig.speeds)))
+    errors = np.full(len(speeds), error if is_stated else np.nan)
+    return replace(rig, touches=replace(rig.touches, speeds=speeds, speed_errors=errors))
+
+
+def _speed_scores(rig: JudgedRig) -> list[list[float]]:
+    """Return mean squared errors and coverage of each model, shape (models, keys)."""
+    is_context, touches = rig.uses == OWN, rig.touches
+    model = adapt_combined(
+        pretrained(), touches.take(is_context), rig.shore_a[is_context], rig.sessions[is_context]
+    ).model
+    network = model.network_alone() if isinstance(model, CombinedModel) else model
+    out = []
+    for each in (network, model):
+        answers = predictions_by_time(each, touches, TIMES)
+        scores = []
+        for use in (EVERYDAY, RANDOM):
+            rows = rig.uses == use
+            truth = rig.shore_a[rows]
+            scores += [float(np.mean((answers[ms].value[rows] - truth) ** 2)) for ms in TIMES]
+            low, high = answers[MIDDLE].low[rows], answers[MIDDLE].high[rows]
+            scores.append(float(((low <= truth) & (truth <= high)).mean()))
+        out.append(scores)
+    return out
+
+
+CLOSING_SPEEDS = Field.optional("closing_speed", ClosingSpeeds)
+#: Columns of the tables: title, key and unit.
+_SPEED_COLUMNS = [
+    ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms", "shore"),
+    ("5 ms", f"{EVERYDAY} 5 ms", "shore"),
+    ("15 ms", f"{EVERYDAY} 15 ms", "shore"),
+    ("Random objects, 2 ms", f"{RANDOM} 2 ms", "shore"),
+    ("5 ms", f"{RANDOM} 5 ms", "shore"),
+    ("15 ms", f"{RANDOM} 15 ms", "shore"),
+    ("Coverage, everyday, 5 ms", f"{EVERYDAY} coverage", "share"),
+]
+
+
+def _speed_table(results: SubjectResults, kind: str) -> Table | None:
+    judged = results[CLOSING_SPEEDS]
+    if judged is None:
+        return None
+    lines = [
+        Line([Cell(f"{title}, {name}"), *(s.cell(key, unit) for _, key, unit in _SPEED_COLUMNS)])
+        for model, title in MODELS.items()
+        for name, s in judged.scores[kind][model].items()
+    ]
+    other = "the same model without a measurement"
+    return score_table(judged, f"{SPEEDS[kind]}: RMSE of one pinch", other, _SPEED_COLUMNS, lines)
+
+
+SPEED_PART = Part(
+    "closing_speed",
+    "Measured closing speed",
+    [Step("measured closing speed", measure_speed, late=True, cost=60)],
+    lambda subjects: (
+        "Random rigs of other structure, as in the section on these. Their hands measure the "
+        "closing speed of each pinch, on the rig's own blocks and on the objects. The model takes "
+        "a speed without a stated error as exact."
+    ),
+    [lambda results: _speed_table(results, "usual"), lambda results: _speed_table(results, "free")],
     needs=(),
     by_default=False,
 )

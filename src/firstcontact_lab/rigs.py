@@ -21,7 +21,6 @@ from firstcontact.twin.mechanics import FingerParameters, ObjectParameters
 from firstcontact.twin.noise import MotorNoise
 from firstcontact.twin.pinch import piezo_samples, touch_voltage
 
-#: Softest and hardest object, Shore A.
 SOFTEST, HARDEST = 5.0, 80.0
 #: Hand at the centre of the distribution. Each parameter is about one standard deviation from the
 #: twin's.
@@ -46,7 +45,6 @@ MIDDLE = FingerParameters()._replace(
     piezo_time_constant=3.6e-3,
     buffer_cutoff=1.5e3,
 )
-#: Standard deviation of ln(parameter) between rigs.
 RIG_SPREAD: Mapping[str, float] = {
     "speed": 0.35,
     "drive_mass": 0.25,
@@ -129,8 +127,6 @@ class RandomRig:
 
 @dataclass(frozen=True, slots=True)
 class RandomObject:
-    """Random object: its Shore A, and the parameters of one specimen."""
-
     shore_a: float
     parameters: ObjectParameters
 
@@ -202,7 +198,6 @@ def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
 
 
 def draw_object(rng: Rng) -> RandomObject:
-    """Draw a specimen of an object with random shape, mass, stiffness and loss."""
     shore_a = float(rng.uniform(SOFTEST, HARDEST))
     modulus = gent_modulus(shore_a)
     loss = _between(rng, 0.05, 0.6)
@@ -296,8 +291,6 @@ def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """Family of rigs or objects: a change of a random rig, of a random object, or of both."""
-
     title: str
     rig: Callable[[RandomRig, Rng], RandomRig] = lambda rig, rng: rig
     change_object: Callable[[RandomObject, Rng], RandomObject] = lambda target, rng: target
@@ -344,7 +337,6 @@ def _slow_material(target: RandomObject, rng: Rng) -> RandomObject:
     return replace(target, parameters=target.parameters._replace(arm_relaxation=relaxation))
 
 
-#: Families held out of all training, by name.
 FAMILIES: Mapping[str, Family] = {
     "linear_pad": Family("a pad that does not stiffen", rig=_linear_pad),
     "duller_sensor": Family("a slow buffer and a second board mode", rig=_duller_sensor),

@@ -56,7 +56,6 @@ class SlipWatch:
         self._reported = -math.inf
 
     def slips(self, plant: GraspPlant) -> bool:
-        """Return True if the detector reports a slip at the plant's newest sample."""
         since = plant.slipping_since
         if since is None or plant.now - max(since, self._reported) < self._latency:
             return False

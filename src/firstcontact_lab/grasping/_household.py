@@ -50,9 +50,7 @@ from firstcontact_lab.grasping.results import (
 )
 from firstcontact_lab.grasping.settings import GraspStudySettings
 
-#: Target of the study: relative reduction in drops.
 TARGET = 0.35
-#: Lengths of the windows, s.
 WINDOWS = (0.003, 0.005, 0.008, 0.015)
 #: Tolerance for the length of a window, s, because windows have whole numbers of samples.
 HALF = 1e-4

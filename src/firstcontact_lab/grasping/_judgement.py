@@ -37,7 +37,6 @@ from firstcontact_lab.grasping._tuning import (
 )
 from firstcontact_lab.grasping.results import Between, ChosenSettings
 
-#: Number of resamples for an interval.
 RESAMPLES = 1000
 #: Half width of a normal's 90 % interval, in standard deviations.
 NORMAL = 1.645
@@ -112,7 +111,6 @@ def tried_on(
     estimates: Sequence[PickEstimates],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Return the settings to try for a policy, with their outcomes in the table for tuning."""
     settings = policy_settings(kind, tables.budget, tables.few, tables.seed)
     return [
         Candidate(one, swept(kind, one, tables.tuning, estimates, reflex, SCATTER))

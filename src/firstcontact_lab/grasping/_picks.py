@@ -34,7 +34,6 @@ from firstcontact_lab.grasping._hands import (
 
 #: Longest closing, with the slowest lift, s.
 LONGEST_PICK = 2.0
-#: Kinds of lift, by name.
 LIFTS = {"abrupt": Lift(), "gradual": Lift(duration=1.0)}
 #: Number of samples between two checks for a slip.
 LOOK = 10
@@ -120,8 +119,6 @@ def approached(pick: Pick, speed: float, hand: OwnHand) -> Approached:
 
 @dataclass(frozen=True, slots=True)
 class FullJob:
-    """Full closing to simulate: pick, policy with its settings, lift and slip detector."""
-
     pick: Pick
     policy: str
     settings: Mapping[str, float]
@@ -142,8 +139,6 @@ class FullRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """Course of a full closing: state of the plant at its end, forces (N), and outcome."""
-
     plant: GraspPlant
     forces: NDArray[np.float64]
     row: FullRow

@@ -184,7 +184,6 @@ class ClosingTable:
         return between(self.peak[speed]), between(self.hold[speed])
 
     def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
-        """Return the outcomes without a slip reflex, from the two results of :meth:`pressed`."""
         return Outcomes(exceeds(self.needed, hold, scatter), exceeds(peak, self.limit, scatter))
 
     def _places(self, forces: Values) -> tuple[NDArray[np.intp], Values]:
@@ -196,7 +195,6 @@ class ClosingTable:
     def outcomes(
         self, speed: int, forces: Values, reflex: Reflexed | None = None, scatter: float = 0.0
     ) -> Outcomes:
-        """Return the outcomes of every pick at the given grip forces."""
         peak, hold = self.pressed(speed, forces)
         plain = self.judge(peak, hold, scatter)
         if reflex is None:

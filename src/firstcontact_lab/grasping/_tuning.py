@@ -36,7 +36,6 @@ FAMILIES = (
 SCALES = np.exp(np.linspace(np.log(0.25), np.log(4.0), 41))
 #: Index of scale 1, which leaves the tuned forces as they are.
 TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
-#: Share of damaged picks at which drops are compared.
 DAMAGE = 0.10
 #: Shares of damaged picks. Settings are chosen by their mean drops at these shares. The drops at a
 #: single share would be too random.
@@ -47,7 +46,6 @@ AROUND = (0.07, 0.10, 0.13)
 SCATTER = 0.2
 
 Settings = Mapping[str, float]
-#: Estimate that a policy gets for each pick; None without an estimate.
 PickEstimates = Sequence[Estimate | None]
 
 
@@ -100,7 +98,6 @@ def find_scale(front: Front, damage: float = DAMAGE) -> float:
 
 
 def front(outcomes: Outcomes, weights: Values | None = None) -> Front:
-    """Return the shares of dropped and of damaged picks at each scale."""
     count = np.ones(outcomes.dropped.shape[1]) if weights is None else weights
     total = count.sum(axis=0)
     return Front(outcomes.dropped @ count / total, outcomes.damaged @ count / total)
@@ -128,8 +125,6 @@ def resampled(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """Settings of a policy, and the outcomes of all picks with these settings, at every scale."""
-
     settings: Settings
     outcomes: Outcomes
 

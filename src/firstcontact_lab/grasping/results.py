@@ -86,8 +86,6 @@ class Reflexes(Record, frozen=True, kw_only=True):
 
 
 class ObjectErrors(Record, frozen=True, kw_only=True):
-    """Errors of the estimates of one object, and outcomes of its picks."""
-
     shore_a: float
     family: str
     fragile: bool

@@ -7,7 +7,6 @@ from firstcontact.grasp import POLICIES
 from firstcontact_lab.grasping._judgement import baseline, candidate
 from firstcontact_lab.grasping.results import CEILING, Between, Household
 
-#: Titles of the references in tables and figures that are not policies.
 REFERENCES = {
     "label": "exact label",
     "label_rmse_3": "label with noise, RMSE 3",

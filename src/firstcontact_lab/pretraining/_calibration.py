@@ -20,7 +20,6 @@ from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._batches import cut, draw_batch
 from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, volts
 
-#: Nominal coverage of the intervals.
 LEVEL = 0.9
 #: Share of the training contacts that is marked out of range.
 FALSE_ALARMS = 0.01

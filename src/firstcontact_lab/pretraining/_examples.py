@@ -155,7 +155,6 @@ def _context(
 
 
 def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
-    """Return contacts with delays like a detector's, and random times of the second contact."""
     cut, valid = [], []
     shortest, longest = Touches.lengths(_RATE)
     for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):
@@ -242,7 +241,6 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
 #: Version of the files, raised when rigs, objects or stored values change. Older files are
 #: replaced.
 DRAWN = 1
-#: Number of rigs in one file.
 RIGS_PER_FILE = 50
 
 

@@ -23,7 +23,6 @@ from firstcontact_lab.pretraining._examples import Examples
 
 _FARTHEST = ContextNetwork.FARTHEST
 
-#: Number of attention heads.
 HEADS = 4
 #: Scale of the outputs: Shore A is CENTRE + UNIT times an output.
 CENTRE, UNIT = 40.0, 40.0
@@ -59,7 +58,6 @@ class TorchNetwork(nn.Module):
         return self.predict(x, self.encoded(tokens), present, general)
 
     def encoded(self, tokens: torch.Tensor) -> torch.Tensor:
-        """Return the encoding of each token, shape (n, levels, TOKENS)."""
         silu, layers = nn.functional.silu, self.layers
         return silu(layers["token2"](silu(layers["token1"](tokens.clamp(-_FARTHEST, _FARTHEST)))))
 

@@ -31,8 +31,6 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class PartResult:
-    """Result of one part of a study: results, figures, and reasons why results are missing."""
-
     entries: Sequence[Entry] = ()
     figures: Sequence[Figure] = ()
     left_out: Sequence[str] = ()
@@ -44,7 +42,6 @@ class PartResult:
 
 
 def missing(reason: str) -> PartResult:
-    """Return a result without entries, and the reason why they are missing."""
     return PartResult(left_out=[reason])
 
 
@@ -70,7 +67,6 @@ class Findings:
         self.left_out += [why for why in result.left_out if why not in self.left_out]
 
     def complete(self) -> SubjectResults:
-        """Return the results, with the list of those that are missing."""
         return self.results.replace([LEFT_OUT(self.left_out or None)])
 
 
@@ -128,7 +124,6 @@ class State:
 
     @property
     def elapsed(self) -> str:
-        """Time since the study began, for readers."""
         complete = round(self.seconds)
         minutes = f"{complete // 60} min {complete % 60:02d} s"
         text = f"{complete} s" if complete < 90 else minutes

@@ -30,9 +30,7 @@ NETWORK_TITLES: Mapping[str, str] = {
     "in_context": "In-context network",
     "in_context_radius": "In-context network, radius given",
 }
-#: Colour of the network in all figures.
 NETWORK_COLOUR = GREEN
-#: Titles of competitors without a registry entry.
 TITLES: Mapping[str, str] = {
     **NETWORK_TITLES,
     "masked": "Default estimator, masked",
@@ -83,10 +81,8 @@ def is_baseline(name: str) -> bool:
 
 
 def detectors(scored: Container[str]) -> list[str]:
-    """Return the names of registered detectors in ``scored``, in the order of reports."""
     return [name for name in DETECTORS.names if name in scored]
 
 
 def learned(detector_name: str | None) -> bool:
-    """Return True if the detector with this name is trained on pinches."""
     return detector_name in DETECTORS and DETECTORS[str(detector_name)].learns

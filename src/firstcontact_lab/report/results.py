@@ -18,7 +18,6 @@ S = TypeVar("S")
 
 #: Longest results file that is read, bytes.
 LONGEST = 1 << 28
-#: All fields that have been defined, by name.
 FIELDS: dict[str, Field[Any]] = {}
 
 
@@ -31,15 +30,12 @@ class Field(Generic[K]):
 
     @classmethod
     def optional(cls, name: str, kind: type[S]) -> Field[S | None]:
-        """Return a field that is None until a part has measured it."""
         return Field(name, kind | None, None)
 
     def __call__(self, value: K) -> Entry:  # type: ignore[misc]
-        """Return an entry for the results: the name of this field and the value."""
         return self.name, value
 
 
-#: Name of a field and its value.
 Entry = tuple[str, Any]
 
 
@@ -66,7 +62,6 @@ _kinds: dict[tuple[str, ...], type[SubjectResults]] = {}
 
 
 def subject_kind() -> type[SubjectResults]:
-    """Return the record type of a subject's results, with all fields defined so far."""
     names = tuple(FIELDS)
     if names not in _kinds:
         fields = [(f.name, f.kind, f.default) for f in FIELDS.values()]

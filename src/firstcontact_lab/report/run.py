@@ -132,7 +132,6 @@ def run_steps(
     plan: Callable[[Runner], list[Job]],
     check: Callable[[], object] = lambda: None,
 ) -> Path:
-    """Run the planned jobs in the folder ``out``, and return the report."""
     from tqdm import tqdm
 
     # In a log, which is no terminal, a line every ten seconds is enough.

@@ -49,7 +49,6 @@ STYLE: Any = {
     # The same figure gives the same bytes.
     "svg.hashsalt": "firstcontact",
 }
-#: Width and height of a figure in the report, inch.
 SIZE = (6.2, 3.7)
 
 
@@ -57,7 +56,6 @@ SIZE = (6.2, 3.7)
 def canvas(
     rows: int = 1, columns: int = 1, size: tuple[float, float] = SIZE, **options: Any
 ) -> Iterator[tuple[Canvas, NDArray[Any]]]:
-    """Yield a figure in the common style, and an array (rows, columns) of its axes."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -114,7 +112,6 @@ def banded_line(
     colour: str,
     label: str,
 ) -> None:
-    """Draw values by time; if all of them have intervals, draw these as a band."""
     ax.plot(times, values, style, color=colour, ms=5, label=label)
     known = [each for each in ends if each is not None]
     if len(known) == len(values):

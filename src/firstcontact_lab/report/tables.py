@@ -24,8 +24,6 @@ class Scores(Protocol):
 
 
 class Bounded(NamedTuple):
-    """Score with its interval, if it has one."""
-
     value: float
     ends: Ends | None = None
 
@@ -44,8 +42,6 @@ ABSENT = "–"
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Table cell: a value, and a detail in small letters below it."""
-
     text: str
     small: str = ""
 
@@ -67,8 +63,6 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """Published value with which the value of a row is compared."""
-
     value: float
     tolerance: float
     lower: bool = False
@@ -110,7 +104,6 @@ def number(value: float, digits: int, sign: str = "") -> str:
     return text.replace("-", "−")
 
 
-#: Format of each unit.
 UNITS: Mapping[str, Callable[[float], str]] = {
     "count": lambda value: f"{value:,.0f}",
     "rate": lambda value: f"{value:,.1f}" if value < 100 else f"{value:,.0f}",
@@ -140,7 +133,6 @@ _DIFFERENCES: Mapping[str, Callable[[float], str]] = {
 #: Largest differences from a published share, and from a published error as a share of this error,
 #: that count as reproduced.
 SHARE_TOLERANCE, ERROR_TOLERANCE = 0.02, 0.1
-#: Explanation of the verdicts.
 VERDICTS = (
     f"Reproduced: a share within {100 * SHARE_TOLERANCE:.0f} points, an error within "
     f"{100 * ERROR_TOLERANCE:.0f} %. Not excluded: our 95 % interval (small numbers, bars) "
@@ -174,7 +166,6 @@ def optional(find: Callable[[R], S | None], value: Callable[[S], Value]) -> Call
 def row_table(
     rows: Iterable[Row[R]], subjects: Mapping[str, R], caption: str = "", *, published: bool = False
 ) -> Table:
-    """Return a table with a line for each row and a column for each subject."""
     lines = []
     for row in rows:
         cells = [row.cell(results) for results in subjects.values()]
@@ -198,7 +189,6 @@ def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
 
 
 def _verdict(row: Row[R], subjects: Mapping[str, R]) -> str:
-    """Return the comparison with the claim, and then the note as a sentence."""
     values = {title: row.value(results) for title, results in subjects.items()}
     compared = {t: row.claim.verdict(v, row.unit) for t, v in values.items() if row.claim}
     notes = {t: row.note(subjects[t]) for t, v in values.items() if row.note and v is not None}
@@ -256,7 +246,6 @@ def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
 def matrix(
     caption: str, rows: Sequence[Row[R]], entries: Iterable[tuple[Cell, R | None, bool]]
 ) -> Table | None:
-    """Return a table with a line for each record and a column for each row definition."""
     present = [(name, record, quiet) for name, record, quiet in entries if record is not None]
     columns = [
         row
@@ -287,7 +276,6 @@ def lifted(
 
 
 def markdown(table: Table) -> str:
-    """Return a table as Markdown, without its caption."""
     lines = [list(table.head), ["---"] * len(table.head)]
     lines += [[_written(cell) for cell in line.cells] for line in table.lines]
     return markdown_lines(lines)

@@ -29,8 +29,6 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Competitor:
-    """Competitor of a comparison. The method states how it learns and predicts."""
-
     name: str
     method: str
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -57,8 +55,6 @@ NETWORK = (
 
 
 class Generalised(Record, frozen=True, kw_only=True):
-    """Scores of competitors on simulated rigs that no other part of the project uses."""
-
     sets: int
     seeds: list[int]
     pinches: dict[str, int]
@@ -85,8 +81,6 @@ def fit_on_set(competitor: Competitor, rigs: RigSet, learn: Index, seed: int) ->
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
-    """Job of one competitor on one set: pinches to learn from, and pinches to predict."""
-
     competitor: Competitor
     place: int
     question: str

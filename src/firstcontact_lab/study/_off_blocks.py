@@ -16,7 +16,6 @@ from firstcontact.models.scores import Ends, cluster_intervals
 from firstcontact_lab.study._rig_sets import Use
 
 Values = NDArray[np.float64]
-#: Number of pinches of one object whose predictions are averaged.
 TOGETHER = 3
 
 

@@ -36,7 +36,6 @@ Values = NDArray[np.float64]
 #: Delay of placed contacts in samples, mean and standard deviation: twice as variable as in the
 #: training of the network. No delay is longer than ``MARGIN``.
 DELAY, MARGIN = (3.0, 2.5), 12
-#: Standard deviation of a label, Shore A.
 LABEL = 2.0
 #: Number of pinches of each block, and number of sessions. Rigs use the pairs in turn.
 CONTEXTS = (6, 3), (12, 4), (20, 6)
@@ -109,7 +108,6 @@ def _compressive(rng: Rng) -> Change:
     return change
 
 
-#: Families of rigs: those of the twin, and families whose signals are changed.
 STRUCTURES: Mapping[str, Family] = {
     **FAMILIES,
     "lossy": Family("loss outside the training range", change_object=_lossy),

@@ -49,8 +49,6 @@ class Use(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Number of pinches of each block or object, one field for each use (:class:`Use`)."""
-
     blocks: int = 40
     held_out: int = 10
     objects: int = 20
@@ -60,8 +58,6 @@ class Sizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigSet:
-    """Pinches of one set: their windows, contacts and true properties."""
-
     windows: LabelledWindows
     touches: Touches
     uses: NDArray[np.str_]

@@ -140,7 +140,6 @@ def _belt(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
 
 
 Motor = Callable[[Rng, int, Values, Mapping[str, float]], Values]
-#: Functions that return a motor's noise, by the kind of motor.
 MOTORS: Mapping[str, Motor] = {
     "brushes": _brushes,
     "gearbox": _gearbox,

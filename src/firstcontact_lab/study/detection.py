@@ -53,7 +53,6 @@ def judge(
 def judge_detectors(
     dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
 ) -> tuple[dict[str, list[PinchDecisions]], dict[str, str]]:
-    """Return decisions by detector, and for the other detectors the reason why there are none."""
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
         if kind.learns and not (splits and all(len(split.train) for split in splits)):

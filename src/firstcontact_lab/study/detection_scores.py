@@ -105,7 +105,6 @@ class _Counts:
             self.contact_right += int(windows.fired[shows[0], column])
 
     def add_alarms(self, windows: WindowDecisions, truth: int, early: int, seconds: float) -> None:
-        """Count the false alarms of one pinch, whose windows end ``seconds`` apart."""
         fired = windows.fired[windows.ends < truth - early]
         starts = fired.copy()
         starts[1:] &= ~fired[:-1]
@@ -114,7 +113,6 @@ class _Counts:
 
 
 def score_detector(detector: Detector, dataset: Dataset) -> DetectionScores:
-    """Score a detector on pinches with known first contacts, from the start of each closing."""
     return score_decisions(judge_pinches(detector, cut_closings(dataset)), dataset, detector.step)
 
 

@@ -87,7 +87,6 @@ class Subject:
 
     @property
     def has_known_contacts(self) -> bool:
-        """True if the first contact of some pinch is known from strips or labels."""
         return any(contact is not None for contact in self.truth)
 
     @property
@@ -131,7 +130,6 @@ class Subject:
         return self._cut[key]
 
 
-#: Measurement of a subject.
 Measure = Callable[[Subject, StudySettings, Runner], PartResult]
 
 
@@ -185,7 +183,6 @@ class Part:
 
 
 def titled(subjects: Subjects, field: Field[T | None], draw: Callable[[T], Figure]) -> list[Figure]:
-    """Return a figure of each subject that has this result, with the subject in the title."""
     present = {
         title: value for title, results in subjects.items() if (value := results[field]) is not None
     }

@@ -27,7 +27,6 @@ from firstcontact_lab.study.parts import PARTS, chosen_parts
 CONDITIONS = ("paper-rig", "everyday")
 #: File by which a folder can be imported.
 LABELS = "labels.csv"
-#: Folders inside a study's folder.
 _RECORDINGS, _IMPORTED = "recordings", "imported"
 
 Sources = Sequence[tuple[str, Callable[[], Dataset]]]

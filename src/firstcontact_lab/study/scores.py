@@ -17,7 +17,6 @@ from firstcontact.models.splits import Group, Split
 from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 
-#: Largest number of random folds.
 RANDOM_FOLDS = 5
 #: Share of the pinches that the paper's random split keeps for testing.
 RANDOM_TEST = 0.1
@@ -117,7 +116,6 @@ def predictions_by_time(
 def anytime_scores(
     predictions: Mapping[int, Predictions], truth: Values, clusters: NDArray[Any], seed: int
 ) -> AnytimeScores:
-    """Return the scores of predictions at each time, with bootstrap intervals."""
     if not len(truth):
         raise ValueError("there is no contact to score")
     scores: dict[str, dict[str, float]] = {name: {} for name in _STATISTICS}

@@ -42,7 +42,6 @@ class RealSet:
 
 
 def find_sets(folder: Path) -> list[RealSet]:
-    """Return the sets in a folder, which are its subfolders with recordings."""
     if not folder.is_dir():
         raise InputError(
             f"{folder} is not a folder: give the folder that has a subfolder for each set"
@@ -121,7 +120,6 @@ class SetResults(Record, frozen=True, kw_only=True):
 
 
 def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[str]]:
-    """Return the scores of every detector on one set, and why detectors are left out."""
     heard = cut_closings(recorded_set.dataset)
     has_contact = np.array([p.first is not None for p in heard.pinches])
     if not has_contact.any():

@@ -48,7 +48,6 @@ R = TypeVar("R")
 
 #: Header text that names the noise of the pinches (``simulate --noise``).
 SAID = "noise of "
-#: Training of a detector, in words.
 _TRAINING = {
     TWIN: "the twin, resampled",
     OTHERS: "the set's other specimens",
@@ -57,8 +56,6 @@ _TRAINING = {
 
 
 class NoiseScores(Record, frozen=True, kw_only=True):
-    """Scores on twin pinches with one kind of noise, for models trained with the usual noise."""
-
     noise: str
     detectors: dict[str, DetectionScores]
     estimator: str
@@ -77,7 +74,6 @@ def run_sets(
     twin: Dataset,
     noises: Sequence[tuple[str, Dataset]],
 ) -> dict[str, SubjectResults]:
-    """Score every set, and the twin with every noise. Write the report and ``results.json``."""
     scorer = cache(lambda: noise_scorer(twin))
 
     def score_noise(name: str, dataset: Dataset) -> PartResult:
@@ -233,7 +229,6 @@ def _trainings_table(results: SubjectResults) -> Table | None:
 
 
 def noise_tables(subjects: Subjects) -> list[Table | None]:
-    """Return tables of detection and of errors: twin pinches, one line for each noise."""
     noises = {name.replace("_", " "): results[NOISE] for name, results in subjects.items()}
     caption = (
         "Twin results: the same simulated pinches, with the modelled noise of the electronics, and "

@@ -50,7 +50,6 @@ class LadderModel:
         return tuple(rung.samples for rung in self._rungs)
 
     def predict(self, touches: Touches) -> Predictions:
-        """Return a prediction for each contact, from its samples before the second contact."""
         n, shortest = len(touches), self._rungs[0]
         # Of constant signals and too early second contacts: the mean in training, out of range.
         out = Predictions(

@@ -25,8 +25,6 @@ from firstcontact_lab.study.parts.data import is_twin
 
 
 class Answers(Record, frozen=True, kw_only=True):
-    """Times from the known contact to a complete window, ms."""
-
     n: int
     of: int
     median: float | None = None
@@ -112,7 +110,6 @@ def _times(subject: Subject, duration: float, early: float) -> Answers:
 
 
 ANSWER = Field.optional("answer_ms", AnswerTimes)
-#: Rows of one window length.
 _TIMES: Sequence[Row[Answers]] = (
     Row("Median", lambda answers: answers.median, "ms"),
     Row("95th percentile", lambda answers: answers.p95, "ms"),

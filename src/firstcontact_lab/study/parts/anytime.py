@@ -50,8 +50,6 @@ from firstcontact_lab.study.window_ladder import fit_window_ladder
 
 
 class FixedWindow(Record, frozen=True, kw_only=True):
-    """Error of the default window estimator, on those scored pinches that have a whole window."""
-
     estimator: str
     n: int
     rmse: float
@@ -59,8 +57,6 @@ class FixedWindow(Record, frozen=True, kw_only=True):
 
 
 class OtherScores(Record, frozen=True, kw_only=True):
-    """Scores of an estimator other than the default, on the same pinches."""
-
     unseen: AnytimeScores = field(name="asked")
     blocks: AnytimeScores | None = None
 
@@ -80,7 +76,6 @@ class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
     other_estimators: dict[str, OtherScores] | None = field(default=None, name="others")
 
     def by_estimator(self) -> dict[str, OtherScores]:
-        """Return the scores of all any-time estimators by name, the default estimator first."""
         return {
             self.estimator: OtherScores(unseen=self, blocks=self.blocks),
             **(self.other_estimators or {}),
@@ -91,7 +86,6 @@ _TITLE = "Estimates at any time"
 
 
 def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Condition estimators on training pinches; score unseen objects and held-out sessions."""
     model = pretrained()
     rate = subject.dataset.layout.rate
     if not is_same_rate(rate, model.rate):
@@ -158,7 +152,6 @@ def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> Labell
 
 
 def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapted:
-    """Return an any-time estimator that is conditioned on these contacts of the rig."""
     return rig_estimators()[estimator](Task.REGRESSION, home.touches.rate).fit_contacts(home, seed)
 
 
@@ -245,7 +238,6 @@ def _before_second(subject: Subject, early: float) -> tuple[float | None, int | 
     )
 
 
-#: Conditioning schemes of results, in words.
 _SCHEMES = {"one": "one context for all fingers", "each finger": "one context for each finger"}
 _SIDES = {"objects": ("o-", "unseen objects"), "blocks": ("s--", "blocks of other sessions")}
 

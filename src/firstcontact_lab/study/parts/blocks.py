@@ -47,8 +47,6 @@ from firstcontact_lab.study.scores import learns_one_value, never_learned, rando
 
 
 class WindowCounts(Record, frozen=True, kw_only=True):
-    """Number of labelled pinches, and number of labelled pinches with a window."""
-
     pinches: int
     with_window: int
 
@@ -84,11 +82,9 @@ class BlockConditions(Record, frozen=True, kw_only=True):
     windows: WindowCounts | None = None
 
 
-#: Scores by the name of the estimator.
 BlockResults = ByName[BlockScores, BlockConditions]
 
 
-#: Splits in the order of the report.
 RANDOM, SESSION, LEVEL = "random_90_10", "by_session", "leave_one_shore_out"
 
 
@@ -151,7 +147,6 @@ def _learnable(subject: Subject, data: LabelledWindows) -> LabelledWindows:
 
 
 def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, list[str]]:
-    """Return splits for each task that the data permit, and why other splits are impossible."""
     counts = np.unique(data.y, return_counts=True)[1]
     out: Splits = {}
     left_out = []
@@ -248,7 +243,6 @@ def _figures(subject: Subject, scores_by_model: Mapping[str, BlockScores]) -> li
 
 
 def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "Shore A") -> Figure:
-    """Draw the confusion matrix of a classification. Each row holds shares of one true class."""
     counts = np.array(scores.confusion)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     ticks = [f"{c:g}" if isinstance(c, float) else str(c) for c in scores.classes or ()]

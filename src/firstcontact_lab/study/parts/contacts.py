@@ -77,8 +77,6 @@ class DetectionFolds(Record, frozen=True, kw_only=True):
 
 
 class MissingContacts(Record, frozen=True, kw_only=True):
-    """Number of pinches in which the detector ``by`` found no contact, of ``of`` pinches."""
-
     by: str
     pinches: int
     of: int
@@ -92,7 +90,6 @@ class ContactConditions(Record, frozen=True, kw_only=True):
     not_found: MissingContacts | None = None
 
 
-#: Scores by the name of the detector.
 ContactResults = ByName[DetectionScores, ContactConditions]
 
 
@@ -103,7 +100,6 @@ KNOWN = "known"
 
 
 def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Detect all first contacts out of fold, and score every detector against known contacts."""
     starts = closing_starts(subject.dataset)
     dataset = cut_closings(subject.dataset, starts)
     has_contact = np.array([p.first is not None for p in dataset.pinches])
@@ -155,7 +151,6 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def delay_figure(
     dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
 ) -> Figure:
-    """Draw a histogram for each detector: time from the known contact to the first decision."""
     late = f" (labels may come up to {1e3 * early:g} ms late)" if early else ""
     waited = 1e3 * resampler_lookahead(dataset)
     counted = f" The resampler's look-ahead of {waited:.1f} ms is counted." if waited else ""
@@ -245,7 +240,6 @@ def detector_rows(accepted: Accepted) -> list[Row[DetectionScores]]:
     ]
 
 
-#: Further rows of one detector.
 _DETAILS: Sequence[Row[DetectionScores]] = (
     Row("95th percentile of the delay", lambda s: s.delay_ms.p95 if s.delay_ms else None, "ms"),
     Row("pinches: steady state not yet known", lambda s: s.too_soon),

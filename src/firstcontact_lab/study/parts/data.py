@@ -28,8 +28,6 @@ from firstcontact_lab.study.part import Part, Step, Subject, Subjects
 
 
 class DataSummary(Record, frozen=True, kw_only=True):
-    """Summary of a dataset: counts, origin, and assumptions that were made in its import."""
-
     source: str
     pinches: int
     specimens: int
@@ -184,7 +182,6 @@ EARLY_FORCE = Field.optional("force_before_second", EarlyForce)
 #: Time from the first to the second contact, ms (section IV of the paper).
 PUBLISHED_MEAN, PUBLISHED_SD = 16.65, 10.35
 
-#: Badge and description of each source of data.
 _SOURCES = {
     "twin": ("Twin results", "the twin"),
     "real": ("Real recordings", "real recordings"),

@@ -36,7 +36,6 @@ SLOW_SETS = 1
 
 
 def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score every competitor on twin sets that were not used for tuning."""
     if subject.name not in CONDITIONS:
         return PartResult()
     sizes = BRIEF if settings.brief else Sizes()
@@ -48,7 +47,6 @@ def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> Par
 
 
 def _competitors(settings: StudySettings, place: int) -> list[Competitor]:
-    """Return all competitors for the set with index ``place``."""
     out = []
     for name, entry in window_estimators().items():
         if entry.baseline or Task.REGRESSION not in entry.tasks or missing_modules(entry.modules):
@@ -82,7 +80,6 @@ _PANELS = {
 
 
 def generalise_figure(generalised: Generalised) -> Figure:
-    """Draw RMSE with bootstrap intervals over rigs, and the floor and ceilings as lines."""
     rows = list(generalised.estimators)
     rigs = "1 rig" if generalised.sets == 1 else f"{generalised.sets} rigs"
     size = (6.2, 1.4 + 0.46 * len(rows))
@@ -120,7 +117,6 @@ def generalise_figure(generalised: Generalised) -> Figure:
 
 
 GENERALISE = Field.optional("generalise", Generalised)
-#: Scores beyond the blocks as columns of two tables: title and unit.
 _OBJECTS = {
     "objects": ("Unseen objects", "shore"),
     "three_pinches": ("Three pinches", "shore"),

@@ -42,8 +42,6 @@ from firstcontact_lab.study.scores import (
 
 
 class Material(Record, frozen=True, kw_only=True):
-    """Hardness rank of a material, and means over its pinches."""
-
     rank: float
     n: int
     centroid_hz: float
@@ -55,15 +53,11 @@ class RankRegression(RankCorrelation, frozen=True, kw_only=True):
 
 
 class MaterialLeftOut(Record, frozen=True, kw_only=True):
-    """Scores with each material left out of training: of the rank, and of the hardness class."""
-
     rank_regression: RankRegression | None = None
     classification: dict[str, ClassificationScores] | None = None
 
 
 class HardnessOrder(Record, frozen=True, kw_only=True):
-    """Rank correlations over materials, and scores of the hardness class if possible."""
-
     n_pinches: int
     pinches: int
     score: str
@@ -107,7 +101,6 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
 
 
 def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Measure how well scores order the materials, also if a material is left out of training."""
     if not subject.has_known_contacts:
         return missing("Hardness order: no pinch has a known first contact.")
     dataset = subject.dataset

@@ -30,8 +30,6 @@ _Ascending = Annotated[
 
 
 class LiveDelays(msgspec.Struct, frozen=True):
-    """Measured delays of live estimates, and the machine that they were measured on."""
-
     machine: Name
     first_ms: _Ascending
     later_ms: _Ascending
@@ -52,8 +50,6 @@ def read_delays(path: Path) -> LiveDelays:
 
 
 class InForce(Record, frozen=True, kw_only=True):
-    """Share of pinches with an estimate in force, and the error of those on unseen objects."""
-
     estimator: str
     share: float
     with_second: int
@@ -70,7 +66,6 @@ _TITLE = "Estimate in force"
 
 
 def in_force(subject: Subject, settings: StudySettings) -> PartResult:
-    """Score the last estimates that were available before the second contact."""
     if not settings.delays:
         return (
             missing(f"{_TITLE}: give a file with --delays.")

@@ -41,8 +41,6 @@ from firstcontact_lab.study.timing import InferenceTime, time_calls, time_infere
 
 
 class InferenceTimes(InferenceTime, frozen=True, kw_only=True):
-    """Inference times of an estimator's regression, and in ``classification`` of its classifier."""
-
     classification: InferenceTime | None = None
 
 
@@ -102,7 +100,6 @@ SLOW_WINDOWS = 300
 
 
 def inference(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Measure the time to predict one window, with our code and with the training library."""
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
     if len(np.unique(blocks.y)) < 2:

@@ -43,7 +43,6 @@ from firstcontact_lab.study.window_ladder import LadderModel, fit_window_ladder
 Values = NDArray[np.float64]
 #: Seed of the rigs, and rigs of each family. No choice was made on rigs of this seed.
 SEED, RIGS = 9107, 3
-#: Times after the contact that are scored, ms.
 TIMES = (2, 5, 15)
 #: Time of the pooled pinches, of coverage and of width, ms.
 MIDDLE = 5
@@ -63,7 +62,6 @@ KEYS = tuple(
         "three width",
     )
 )
-#: Titles of the methods.
 METHODS = {
     "network": "Network",
     "network_radius": "Network, radius known",
@@ -86,7 +84,6 @@ class RandomRigs(Record, frozen=True, kw_only=True):
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score all methods on the same contacts of random rigs, not on the subject's data."""
     if subject.name != CONDITIONS["paper-rig"].name:
         return PartResult()
     names, rigs, jobs = families_and_jobs(settings.brief, RIGS)
@@ -110,7 +107,6 @@ Predict = Callable[[Touches, int], Predicted]
 
 
 def _predictions(rig: JudgedRig) -> dict[str, Predict]:
-    """Return a prediction function for each method, fitted to the rig's own block pinches."""
     is_own = rig.uses == OWN
     learn, shore_a, sessions = rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
     network = adapt_network(pretrained(), learn, shore_a, sessions).model
@@ -191,7 +187,6 @@ RANDOMColumns = Sequence[tuple[str, str, str]]
 
 
 RANDOM_RIGS = Field.optional("random_rigs", RandomRigs)
-#: Columns of the tables: title, key and unit.
 _COLUMNS = [
     ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms", "shore"),
     ("5 ms", f"{EVERYDAY} 5 ms", "shore"),
@@ -209,7 +204,6 @@ _MORE = [
     ("Coverage of three, random", f"{RANDOM} three coverage", "share"),
     ("Width of three, everyday", f"{EVERYDAY} three width", "shore"),
 ]
-#: Methods that predict an interval.
 _WITH_INTERVALS = (
     "network",
     "network_radius",
@@ -304,7 +298,6 @@ class ClosingSpeeds(Record, frozen=True, kw_only=True):
 
 
 def measure_speed(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score both models with each measurement, on random rigs instead of the subject's data."""
     if subject.name != CONDITIONS["paper-rig"].name:
         return PartResult()
     names, rigs, jobs = families_and_jobs(settings.brief, SPEED_RIGS)
@@ -363,7 +356,6 @@ def _speed_scores(rig: JudgedRig) -> list[list[float]]:
 
 
 CLOSING_SPEEDS = Field.optional("closing_speed", ClosingSpeeds)
-#: Columns of the tables: title, key and unit.
 _SPEED_COLUMNS = [
     ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms", "shore"),
     ("5 ms", f"{EVERYDAY} 5 ms", "shore"),

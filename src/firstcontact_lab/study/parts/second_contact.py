@@ -44,7 +44,6 @@ def by_side(
 
 
 def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
-    """Score the predictions of earlier parts, with and without the second contact in the window."""
     room = samples_to_spare(subject)
     astray = misplaced(subject, settings.early)
     if not np.isfinite(room).any():
@@ -107,7 +106,6 @@ _SCORES: Sequence[Row[RegressionScores]] = (
 
 
 def second_table(results: SubjectResults) -> Table | None:
-    """Return a table of errors with and without the second contact in the window."""
     divided = results[SECOND_CONTACT]
     entries = [
         (Cell(f"{side.capitalize()}, {names.estimator(name).title}, {content}"), scores, False)

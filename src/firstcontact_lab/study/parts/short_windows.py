@@ -87,7 +87,6 @@ class _Variant:
 
 
 def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score the hardness class and the hardness order of left-out materials, from short windows."""
     if not subject.has_known_contacts:
         return missing("Short windows of materials left out: no pinch has a known first contact.")
     ways = _ways(subject)
@@ -181,7 +180,6 @@ def _by_material(data: LabelledWindows, predicted: Values) -> dict[str, float]:
 def _by_session(
     subject: Subject, data: LabelledWindows, predicted: Values
 ) -> dict[tuple[str, str], float]:
-    """Return the share of right classes, by material and session."""
     sessions, right = subject.dataset.sessions[data.rows], predicted == data.y
     out = {}
     for material in np.unique(data.objects):

@@ -64,8 +64,6 @@ class StructureScores(Record, frozen=True, kw_only=True):
 
 
 class Structures(Record, frozen=True, kw_only=True):
-    """Scores of detectors by name, and RMSE of the network by time after the contact, ms."""
-
     rigs: int
     seeds: list[int]
     pinches: int
@@ -105,7 +103,6 @@ _RATIOS: Mapping[str, tuple[int, int]] = {
 
 
 def structure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score detectors on rigs whose structure differs from the twin's, once for all subjects."""
     if subject.name != "paper-rig":
         return PartResult()
     seeds = list(range(1, 2 if settings.brief else 1 + SEEDS))
@@ -134,7 +131,6 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 def _judge_rig(
     place: tuple[str, int], count: int
 ) -> tuple[dict[str, _Counts], list[tuple[float, float]]]:
-    """Return the scores of each detector on a rig, and errors of an unconditioned network."""
     motor, seed = place
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)

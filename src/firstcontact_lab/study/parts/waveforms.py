@@ -25,7 +25,6 @@ class PeakVoltage(Record, frozen=True, kw_only=True):
 
 
 def waveforms(subject: Subject) -> PartResult:
-    """Draw the median vibration of each level of Shore A, and the peak amplitudes by Shore A."""
     if len(subject.levels) < 2:
         return missing("Responses by stiffness: the training pinches have only one Shore A level.")
     data = subject.windows(DURATION)
@@ -46,7 +45,6 @@ def _peaks(values: NDArray[np.float64]) -> PeakVoltage:
 
 
 def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
-    """Draw the median waveform of each level of Shore A, with its interquartile range."""
     levels = np.unique(blocks.y)
     time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate
     with canvas() as (figure, axes):
@@ -70,7 +68,6 @@ def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
 
 
 def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: str) -> Figure:
-    """Draw the largest amplitude within the window (in ``unit``) against Shore A."""
     levels = np.unique(shore_a)
     rng = np.random.default_rng(0)
     with canvas() as (figure, axes):

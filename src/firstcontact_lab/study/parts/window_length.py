@@ -29,13 +29,10 @@ class WindowErrors(Record, frozen=True, kw_only=True):
 
 
 class WindowSearch(Record, frozen=True, kw_only=True):
-    """Record of the hyper-parameter search: its number of training windows."""
-
     windows: int
 
 
 def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Measure the error of the default estimator by window length, on blocks and objects."""
     questions, places = [], []
     model = ESTIMATORS.default
     options = ESTIMATORS[model].quick

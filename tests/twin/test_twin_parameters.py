@@ -127,11 +127,6 @@ def test_page_lists_the_drive() -> None:
     assert Drive().force == FingerParameters().drive_force
 
 
-def test_every_object_has_one_of_two_frictions() -> None:
-    for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE):
-        assert kind.friction in (objects.FRICTION, objects.SKIN_FRICTION)
-
-
 def test_page_lists_brittle_objects_with_their_limits() -> None:
     table = rows("Brittle objects", "###")
     assert list(table) == [kind.name for kind in BRITTLE]

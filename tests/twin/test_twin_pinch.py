@@ -139,12 +139,3 @@ def test_excerpt_has_the_waveform_of_the_full_pinch(condition: Condition) -> Non
         error = np.abs(part[:, :, BUFFER] - expected).max() / np.abs(expected).max()
         # What is left is how far the vibration had settled.
         assert error < 1e-3
-
-
-def test_excerpt_is_a_pinch_with_its_contacts() -> None:
-    draw = drawn(BLOCKS[2])
-    pinch = simulate_pinch(excerpt(draw, BEFORE), Label(), duration=DURATION)
-    assert len(pinch.data) == round(DURATION * FINGERTIP_RATE)
-    contact = pinch.first
-    assert contact is not None
-    assert contact.sample / FINGERTIP_RATE == pytest.approx(BEFORE, abs=2 / FINGERTIP_RATE)

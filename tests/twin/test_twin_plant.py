@@ -90,11 +90,6 @@ def test_optimistic_sheet_responds_sooner() -> None:
     assert force_onsets[1] < force_onsets[0] - 0.01 * FINGERTIP_RATE
 
 
-def test_a_plant_too_short_for_its_pinch_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"0\.13 s"):
-        GraspPlant(drawn(BLOCKS[0]), Drive(), BLOCKS[0], longest=0.13)
-
-
 COMMAND_LISTS = st.lists(st.tuples(st.integers(1, 700), COMMANDS), min_size=1, max_size=5)
 
 
@@ -159,11 +154,3 @@ def test_quick_steps_change_forces_little(kind: TwinObject) -> None:
     fine, quick = (h.forces for h in hands)
     assert np.abs(quick - fine).max() < 1e-3 * fine.max()
     assert hands[0].outcome.is_held == hands[1].outcome.is_held
-
-
-@pytest.mark.parametrize("shore_a", [5, 12.5, 70])
-def test_blocks_of_any_hardness_have_the_mass_of_the_paper(shore_a: float) -> None:
-    new_block = block(shore_a)
-    assert new_block.shore_a == shore_a
-    assert new_block.mass == pytest.approx(0.189, abs=1e-3)
-    assert block(10) == BLOCKS[0]

@@ -22,7 +22,6 @@ from firstcontact.recording import load_dataset, read_recording
 from firstcontact.twin import BLOCKS, simulate
 from firstcontact.twin._simulate import check_set, plan_sessions
 from firstcontact.twin.draw import Condition
-from firstcontact.twin.objects import EVERYDAY_OBJECTS
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -58,14 +57,12 @@ def test_another_seed_or_condition_gives_another_set(simulated: Path, tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("condition", "digest"),
-    [(PAPER_RIG, "d8d61a9ef935e1b0"), (EVERYDAY, "03ac335d67b87263")],
-    ids=["rig", "everyday"],
+    ("condition", "samples"), [(PAPER_RIG, [704, 915]), (EVERYDAY, [643, 755])]
 )
-def test_samples_of_a_seed_are_those_of_earlier_versions(condition: Condition, digest: str) -> None:
-    kinds = (BLOCKS[0], BLOCKS[4], EVERYDAY_OBJECTS[4])
-    samples = b"".join(simulated_pinch(kind, 7, condition).data.tobytes() for kind in kinds)
-    assert hashlib.sha256(samples).hexdigest()[:16] == digest
+def test_a_seed_draws_the_contacts_of_earlier_versions(
+    condition: Condition, samples: list[int]
+) -> None:
+    assert [c.sample for c in simulated_pinch(BLOCKS[0], 7, condition).truth] == samples
 
 
 def test_set_has_labels_and_contacts(simulated: Path) -> None:
@@ -159,12 +156,6 @@ def test_killed_simulation_leaves_no_recordings(tmp_path: Path) -> None:
         load_dataset(tmp_path)  # nor what was left half made beside it
     simulate_set(out)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["beside", "out"]
-
-
-def test_an_empty_folder_is_filled(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    out.mkdir()
-    assert simulate(out, "paper-rig", 1, 0) == sorted(out.iterdir())
 
 
 def test_full_disk_is_refused_with_the_folder(tmp_path: Path) -> None:

@@ -326,11 +326,3 @@ def test_household_stream_reports_lost_objects() -> None:
     assert slips.pinches[0].lost == "dropped"
     with pytest.raises(InputError, match="use one of"):
         TwinStream("paper-rig", ["anvil"])
-
-
-def test_stream_draws_from_the_complete_set() -> None:
-    household = TwinStream("paper-rig", ["household"], 2)
-    assert len(household._objects) >= 34
-    assert TwinStream("paper-rig", ["paper"], 2).read(2000).tobytes() == (
-        TwinStream("paper-rig", None, 2).read(2000).tobytes()
-    )

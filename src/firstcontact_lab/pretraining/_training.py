@@ -6,12 +6,10 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from safetensors.torch import load_file, save
 from torch import nn
 
 from firstcontact.chain.touch import INPUTS
@@ -167,29 +165,19 @@ class Training:
         return float(loss.item())
 
     def _keep(self) -> None:
-        state = {f"network.{name}": t for name, t in self._network.state_dict().items()}
-        for number, values in self._optimizer.state_dict()["state"].items():
-            state |= {f"optimizer.{number}.{name}": t for name, t in values.items()}
-        tensors = {name: t.contiguous() for name, t in state.items()}
+        state = {
+            "epoch": self._done,
+            "network": self._network.state_dict(),
+            "optimizer": self._optimizer.state_dict(),
+        }
         with replacing(self._state) as temporary:
-            temporary.write_bytes(save(tensors, {"epoch": str(self._done)}))
+            torch.save(state, temporary)
 
     def _go_on(self) -> None:
-        from safetensors import safe_open
-
-        with safe_open(self._state, framework="pt") as file:
-            self._done = int(file.metadata()["epoch"])
-        state = load_file(self._state)
-        head = "network."
-        self._network.load_state_dict(
-            {name[len(head) :]: t for name, t in state.items() if name.startswith(head)}
-        )
-        tree: dict[str, Any] = self._optimizer.state_dict()
-        for name, tensor in state.items():
-            if name.startswith("optimizer."):
-                _, number, field = name.split(".")
-                tree["state"].setdefault(int(number), {})[field] = tensor
-        self._optimizer.load_state_dict(tree)
+        state = torch.load(self._state, weights_only=True)
+        self._done = state["epoch"]
+        self._network.load_state_dict(state["network"])
+        self._optimizer.load_state_dict(state["optimizer"])
 
 
 def expected_loss(

@@ -63,7 +63,7 @@ def pretrain(
     torch.set_num_threads(1)  # the number of threads decides the last bits of sums
     examples = made(TRAINED, size.rigs)
     say(f"{size.rigs} rigs, {len(examples)} contacts for training")
-    state = work / f"training-{seed}-{size.rigs}-{size.epochs}.safetensors"
+    state = work / f"training-{seed}-{size.rigs}-{size.epochs}.pt"
     full = Training(examples, size.epochs, seed, state).run(
         lambda epoch, loss: say(f"epoch {epoch} of {size.epochs}: loss {loss:.3f}")
     )

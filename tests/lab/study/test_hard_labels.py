@@ -83,29 +83,6 @@ def reason_with(outcome: PartResult, word: str) -> str:
 # -- specimens -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["silicone"])
-def test_one_specimen_name_at_every_level_and_object(
-    make_shore: Callable[..., Dataset], tmp_path: Path, name: str
-) -> None:
-    dataset = relabel(
-        make_shore(), lambda i, label: replace(label, object="silicone", specimen=name)
-    )
-    tree = whole_study(
-        relabel(
-            dataset,
-            lambda i, label: replace(label, object="fruit") if label.role is Role.TEST else label,
-        ),
-        tmp_path,
-        "data",
-        "contact detection",
-        "blocks",
-        "objects",
-    )
-    assert tree["blocks"]["svm"]["leave_one_shore_out"]["n"] == 36
-    assert len(tree["objects"]["svm"]["per_object"]) == 2
-    assert tree["data"]["specimens"] == 5
-
-
 def test_a_specimen_that_was_measured_twice_is_no_stranger(shore: Dataset) -> None:
     fruit = Label("fruit", 40.0, None, "fruit 1", "unseen", Role.TEST)
 

@@ -10,7 +10,6 @@ from firstcontact.core import InputError
 from firstcontact.core.records import ByName
 from firstcontact.core.text import percent
 from firstcontact.models import ESTIMATORS
-from firstcontact.models.registry import window_estimators
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import STUDY, Findings, State, StudyResults
 from firstcontact_lab.report.page import Page
@@ -138,7 +137,7 @@ def study_page(state: State) -> Page:
         outcome=outcome(by_title),
         claims=claims(by_title),
         claims_text=f"{_TWIN_CLAIMS if twin else _CLAIMS} {VERDICTS}",
-        how=_how(state, subjects),
+        how=_how(subjects),
         several=len(subjects) > 1,
     )
 
@@ -160,15 +159,14 @@ _TWIN_CLAIMS = (
 _CLAIMS = "The published numbers come from another hand and its objects."
 
 
-def _how(state: State, subjects: Subjects) -> list[tuple[str, list[str]]]:
+def _how(subjects: Subjects) -> list[tuple[str, list[str]]]:
     estimators = (
         "No training and no search of hyper-parameters uses the test side of a split. Fixed "
         "choices were made on twin sessions of seeds 11 and 77."
     )
-    brief = _briefly(subjects) if state.quick else ""
     notes = [(title, results[DATA]) for title, results in subjects.items()]
     return [
-        ("Estimators", [estimators + brief]),
+        ("Estimators", [estimators]),
         ("Data on both sides", list(filter(None, [shared(subjects)]))),
         *((title, list(data.notes)) for title, data in notes if data),
     ]
@@ -195,14 +193,3 @@ def _leaves_out(results: SubjectResults) -> bool:
     order = results[HARDNESS]
     levels = any(scores.leave_one_shore_out for scores in results[BLOCKS].values())
     return levels or bool(order and order.leave_one_material_out)
-
-
-def _briefly(subjects: Subjects) -> str:
-    """Return a sentence on how estimators were trained in a quick study."""
-    used = {name for results in subjects.values() for name in (*results[BLOCKS], *results[OBJECTS])}
-    options = [
-        f"{entry.title} ({', '.join(f'{key} {value}' for key, value in entry.quick.items())})"
-        for name, entry in window_estimators().items()
-        if name in used and entry.quick
-    ]
-    return f" Briefly trained: {', '.join(options)}." if options else ""

@@ -1,0 +1,391 @@
+/* Images and chains of the Python module: samples in, events out. */
+#include "extension.h"
+
+#include <math.h>
+#include <string.h>
+
+static const char STREAM[] = "firstcontact.chain";
+
+/* Chain with its image, its columns, and the Python functions that it calls. */
+typedef struct {
+    fc_chain chain;
+    PyObject *image;        /* capsule */
+    PyObject *settled, *judge, *predict, *contact; /* NULL for None */
+    PyObject *events, *windows; /* lists of the call in progress; windows is NULL without a trace */
+    bool is_traced;
+    Py_ssize_t width;
+    int32_t columns[FC_CHANNELS_MOST + FC_TAXELS_MOST];
+    double offset[FC_CHANNELS_MOST + FC_TAXELS_MOST], scale[FC_CHANNELS_MOST + FC_TAXELS_MOST];
+    long long epoch;
+    double memory[];
+} held_chain;
+
+static void free_image(PyObject *capsule)
+{
+    PyMem_Free(PyCapsule_GetPointer(capsule, IMAGE));
+}
+
+/* image(bytes): check an image. ValueError says what is wrong with it. */
+static PyObject *make_image(PyObject *self, PyObject *object)
+{
+    char *bytes;
+    Py_ssize_t n;
+    (void)self;
+    if (PyBytes_AsStringAndSize(object, &bytes, &n) < 0)
+        return NULL;
+    held_image *const held = PyMem_Malloc(sizeof *held + (size_t)n + sizeof(double));
+    if (held == NULL)
+        return PyErr_NoMemory();
+    memcpy(held->bytes, bytes, (size_t)n);
+    const char *const fault = fc_image_read((const uint8_t *)held->bytes, (size_t)n, &held->image);
+    PyObject *const capsule = fault == NULL ? PyCapsule_New(held, IMAGE, free_image) : refuse(fault);
+    if (capsule == NULL)
+        PyMem_Free(held);
+    return capsule;
+}
+
+static void append(held_chain *h, PyObject *list, PyObject *item)
+{
+    (void)h;
+    if (item != NULL && list != NULL)
+        PyList_Append(list, item);
+    Py_XDECREF(item);
+}
+
+/* Take (speed, error, radius) from a Python function's result. */
+static bool read_hints(PyObject *object, fc_hints *hints)
+{
+    return object != NULL && PyArg_ParseTuple(object, "ddd", &hints->speed, &hints->error, &hints->radius);
+}
+
+static void on_event(void *context, const fc_event *e)
+{
+    held_chain *const h = context;
+    const fc_estimate *const s = &e->estimate;
+    if (PyErr_Occurred())
+        return;
+    append(h, h->events,
+           Py_BuildValue("(iiiiLLifffff)", e->kind, e->reason, e->flags, e->channel,
+                         (long long)e->sample, (long long)e->known, e->samples, s->value, s->low,
+                         s->high, s->half_width, s->spread));
+    if (h->contact != NULL && e->kind == FC_CONTACT_FOUND && (e->flags & FC_IS_FIRST)) {
+        fc_hints hints;
+        PyObject *const out = PyObject_CallFunction(h->contact, "L", (long long)e->sample);
+        if (read_hints(out, &hints))
+            fc_chain_hint(&h->chain, &hints);
+        Py_XDECREF(out);
+    }
+}
+
+static void on_window(void *context, int64_t end, const int64_t *onsets)
+{
+    held_chain *const h = context;
+    if (PyErr_Occurred())
+        return;
+    const Py_ssize_t channels = h->chain.stream.channels;
+    PyObject *const row = PyTuple_New(channels + 1);
+    if (row == NULL)
+        return;
+    PyTuple_SetItem(row, 0, PyLong_FromLongLong(end - 1));
+    for (Py_ssize_t k = 0; k < channels; k++)
+        PyTuple_SetItem(row, k + 1, PyLong_FromLongLong(onsets[k]));
+    append(h, h->windows, row);
+}
+
+static PyObject *doubles_of(const double *x, Py_ssize_t n)
+{
+    return PyMemoryView_FromMemory((char *)(uintptr_t)x, n * (Py_ssize_t)sizeof *x, PyBUF_READ);
+}
+
+static void on_settled(void *context, const double *quiet)
+{
+    held_chain *const h = context;
+    const Py_ssize_t n = (Py_ssize_t)h->chain.detector.constants->steady * h->chain.stream.channels;
+    PyObject *const view = PyErr_Occurred() ? NULL : doubles_of(quiet, n);
+    if (view != NULL)
+        Py_XDECREF(PyObject_CallFunctionObjArgs(h->settled, view, NULL));
+    Py_XDECREF(view);
+}
+
+static void on_judge(void *context, const double *windows, uint8_t *fired)
+{
+    held_chain *const h = context;
+    const int32_t channels = h->chain.stream.channels;
+    const Py_ssize_t n = (Py_ssize_t)h->chain.detector.constants->window * channels;
+    PyObject *const view = PyErr_Occurred() ? NULL : doubles_of(windows, n);
+    PyObject *const mask = view == NULL ? NULL : PyObject_CallFunctionObjArgs(h->judge, view, NULL);
+    const long bits = mask == NULL ? 0 : PyLong_AsLong(mask);
+    for (int32_t k = 0; k < channels; k++)
+        fired[k] = bits > 0 && (bits >> k) & 1;
+    Py_XDECREF(mask);
+    Py_XDECREF(view);
+}
+
+static bool on_predict(void *context, const fc_chain *c, int32_t samples, fc_estimate *out)
+{
+    held_chain *const h = context;
+    const fc_hints *const hints = &c->hints;
+    float signal[FC_BEFORE_MOST + FC_POINTS] = {0.0f};
+    const int32_t before = c->image->model.before;
+    if (PyErr_Occurred())
+        return false;
+    memcpy(signal, c->before, sizeof(float) * (size_t)before);
+    for (int32_t k = 0; k < c->touch.samples; k++)
+        signal[before + k] = (float)(c->touch.rig->sign * c->touch.volts[k]);
+    PyObject *const view = PyMemoryView_FromMemory(
+        (char *)signal, (before + FC_POINTS) * (Py_ssize_t)sizeof *signal, PyBUF_READ);
+    PyObject *const result = view == NULL ? NULL
+        : PyObject_CallFunction(h->predict, "Oiiddd", view, samples, c->stream.finger[c->channel],
+                                hints->speed, hints->error, hints->radius);
+    int is_out = 0;
+    const bool is_right = result != NULL
+        && PyArg_ParseTuple(result, "fffffp", &out->value, &out->low, &out->high,
+                            &out->half_width, &out->spread, &is_out);
+    out->is_out_of_range = is_out != 0;
+    Py_XDECREF(result);
+    Py_XDECREF(view);
+    return is_right && isfinite(out->value) && isfinite(out->low) && isfinite(out->high);
+}
+
+static void free_chain(PyObject *capsule)
+{
+    held_chain *const h = PyCapsule_GetPointer(capsule, STREAM);
+    Py_XDECREF(h->image);
+    Py_XDECREF(h->settled);
+    Py_XDECREF(h->judge);
+    Py_XDECREF(h->predict);
+    Py_XDECREF(h->contact);
+    PyMem_Free(h);
+}
+
+static PyObject *function_or_null(PyObject *object)
+{
+    return object == Py_None ? NULL : Py_NewRef(object);
+}
+
+/* chain(image, fingers, alpha, floors, columns, offset, scale, width, is_by_hand,
+   keeps_first_state, is_traced, settled, judge, predict, contact)
+
+   floors is an empty array if they are unknown. columns, offset and scale: vibration channels,
+   then taxels. The last four are functions or None. */
+static PyObject *make_chain(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    Py_buffer views[6];
+    int held = 0;
+    fc_stream stream = {0};
+    (void)self;
+    if (!has(n, 15))
+        return NULL;
+    held_image *const image = PyCapsule_GetPointer(args[0], IMAGE);
+    if (image == NULL || !array_get(args[1], views, I32, false))
+        return NULL;
+    held = 1;
+    const Py_ssize_t channels = views[0].len / 4;
+    if (channels < 1 || channels > FC_CHANNELS_MOST) {
+        refuse("a chain has 1 to 6 vibration channels");
+        goto failed;
+    }
+    if (!array_take(args[2], views + 1, channels, F64, false))
+        goto failed;
+    held = 2;
+    if (!array_get(args[3], views + 2, F64, false))
+        goto failed;
+    held = 3;
+    if (!array_get(args[4], views + 3, I32, false))
+        goto failed;
+    held = 4;
+    const Py_ssize_t columns = views[3].len / 4;
+    if (!array_take(args[5], views + 4, columns, F64, false))
+        goto failed;
+    held = 5;
+    if (!array_take(args[6], views + 5, columns, F64, false))
+        goto failed;
+    held = 6;
+    const Py_ssize_t width = PyLong_AsSsize_t(args[7]);
+    const int flags[3] = {PyObject_IsTrue(args[8]), PyObject_IsTrue(args[9]), PyObject_IsTrue(args[10])};
+    if (PyErr_Occurred())
+        goto failed;
+    const Py_ssize_t floors = views[2].len / 8;
+    bool fits = columns >= channels && columns - channels <= FC_TAXELS_MOST
+                && (floors == 0 || floors == channels);
+    for (Py_ssize_t k = 0; k < columns; k++)
+        fits = fits && ((const int32_t *)views[3].buf)[k] >= 0 && ((const int32_t *)views[3].buf)[k] < width;
+    if (image->image.detector->kind == FC_DETECTOR_PROGRAM)
+        fits = fits && args[11] != Py_None && args[12] != Py_None;
+    if (!fits) {
+        refuse("the columns of the chain do not fit together");
+        goto failed;
+    }
+    stream.channels = (int32_t)channels;
+    stream.taxels = (int32_t)(columns - channels);
+    memcpy(stream.finger, views[0].buf, (size_t)views[0].len);
+    memcpy(stream.alpha, views[1].buf, (size_t)views[1].len);
+    memcpy(stream.floors, views[2].buf, (size_t)views[2].len);
+    stream.has_floors = floors > 0;
+    stream.is_by_hand = flags[0];
+    stream.keeps_first_state = flags[1];
+    held_chain *const h = PyMem_Calloc(1, sizeof *h + fc_chain_bytes(&image->image, &stream));
+    if (h == NULL) {
+        PyErr_NoMemory();
+        goto failed;
+    }
+    h->image = Py_NewRef(args[0]);
+    h->is_traced = flags[2];
+    h->settled = function_or_null(args[11]);
+    h->judge = function_or_null(args[12]);
+    h->predict = function_or_null(args[13]);
+    h->contact = function_or_null(args[14]);
+    h->width = width;
+    memcpy(h->columns, views[3].buf, (size_t)views[3].len);
+    memcpy(h->offset, views[4].buf, (size_t)views[4].len);
+    memcpy(h->scale, views[5].buf, (size_t)views[5].len);
+    const fc_program program = {
+        h, on_event, h->is_traced ? on_window : NULL, NULL, h->predict != NULL ? on_predict : NULL,
+        {on_settled, on_judge, h},
+    };
+    fc_chain_init(&h->chain, &image->image, &stream, &program, h->memory);
+    release(views, held);
+    PyObject *const capsule = PyCapsule_New(h, STREAM, free_chain);
+    if (capsule == NULL)
+        PyMem_Free(h);
+    return capsule;
+failed:
+    release(views, held);
+    return NULL;
+}
+
+static double number_at(const void *data, enum kind kind, Py_ssize_t k)
+{
+    switch (kind) {
+    case I16:
+        return ((const int16_t *)data)[k];
+    case U16:
+        return ((const uint16_t *)data)[k];
+    case I32:
+        return ((const int32_t *)data)[k];
+    case F32:
+        return (double)((const float *)data)[k];
+    default:
+        return ((const double *)data)[k];
+    }
+}
+
+/* Return the lists of the call that ends here, or NULL after an error. */
+static PyObject *results(held_chain *h)
+{
+    PyObject *out = NULL;
+    if (!PyErr_Occurred())
+        out = h->is_traced ? PyTuple_Pack(2, h->events, h->windows) : Py_NewRef(h->events);
+    Py_CLEAR(h->events);
+    Py_CLEAR(h->windows);
+    return out;
+}
+
+static bool begin_call(held_chain *h)
+{
+    if (h == NULL || h->events != NULL)
+        return h == NULL ? false : refuse("the chain is in use") != NULL;
+    h->events = PyList_New(0);
+    h->windows = h->is_traced ? PyList_New(0) : NULL;
+    return h->events != NULL;
+}
+
+/* take(chain, data, first, epoch): process samples (samples, width). Return the events. */
+static PyObject *take(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    static const enum kind KINDS[] = {I16, F64, F32, I32, U16};
+    Py_buffer view;
+    enum kind kind = F64;
+    bool is_read = false;
+    (void)self;
+    if (!has(n, 4))
+        return NULL;
+    held_chain *const h = PyCapsule_GetPointer(args[0], STREAM);
+    const long long first = PyLong_AsLongLong(args[2]), epoch = PyLong_AsLongLong(args[3]);
+    if (h == NULL || PyErr_Occurred())
+        return NULL;
+    for (size_t k = 0; k < sizeof KINDS / sizeof *KINDS && !is_read; k++) {
+        PyErr_Clear();
+        kind = KINDS[k];
+        is_read = array_get(args[1], &view, kind, false);
+    }
+    if (!is_read)
+        return NULL;
+    fc_chain *const c = &h->chain;
+    const int32_t channels = c->stream.channels, columns = channels + c->stream.taxels;
+    const Py_ssize_t samples = view.len / (h->width * array_size(kind));
+    if (samples * h->width * array_size(kind) != view.len || first < 0 || !begin_call(h)) {
+        PyBuffer_Release(&view);
+        return refuse("the samples do not have the width of the chain");
+    }
+    if (!c->has_begun || first != c->next || epoch != h->epoch)
+        fc_chain_restart(c, first, epoch == h->epoch);
+    h->epoch = epoch;
+    for (Py_ssize_t i = 0; i < samples && !PyErr_Occurred(); i++) {
+        double volts[FC_CHANNELS_MOST + FC_TAXELS_MOST];
+        for (int32_t k = 0; k < columns; k++)
+            volts[k] = (number_at(view.buf, kind, i * h->width + h->columns[k]) - h->offset[k])
+                       * h->scale[k];
+        fc_chain_take(c, volts, volts + channels);
+    }
+    PyBuffer_Release(&view);
+    return results(h);
+}
+
+static held_chain *chain_of(PyObject *object)
+{
+    return PyCapsule_GetPointer(object, STREAM);
+}
+
+/* finish(chain): end the stream. Return the events. */
+static PyObject *finish(PyObject *self, PyObject *object)
+{
+    held_chain *const h = chain_of(object);
+    (void)self;
+    if (!begin_call(h))
+        return NULL;
+    fc_chain_finish(&h->chain);
+    return results(h);
+}
+
+/* hint(chain, speed, error, radius) */
+static PyObject *hint(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    (void)self;
+    if (!has(n, 4))
+        return NULL;
+    held_chain *const h = chain_of(args[0]);
+    const fc_hints hints
+        = {PyFloat_AsDouble(args[1]), PyFloat_AsDouble(args[2]), PyFloat_AsDouble(args[3])};
+    if (h == NULL || PyErr_Occurred())
+        return NULL;
+    fc_chain_hint(&h->chain, &hints);
+    Py_RETURN_NONE;
+}
+
+/* state(chain, most): due, is_open, refused motor starts, is at rest, is confirmed, next sample,
+   runs (is_open, or a pinch is over but its motor does not rest yet) */
+static PyObject *state(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    (void)self;
+    if (!has(n, 2))
+        return NULL;
+    const held_chain *const h = chain_of(args[0]);
+    const long most = PyLong_AsLong(args[1]);
+    if (h == NULL || PyErr_Occurred())
+        return NULL;
+    const fc_chain *const c = &h->chain;
+    return Py_BuildValue("(iiiiiLi)", fc_chain_due(c, (int32_t)most), c->is_open && !c->is_over,
+                         c->gate.refused, c->stream.has_floors && c->gate.state == 1,
+                         c->is_confirmed, (long long)c->next, c->is_open);
+}
+
+PyMethodDef STREAM_FUNCTIONS[] = {
+    {"image", make_image, METH_O, "Check and hold an image of a model."},
+    {"chain", FAST(make_chain), METH_FASTCALL, "Return a chain."},
+    {"take", FAST(take), METH_FASTCALL, "Process samples and return their events."},
+    {"finish", finish, METH_O, "End the stream and return its events."},
+    {"hint", FAST(hint), METH_FASTCALL, "Set closing speed and radius."},
+    {"state", FAST(state), METH_FASTCALL, "Return the state of a chain."},
+    {NULL, NULL, 0, NULL},
+};

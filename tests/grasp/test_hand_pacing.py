@@ -14,9 +14,6 @@ from firstcontact.grasp._safe import Due, Pacer
 
 LIMITS = HandLimits(speed=0.1, force=5.0, rate=100.0, watchdog=0.3)
 SLOW = Command(0.01, 1.0)
-GENTLE = Command(0.005, 0.5)
-
-numbers = st.floats(-1e3, 1e3)
 
 
 @given(st.lists(st.tuples(st.floats(0, 0.05), st.floats(0, 0.1)), min_size=1, max_size=60))

@@ -10,12 +10,11 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Protocol, TextIO
 
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
-from firstcontact.streaming.events import Ask, Event
+from firstcontact.streaming.events import Event
 
 #: Largest number of updates that wait for a sink: 4 s at 50 updates per second.
 WAITING = 200
@@ -61,21 +60,6 @@ class Sink(Protocol):
 
     def close(self) -> None:
         """Close the output. Always called once."""
-
-
-class Controls(Protocol):
-    """Methods of :class:`LiveSession` that viewers may call, from any thread."""
-
-    @property
-    def uses_shape(self) -> bool: ...
-    def start_recording(self) -> Path: ...
-    def stop_recording(self) -> None: ...
-    def mark(self, text: str) -> None: ...
-    def hand_asks(self) -> tuple[Ask, ...]: ...
-    def ask_hand(self, ask: Ask, by: str) -> None: ...
-    def hand_gone(self, by: str) -> None: ...
-    def new_object(self) -> None: ...
-    def set_shape(self, text: str) -> str: ...
 
 
 def write_now(stream: TextIO, text: str) -> None:

@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 from websockets.asyncio.server import ServerConnection
@@ -21,10 +21,12 @@ from websockets.http11 import Request, Response
 from firstcontact.core import InputError
 from firstcontact.core.records import read_record
 from firstcontact.device.protocol import marker_text
-from firstcontact.streaming._outputs import Controls
 from firstcontact.streaming.events import Ask
 from firstcontact.streaming.page._state import State
 from firstcontact.streaming.page.serving import Guard, answer, plain, serve_page
+
+if TYPE_CHECKING:
+    from firstcontact.streaming.session import LiveSession
 
 #: Shortest time between two messages to a viewer, and between two requests of a viewer, s.
 TICK = 0.05
@@ -57,7 +59,7 @@ class ViewerRequest:
 class Commands:
     """Handler of viewers' requests."""
 
-    def __init__(self, controls: Controls | None) -> None:
+    def __init__(self, controls: LiveSession | None) -> None:
         self._controls = controls
 
     async def obey(self, message: str | bytes, by: str) -> dict[str, Any]:
@@ -153,7 +155,7 @@ class PageServer:
         state: State,
         guard: Guard,
         files: Mapping[str, tuple[str, bytes]],
-        controls: Controls | None,
+        controls: LiveSession | None,
     ) -> None:
         self._state = state
         self._guard = guard

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -19,7 +19,7 @@ from firstcontact.device.recorder import RecorderStatus
 from firstcontact.device.twin_words import lost_object
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming._objects import ObjectNames
-from firstcontact.streaming._outputs import Controls, Update
+from firstcontact.streaming._outputs import Update
 from firstcontact.streaming.events import (
     ContactEvent,
     ContactWithdrawn,
@@ -32,6 +32,9 @@ from firstcontact.streaming.events import (
 )
 from firstcontact.streaming.page._traces import SECONDS, Closeup, Columns, finger_place
 from firstcontact.streaming.text import hand_line
+
+if TYPE_CHECKING:
+    from firstcontact.streaming.session import LiveSession
 
 #: Mean time from the first to the second contact, as published, ms.
 BUDGET_MS = 16.65
@@ -141,7 +144,7 @@ class State:
     """Current state of the page. One thread fills it, another reads it."""
 
     def __init__(
-        self, descriptor: Descriptor, landmarks: Mapping[str, float], controls: Controls | None
+        self, descriptor: Descriptor, landmarks: Mapping[str, float], controls: LiveSession | None
     ) -> None:
         layout = descriptor.layout
         self._layout = layout

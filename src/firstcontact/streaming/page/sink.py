@@ -7,13 +7,17 @@ import contextlib
 import secrets
 import threading
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from firstcontact.core import InputError
 from firstcontact.device import Descriptor
-from firstcontact.streaming._outputs import Controls, Update
+from firstcontact.streaming._outputs import Update
 from firstcontact.streaming.page._server import PageServer
 from firstcontact.streaming.page._state import State
 from firstcontact.streaming.page.serving import TOKEN_LENGTH, Guard, is_loopback, listen, load
+
+if TYPE_CHECKING:
+    from firstcontact.streaming.session import LiveSession
 
 
 class PageSink:
@@ -32,7 +36,7 @@ class PageSink:
         host: str = "127.0.0.1",
         port: int = 8765,
         token: str | None = None,
-        controls: Controls | None = None,
+        controls: LiveSession | None = None,
         landmarks: Mapping[str, float] | None = None,
     ) -> None:
         if token is None and not is_loopback(host):

@@ -237,7 +237,7 @@ class SerialSource(QueuedSource):
                     self._turn.release()
             else:
                 elapsed = time.monotonic() - self._looked
-                self._closing.wait(LOOK - elapsed if elapsed < LOOK else LOOK)
+                time.sleep(LOOK - elapsed if elapsed < LOOK else LOOK)
         if self._assembler.epoch >= 0:
             with self._last_turn(), suppress(LinkError):
                 self._stop(transport)

@@ -39,7 +39,7 @@ TOGETHER = 0.1
 HOLD = 0.05
 #: Time after the newest samples until which the session polls for the next ones, s. A thread that
 #: sleeps wakes up late, on an idle core.
-POLL = 0.003
+POLL = 0.002
 #: Time before the next samples are due at which it begins to poll, s.
 EARLY = 0.0004
 #: Longest time for which another Python thread may delay the session's thread, s. Python's default

@@ -100,7 +100,7 @@ class Descriptor:
     delay
         Delay of the source's own filter, s.
     predictor, model_slot
-        Model that predicts on the device itself, and the models that the device accepts, if any.
+        Model that predicts on the device itself, and the storage for models on it; None without.
     paced
         True if the device sends its samples in real time.
     """

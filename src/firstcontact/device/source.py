@@ -29,8 +29,8 @@ class Arrival:
     host
         Arrival time of the last byte by ``time.monotonic()``, s.
     markers
-        Markers of these samples. If the sample of a marker was lost, it comes with the newest
-        unread samples, or with an empty block.
+        Markers of these samples. A marker whose own sample was lost comes with the newest unread
+        samples, or with an empty block.
     pinches
         Marks of the pinches that end in these samples, from a replayed recording.
     predictions
@@ -55,7 +55,8 @@ class Health:
     epoch
         Epoch of the newest sample.
     samples, lost_samples
-        Number of received samples, and of samples missing in the device's count for any reason.
+        Number of received samples, and of samples that are missing by the device's count, for any
+        reason.
     overflow_samples
         Number of lost samples that the device itself dropped, by its report.
     unusable_samples
@@ -68,11 +69,11 @@ class Health:
     late_answers
         Number of predictions that the device skipped because the next one was due.
     unheard_samples
-        Number of samples that the device sent but its own model missed.
+        Number of samples that the device sent but its own model did not process.
     reconnects
         Number of reconnections. Each begins an epoch.
     host_rate
-        Samples per second of the host's clock over the last epoch, Hz; 0 until measured.
+        Sampling rate of this epoch by the host's clock, Hz; 0 until it is measured.
     losses_known
         True if the device counts its samples, so that losses are detected.
     ended
@@ -123,7 +124,7 @@ class Source(ABC):
     calibration
         Calibration in the header of the replayed recording, if any.
     can_poll
-        True if :meth:`read` without a timeout costs no more than a look at the port.
+        True if ``read(0.0)`` is fast enough to be called in a tight loop.
     twin_hand
         Condition and random seed of the simulated hand; None for a real hand.
     """
@@ -170,7 +171,7 @@ class Source(ABC):
 
     @abstractmethod
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample. A marker is never an order."""
+        """Attach a marker to the next sample. A marker never moves a simulated hand."""
 
     def order(self, text: str) -> None:  # noqa: B027
         """Send an order to a simulated hand. Other devices ignore it.
@@ -180,7 +181,7 @@ class Source(ABC):
         """
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the known closing speed before a contact at ``sample``; None if unknown."""
+        """Return the closing speed just before a contact at ``sample``; None if not measured."""
         return None
 
     @abstractmethod

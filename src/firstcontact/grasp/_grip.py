@@ -59,7 +59,7 @@ class Grip:
     push: float = 250.0
 
     def stiffness(self, shore_a: float) -> float:
-        """Return the Hertz stiffness of a fingertip on a flat object of that Shore A, N/m^1.5."""
+        """Return the Hertz stiffness of a fingertip on a flat object of this Shore A, N/m^1.5."""
         young = gent_modulus(_within(shore_a))
         modulus = contact_modulus(self.pad_modulus, young, INCOMPRESSIBLE)
         return hertz_stiffness(modulus, self.tip_radius)
@@ -70,7 +70,7 @@ class Grip:
         return holding_force(self.payload, self.friction)
 
     def force_for(self, shore_a: float) -> float:
-        """Return the force for the allowed dent, limited by the margins and the hand, N."""
+        """Return the force that causes the allowed dent, within the margins and limits, N."""
         low, high = (m * self.holding for m in self.margins)
         force: float = self.stiffness(shore_a) * self.dent**1.5
         return min(max(force, low), high, self.force)
@@ -82,7 +82,7 @@ class Grip:
         return min(speed, self.speed)
 
     def command_for(self, shore_a: float) -> Command:
-        """Return the command for an object of that Shore A."""
+        """Return the command for an object of this Shore A."""
         return Command(self.speed_for(shore_a), self.force_for(shore_a))
 
     def pressing(self, force: float) -> Command:

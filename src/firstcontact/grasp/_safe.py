@@ -137,8 +137,8 @@ class SafeHand(Hand):
       KeyboardInterrupt or SystemExit is raised in the main thread.
 
     A second signal within 2 s is ignored. Signals during closing wait until the hand is closed. The
-    watchdog thread needs Python's global interpreter lock (GIL). If other code may keep this lock,
-    set :attr:`Hand.separate`.
+    watchdog thread needs Python's global interpreter lock (GIL). If other code may hold this lock
+    for long, set :attr:`Hand.separate`.
 
     All methods raise :class:`HandError` if the hand is not open or has failed.
 

@@ -67,9 +67,9 @@ class Hand(ABC):
     simulated_port: ClassVar[str | None] = None
     #: True if a separate process drives the hand, and releases it when the program hangs or ends.
     separate: ClassVar[bool] = False
-    #: Party that begins its closings; both values for a hand that only records the commands.
+    #: Parties that may begin the closings of this hand.
     begins: ClassVar[Begins] = Begins.OTHERS
-    #: Name of the source that drives the hand, which is then made from that source; else None.
+    #: Name of the source whose simulated hand this is; None for a hand with a port of its own.
     of_source: ClassVar[str | None] = None
 
     @classmethod
@@ -107,8 +107,8 @@ class Hand(ABC):
         sample_time
             Time of the contact on the clock of the samples, s: sample number divided by rate.
         host_time
-            Time of the contact by ``time.monotonic()``, s, late by the delay of the fastest samples
-            of the last ten seconds. NaN for samples that do not come in real time.
+            Time of the contact by ``time.monotonic()``, s. It is late by the shortest transport
+            time of the last ten seconds. NaN for samples that do not come in real time.
         """
         # Before the first contact, and not in the process of a separate hand, which needs no NumPy.
         from firstcontact.signal import closing_speed

@@ -81,8 +81,8 @@ def open_hand(
     port
         Port of a named hand.
     source
-        Open source that drives a named hand, for hands that need one. Keep it open as long as the
-        hand.
+        Source that drives the named hand, such as the twin. Open the source first, and keep it open
+        as long as the hand.
     silence
         Time without a call from the program after which the hand is released, s.
 

@@ -91,7 +91,8 @@ class Pipeline:
         True if samples come as fast as they were taken. Otherwise estimates are not rated as in
         time or too late.
     resettles
-        False to judge by the first steady state of each closing, without withdrawals.
+        True to follow a motor that becomes quieter, and to withdraw contacts. False to keep the
+        first steady state of each closing, as a device does.
     """
 
     def __init__(

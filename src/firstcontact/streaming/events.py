@@ -47,7 +47,7 @@ class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.sample
 
 
@@ -64,7 +64,7 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
     epoch
         Epoch of the samples.
     host
-        Time at which the host knew the contact, s of the host's monotonic clock.
+        Time at which the host detected the contact, s of its monotonic clock.
     """
 
     contact: Contact
@@ -74,12 +74,12 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.contact.decided
 
 
 class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
-    """Withdrawn first contact: its signal looks like a click of the gears, not like a push.
+    """Withdrawal of a first contact, whose signal turned out to be a click of the gears.
 
     The contact, all later contacts and all estimates of the closing so far are invalid. The closing
     continues, and its true contact may follow.
@@ -89,7 +89,7 @@ class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
     contact
         Withdrawn contact.
     complete
-        Sample after which the withdrawal was known.
+        Number of the last sample that was needed to withdraw the contact.
     epoch
         Epoch of the samples.
     """
@@ -100,7 +100,7 @@ class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.complete
 
 
@@ -114,7 +114,7 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
     reason
         Reason in a few words.
     complete
-        Sample after which it was known that there is no estimate.
+        Number of the last sample that was needed to report this.
     epoch
         Epoch of the samples.
     """
@@ -126,7 +126,7 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.complete
 
 
@@ -195,7 +195,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.end - 1
 
     @property
@@ -236,7 +236,7 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
     low, high
         Ends of the interval.
     level
-        Nominal share of intervals that contain the truth.
+        Nominal share of intervals that contain the true value.
     pinches
         Number of pooled pinches; 1 for the first pinch of an object.
     is_named
@@ -259,7 +259,7 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.end - 1
 
 
@@ -284,7 +284,7 @@ class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.sample
 
 
@@ -308,7 +308,7 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.event.known_sample
 
 
@@ -362,7 +362,7 @@ class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the event was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.sample
 
 

@@ -195,12 +195,15 @@ class TerminalDevice:
     def _send(self) -> None:
         """Send as much of the prepared frames as the line accepts."""
         while self._terminal.plugged:
-            while len(self._wire) < WIRE_BYTES and (frame := self._responder.frame()):
+            while len(self._wire) < WIRE_BYTES and (frame := self._next_frame()):
                 self._wire += frame
             sent = self._terminal.write(self._wire) if self._wire else 0
             self._wire = self._wire[sent:]
             if not sent:
                 return
+
+    def _next_frame(self) -> bytes:
+        return self._responder.frame()
 
     def _wait(self, seconds: float, *inputs: int) -> list[int | PseudoTerminal]:
         """Wait for bytes of the host or of other inputs, or until the line takes more frames."""

@@ -8,6 +8,8 @@ import signal
 import sys
 import time
 from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
 
 from firstcontact import __version__
 from firstcontact.core import Command, InputError, fingertip_layout
@@ -21,11 +23,15 @@ from firstcontact.device.twin_words import (
     CLOSE_ORDER,
     HAND,
     OBJECT,
+    TESTER,
     TWIN,
     lost_text,
     peak_text,
     read_order,
 )
+
+if TYPE_CHECKING:
+    from firstcontact.twin.bench import BenchStream
 
 #: Shortest time between two checks of the clock, s.
 TICK = 1e-3
@@ -42,9 +48,11 @@ class TwinProcess(TerminalDevice):
         seed: int,
         speed: float,
         latency: float,
+        fault: str,
     ) -> None:
         # Late, because its import takes a while.
         from firstcontact.twin import TwinStream
+        from firstcontact.twin.bench import BenchStream
         from firstcontact.twin.sensor import DeviceFilter
 
         super().__init__(terminal)
@@ -58,6 +66,9 @@ class TwinProcess(TerminalDevice):
         ring = max(ring, 2 * self._batch)
         self._stream = TwinStream(condition, objects, seed, latency)
         self._filter = DeviceFilter()
+        # Fingertips on a bench, with the fault, from the first order to their tester on.
+        self._make_bench = partial(BenchStream, condition, seed, fault)
+        self._bench: BenchStream | None = self._make_bench() if fault else None
         self._announced = -1
         self._begin = time.monotonic()
         self._made = 0
@@ -66,7 +77,9 @@ class TwinProcess(TerminalDevice):
     def run(self) -> None:
         while True:
             behind = self._catch_up()
-            self._send()
+            now = time.monotonic()
+            if self._bench is None or self._bench.link.release(now) <= now:
+                self._send()
             next_batch = self._begin + (self._made + self._batch) / self._rate
             wait = 0.0 if behind else max(next_batch - time.monotonic(), 0.0)
             readable = self._wait(wait, 0)
@@ -84,11 +97,19 @@ class TwinProcess(TerminalDevice):
             # Time spent waiting for the host is not caught up later.
             self._begin = time.monotonic() - self._made / self._rate
             return False
-        data = self._filter.update(self._stream.read(self._batch))
+        stream = self._stream if self._bench is None else self._bench
+        data = self._filter.update(stream.read(self._batch))
         self._responder.sample(data)
         self._made += self._batch
-        self._announce()
+        if self._bench is None:
+            self._announce()
         return due >= 2 * self._batch
+
+    def _next_frame(self) -> bytes:
+        frame = super()._next_frame()
+        while self._bench is not None and self._responder.streaming and self._bench.link.loses():
+            frame = super()._next_frame()
+        return frame
 
     def _announce(self) -> None:
         """Send markers: the object and the largest force of each closing, and a lost object."""
@@ -111,12 +132,15 @@ class TwinProcess(TerminalDevice):
             if text.startswith(OBJECT):
                 name = text.removeprefix(OBJECT).strip()
                 self._stream.choose(None if name == "any" else name)
+            elif text.startswith(TESTER):
+                self._bench = self._bench or self._make_bench()
+                self._bench.obey(text.removeprefix(TESTER).strip())
             elif text == CLOSE_ORDER:
                 self._stream.close()
             elif text.startswith(HAND):
                 return self._move(text, read_order(text))
             else:
-                raise InputError(f"begin an order with {OBJECT!r} or {HAND!r}")
+                raise InputError(f"begin an order with {OBJECT!r}, {HAND!r} or {TESTER!r}")
         except InputError as error:
             return f"{TWIN}hand order {text!r} is not valid: {error}"
         return f"{ACCEPTED}{text}"

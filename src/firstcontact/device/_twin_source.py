@@ -40,6 +40,7 @@ class TwinDevice:
         seed: int = 0,
         speed: float = 1.0,
         latency: float = LATENCY,
+        fault: str = "",
     ) -> None:
         if not 0 < speed <= FASTEST:
             raise InputError(
@@ -48,7 +49,7 @@ class TwinDevice:
                 parameter="speed",
             )
         options: dict[str, object] = {"condition": condition, "objects": objects, "seed": seed}
-        options |= {"speed": speed, "latency": latency}
+        options |= {"speed": speed, "latency": latency, "fault": fault}
         self._lock = threading.Lock()
         self._child = Child("firstcontact.device._twin_process", json.dumps(options))
         #: Path to open as a serial port.
@@ -126,9 +127,10 @@ class TwinSource(SerialSource):
         seed: int = 0,
         speed: float = 1.0,
         latency: float = LATENCY,
+        fault: str = "",
     ) -> None:
         super().__init__("twin")
-        self._make = partial(TwinDevice, condition, objects, seed, speed, latency)
+        self._make = partial(TwinDevice, condition, objects, seed, speed, latency, fault)
         self.device: TwinDevice | None = None
         self.speed = speed
         self.twin_hand = condition, seed
@@ -157,7 +159,9 @@ class TwinSource(SerialSource):
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
     kernels()
-    return TwinSource(options.condition, [options.objects], options.seed, options.speed)
+    return TwinSource(
+        options.condition, [options.objects], options.seed, options.speed, fault=options.fault
+    )
 
 
 def shore_a(name: str) -> float:

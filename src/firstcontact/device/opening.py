@@ -27,6 +27,7 @@ class SourceOptions:
     condition: str = "paper-rig"
     seed: int = 0
     objects: str = "paper"
+    fault: str = ""
 
     def check_own_speed(self, device: str) -> None:
         """Raise InputError if the speed is not 1. ``device`` has a fixed speed."""
@@ -177,6 +178,7 @@ def open_source(
     condition: str = "paper-rig",
     seed: int = 0,
     objects: str = "paper",
+    fault: str = "",
 ) -> Source:
     """Return a source for a device, not open yet.
 
@@ -190,6 +192,8 @@ def open_source(
     condition, seed, objects
         Condition and random seed of the twin, and the set of objects, or the object, that it picks
         up.
+    fault
+        Fault of the twin's fingertips, from :data:`firstcontact.twin.faults.FAULTS`; "" for none.
 
     Raises
     ------
@@ -204,7 +208,7 @@ def open_source(
     _log.info("opening %s", device)
     kind = source_kind(device)
     with SOURCES.calling(kind.name):
-        source = kind.make(device, SourceOptions(speed, condition, seed, objects))
+        source = kind.make(device, SourceOptions(speed, condition, seed, objects, fault))
         if not isinstance(source, Source):
             raise TypeError(f"{type(source).__name__} is not a source")
     return source

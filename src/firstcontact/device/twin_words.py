@@ -12,6 +12,8 @@ TWIN = "twin: "
 #: Prefixes of an order to the hand, and of an order that selects the object.
 HAND = "hand:"
 OBJECT = "object:"
+#: Prefix of an order to the simulated person who tests the fingertips.
+TESTER = "tester:"
 #: Order to begin the next closing immediately.
 CLOSE_ORDER = f"{HAND} close"
 #: Prefix of the answer to an accepted order.
@@ -29,6 +31,16 @@ def order_text(order: Command | None) -> str:
 
 def object_text(name: str) -> str:
     return f"{OBJECT} {name}"
+
+
+def tester_text(task: str) -> str:
+    """Return the text of the order to the simulated person: "rest", "tap index", "press thumb"."""
+    return f"{TESTER} {task}"
+
+
+def is_accepted(marker: str, order: str) -> bool:
+    """Return True if a marker says that the twin has accepted an order."""
+    return marker == f"{ACCEPTED}{order}"
 
 
 def read_order(text: str) -> Command | None:

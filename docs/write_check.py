@@ -1,0 +1,178 @@
+"""Measure how many faults the self-test finds in simulated hands, and write the table of them.
+
+    python docs/write_check.py             write the table from docs/results
+    python docs/write_check.py --measure   measure 200 hands for each fault first (half an hour)
+
+Each hand has its own pads, sensitivity, noise, offset, tester and size of fault. The limits follow
+from the circuit and the mechanics. They were looked at with seeds 0 to 199 only.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from firstcontact.collect.check import check_fingertips
+from firstcontact.core import Block, fingertip_layout
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.device import Arrival, Descriptor, Health, Source
+from firstcontact.recording import Marker
+from firstcontact.twin.bench import BenchStream
+from firstcontact.twin.faults import FAULTS
+from firstcontact.twin.sensor import DeviceFilter
+
+RESULTS = Path(__file__).parent / "results" / "check.json"
+PAGE = Path(__file__).parent / "how-to" / "check-a-fingertip.md"
+TABLE = re.compile(r"(<!-- check: faults -->\n\n).*?(\n\n<!-- /check -->)", re.DOTALL)
+#: Hands of each fault, first random seed, and time for the drift, s.
+HANDS, SEED, DRIFT = 200, 1000, 30.0
+CONDITIONS = ("paper-rig", "everyday")
+#: Samples of an arrival, 10 ms, and number of arrivals of a read.
+FRAME, READ = 50, 25
+#: Name and check of each fault.
+CHECKS = {
+    "offset": ("wrong offset, 60 to 500 mV", "offset"),
+    "noise": ("noise, 15 to 60 mV before smoothing", "noise"),
+    "hum": ("hum of 50 or 60 Hz, 30 to 200 mV", "hum"),
+    "swapped": ("cables of the fingers exchanged", "fingers"),
+    "polarity": ("wires of the disc exchanged", "polarity"),
+    "open-disc": ("broken wire of the disc", "sensitivity"),
+    "glue": ("badly glued disc, 3 to 15 % of its signal", "sensitivity"),
+    "clipping": ("8 to 10 times the gain", "clipping"),
+    "rattle": ("loose mount, 2 to 10 % of its stiffness", "rattle"),
+    "open-row": ("broken row of the force array", "force array"),
+    "open-column": ("broken column", "force array"),
+    "shorted-rows": ("two connected rows", "force array"),
+    "shorted-columns": ("two connected columns", "force array"),
+    "lost": ("0.1 to 2 % of the frames lost", "lost samples"),
+    "jitter": ("stream held back for 30 to 80 ms", "jitter"),
+    "drift": ("drift of 40 to 400 mV in five minutes", "drift"),
+}
+
+
+class BenchSource(Source):
+    """Source of the simulated fingertips on a bench, in this process and without a clock."""
+
+    name = "bench"
+    descriptor = Descriptor(fingertip_layout(), "docs/write_check.py", "simulated fingertip")
+
+    def __init__(self, condition: str, seed: int, fault: str = "") -> None:
+        self._bench = BenchStream(condition, seed, fault)
+        self._filter = DeviceFilter()
+        self._rng = np.random.default_rng([seed, 1])
+        self._sample = self._lost = 0
+        self._markers: list[Marker] = []
+        self.twin_hand = condition, seed
+
+    @property
+    def health(self) -> Health:
+        """Counts of samples."""
+        return Health(True, samples=self._sample - self._lost, lost_samples=self._lost)
+
+    ended = False
+
+    def read(self, timeout: float, least: int = 1) -> list[Arrival]:
+        """Return the next samples, frame by frame, unless there is no time."""
+        if not timeout:
+            return []
+        data = self._filter.update(self._bench.read(FRAME * READ))
+        markers, self._markers = tuple(self._markers), []
+        arrivals = []
+        for k in range(0, len(data), FRAME):
+            block = Block(data[k : k + FRAME], self._sample)
+            self._sample += FRAME
+            if self._bench.link.loses():
+                self._lost += FRAME
+                continue
+            # A healthy link delays a frame by half a millisecond on average (assumption).
+            ready = self._sample / FINGERTIP_RATE + self._rng.exponential(5e-4)
+            arrivals.append(Arrival(block, self._bench.link.release(ready), markers))
+            markers = ()
+        return arrivals
+
+    def mark(self, text: str) -> None:
+        """Ignore a marker."""
+
+    def order(self, text: str) -> None:
+        """Give the tester a task, and answer as the twin does."""
+        self._bench.obey(text.removeprefix("tester:").strip())
+        self._markers = [Marker(self._sample, f"twin: told {text}")]
+
+    def close(self) -> None:
+        """Do nothing."""
+
+    def __enter__(self) -> Self:
+        return self
+
+
+def test_hand(fault: str, seed: int) -> list[str]:
+    """Return the names of the checks that find a fault in a hand.
+
+    Half of the hands are everyday.
+    """
+    drift = DRIFT if fault in ("", "drift") else 0.0
+    with BenchSource(CONDITIONS[seed % 2], seed, fault) as source:
+        _, verdicts = check_fingertips(source, drift=drift)
+    return [v.check for v in verdicts if not v.is_good]
+
+
+def measure(fault: str, seeds: Iterable[int], run: Callable[..., Any] = map) -> dict[str, Any]:
+    """Return the number of hands, of found faults, and of each other verdict."""
+    results = list(run(partial(test_hand, fault), seeds))
+    check = CHECKS[fault][1] if fault else None
+    others = Counter(name for names in results for name in set(names) if name != check)
+    found = sum(check in names if check else bool(names) for names in results)
+    return {"hands": len(results), "found": found, "others": dict(sorted(others.items()))}
+
+
+def table(results: dict[str, dict[str, Any]]) -> str:
+    """Return the rows of the results as Markdown."""
+    lines = ["| fault put into the circuit | check | found | other verdicts in these hands |"]
+    lines.append("|---|---|---|---|")
+    for fault, row in results.items():
+        title, check = CHECKS[fault] if fault else ("**none**: false verdicts", "any")
+        others = row["others"] if fault else {}
+        words = ", ".join(f"{name} {count}" for name, count in others.items())
+        lines.append(f"| {title} | {check} | {row['found']} of {row['hands']} | {words} |")
+    return "\n".join(lines)
+
+
+def filled(text: str) -> str:
+    """Return the page with the table of the stored results."""
+    results = json.loads(RESULTS.read_text("utf-8"))["faults"]
+    new, count = TABLE.subn(lambda m: m[1] + table(results) + m[2], text)
+    if count != 1:
+        raise ValueError(f"{PAGE} has {count} places for the table")
+    return new
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--measure", action="store_true", help="measure first")
+    parser.add_argument("--hands", type=int, default=HANDS)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    if options.measure:
+        seeds = range(options.seed, options.seed + options.hands)
+        rows = {}
+        with ProcessPoolExecutor(options.workers) as pool:
+            for fault in ("", *FAULTS):
+                rows[fault] = measure(fault, seeds, partial(pool.map, chunksize=5))
+                print(fault or "none", rows[fault], flush=True)
+        command = (
+            f"python docs/write_check.py --measure --hands {options.hands} --seed {options.seed}"
+        )
+        RESULTS.write_text(
+            json.dumps({"command": command, "faults": rows}, indent=1) + "\n", "utf-8"
+        )
+    PAGE.write_text(filled(PAGE.read_text("utf-8")), "utf-8")

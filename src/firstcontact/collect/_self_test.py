@@ -1,0 +1,204 @@
+"""Verdicts of the self-test of two fingertips, from the measurements of its steps.
+
+Each limit follows from the circuit, the mechanics or the timing of a pinch. The numbers of the
+circuit are in ``docs/results/circuit.json``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.collect._array_faults import array_faults
+from firstcontact.collect._taps import TapMeasures, measure_taps
+from firstcontact.collect.calibration import ALIKE, LEAST, WEAK
+from firstcontact.core import ChannelKind, Finger, Layout, finger_name
+from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS
+
+Volts = NDArray[np.float64]
+
+#: Step of the converter, V.
+STEP = ADC_VOLTS / ADC_COUNTS
+#: Largest offset, V: two 1 % resistors make 16.5 mV, the amplifier at most 3.4 steps, and the
+#: converter 2 (assumption). A BAT54S as clamp makes 68 steps.
+OFFSET = 0.0165 + (3.4 + 2) * STEP
+#: Largest noise (RMS) and largest amplitude of hum, V. Converter and amplifier make less than one
+#: step.
+NOISE = HUM = 2 * STEP
+#: Largest drift in five minutes, V: the amplifier's largest change between 0 and 50 C.
+DRIFT = 3.4 * STEP
+DRIFT_TIME = 300.0
+#: Longest delay of 99 % of the samples, s. The second finger touches 16 ms after the first.
+DELAY = 0.016
+#: Longest decay of a tap, s. That of the mount's design is 2 m / c = 1.6 ms.
+DECAY = 0.004
+#: Number of clipped taps, in spite of as many requests to tap more gently, that prove a fault. One
+#: is enough in a finger that is also ``ALIKE`` times as loud as the other.
+CLIPPED_TAPS = 4
+#: Factor by which the wrong finger must be louder.
+SWAPPED = 2.0
+MAINS = (50.0, 60.0)
+#: Remedy for the fault that each check finds.
+REMEDIES = {
+    "offset": "Measure 1.65 V at the reference. Use a BAV199 as clamp. Compare the resistors with "
+    "the table of parts.",
+    "noise": "Check the capacitor at the amplifier's supply. Keep the motors' current out of its "
+    "ground.",
+    "hum": "Shorten or shield the disc's wires, and ground the hand.",
+    "fingers": "Exchange the cables of the two fingertips.",
+    "sensitivity": "Tap both fingers alike, and harder. Check the disc's wires and its glue, and "
+    "that the board touches nothing but the post.",
+    "clipping": "Tap as if the pencil fell 2 mm. Compare 82 kOhm and 3.9 kOhm with the table of "
+    "parts.",
+    "polarity": "Exchange the two wires of the disc.",
+    "rattle": "Tighten the mount's screws. Check the glue between board, disc and post.",
+    "force array": "Check the cable and the solder joints of these lines, and that the sheet lies "
+    "flat. Press each of the six places.",
+    "drift": "Use a BAV199 as clamp. Clean flux from the amplifier's input.",
+    "jitter": "Leave out hubs. Close programs that keep the computer busy.",
+    "lost samples": "Change the cable, and leave out hubs.",
+}
+
+
+class Verdict(NamedTuple):
+    """Result of one check."""
+
+    check: str
+    finger: str
+    measured: str
+    limit: str
+    is_good: bool
+
+    @property
+    def remedy(self) -> str:
+        """Remedy for the fault that this check finds."""
+        return REMEDIES[self.check]
+
+
+@dataclass
+class Measured:
+    """Measurements of the steps of a self-test, in physical units.
+
+    ``rest`` and ``presses`` have all columns of the layout, the others the vibration columns.
+    """
+
+    layout: Layout
+    rest: Volts
+    taps: dict[Finger, Volts] = field(default_factory=dict)
+    presses: dict[Finger, Volts] = field(default_factory=dict)
+    #: Mean of each second.
+    drift: Volts = field(default_factory=lambda: np.zeros((0, 0)))
+    #: Delay of each sample, s; None if the source does not run in real time.
+    delays: Volts | None = None
+    lost: int = 0
+    samples: int = 0
+
+
+def judge(measured: Measured) -> list[Verdict]:
+    """Return the verdicts of all checks that were measured."""
+    verdicts = [*_rest_verdicts(measured), *_touch_verdicts(measured), *_drift_verdicts(measured)]
+    if measured.delays is not None and len(measured.delays):
+        late = float(np.percentile(measured.delays, 99))
+        verdicts.append(_below("jitter", "", late, DELAY, "s for 99 % of the samples"))
+    count = f"{measured.lost} of {measured.lost + measured.samples}"
+    verdicts.append(Verdict("lost samples", "", count, "0", measured.lost == 0))
+    return verdicts
+
+
+def _below(check: str, finger: str, value: float, limit: float, unit: str) -> Verdict:
+    """Return the verdict on a value whose amount must not exceed a limit."""
+    words = f"{1e3 * value:.1f} m{unit}", f"{1e3 * limit:.1f} m{unit}"
+    return Verdict(check, finger, *words, not abs(value) > limit)
+
+
+def _rest_verdicts(measured: Measured) -> Iterator[Verdict]:
+    layout = measured.layout
+    x = measured.rest[:, layout.columns(ChannelKind.VIBRATION)]
+    offset = np.median(x, axis=0)
+    hum = np.zeros(x.shape[1])
+    for mains in MAINS:
+        turns = 2j * np.pi * mains / layout.rate * np.outer(np.arange(len(x)), (1, 2, 3))
+        lines = 2 * np.exp(-turns).T @ x / len(x)
+        x = x - (np.exp(turns) @ lines).real
+        hum = np.maximum(hum, np.sqrt((np.abs(lines) ** 2).sum(axis=0)))
+    part = max(2, round(0.1 * layout.rate))
+    parts = x[: len(x) // part * part].reshape(-1, part, x.shape[1])
+    # The median ignores parts in which a person moved.
+    noise = np.median(parts.std(axis=1), axis=0)
+    for k, channel in enumerate(layout.vibration):
+        name = finger_name(channel.finger)
+        yield _below("offset", name, offset[k], OFFSET, "V")
+        yield _below("noise", name, noise[k], NOISE, "V RMS")
+        yield _below("hum", name, hum[k], HUM, "V")
+
+
+def _drift_verdicts(measured: Measured) -> Iterator[Verdict]:
+    if len(measured.drift) < 3:
+        return
+    slope = np.polyfit(np.arange(len(measured.drift)), measured.drift, 1)[0] * DRIFT_TIME
+    for channel, change in zip(measured.layout.vibration, slope, strict=True):
+        yield _below("drift", finger_name(channel.finger), change, DRIFT, "V in five minutes")
+
+
+def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
+    layout = measured.layout
+    still = measured.rest[:, layout.columns(ChannelKind.VIBRATION)]
+    taps = {f: measure_taps(layout, x, still) for f, x in measured.taps.items()}
+    vibration = {c.finger: k for k, c in enumerate(layout.vibration)}
+    rises = {f: {g: _rises(measured, x, g) for g in Finger} for f, x in measured.presses.items()}
+    is_swapped = _answer_exchanged({
+        f: (float(t.peak[vibration[f]]), float(t.peak[vibration[f.other]])) for f, t in taps.items()
+    }) or _answer_exchanged({
+        f: (float(r[f].max(initial=0)), float(r[f.other].max(initial=0))) for f, r in rises.items()
+    })  # fmt: skip
+    if len(taps) == len(Finger) or len(rises) == len(Finger):
+        words = "exchanged" if is_swapped else "as named"
+        yield Verdict("fingers", "", words, "as named", not is_swapped)
+    column = {f: vibration[f.other if is_swapped else f] for f in taps}
+    peaks = [float(t.peak[column[f]]) for f, t in taps.items()]
+    for f, t in taps.items():
+        yield from _tap_verdicts(finger_name(f), t, column[f], min(peaks), max(peaks))
+    for f, r in rises.items():
+        messages = array_faults(r[f.other if is_swapped else f])
+        words = "; ".join(messages) or "all taxels rise"
+        yield Verdict("force array", finger_name(f), words, "all taxels rise", not messages)
+
+
+def has_array_faults(measured: Measured, finger: Finger) -> bool:
+    """Return True if the presses on a finger show a fault of its array."""
+    return bool(array_faults(_rises(measured, measured.presses[finger], finger)))
+
+
+def _rises(measured: Measured, x: Volts, finger: Finger) -> Volts:
+    """Return the rise of a finger's taxels above their level at rest."""
+    columns = measured.layout.columns(ChannelKind.FORCE, finger)
+    return np.asarray(x[:, columns] - measured.rest[:, columns].mean(axis=0))
+
+
+def _answer_exchanged(levels: dict[Finger, tuple[float, float]]) -> bool:
+    """Return True if each finger answers in the other one's channels. Each has (own, other)."""
+    return len(levels) == len(Finger) and all(
+        other > max(SWAPPED * own, LEAST) for own, other in levels.values()
+    )
+
+
+def _tap_verdicts(
+    name: str, taps: TapMeasures, column: int, quietest: float, loudest: float
+) -> Iterator[Verdict]:
+    peak, decay = float(taps.peak[column]), float(taps.decay[column])
+    least = max(WEAK, loudest / ALIKE)
+    yield Verdict("sensitivity", name, f"{peak:.3f} V a tap", f"{least:.3f} V", peak >= least)
+    count = f"{taps.clipped} of {len(taps.taps)} taps"
+    most = 0 if peak > ALIKE * quietest else CLIPPED_TAPS - 1
+    yield Verdict("clipping", name, count, f"{most} taps", taps.clipped <= most)
+    if peak >= LEAST:
+        is_positive = bool(taps.swing[column] > 0)
+        words = "positive" if is_positive else "negative"
+        yield Verdict("polarity", name, f"a push is {words}", "positive", is_positive)
+    if not math.isnan(decay):
+        yield _below("rattle", name, decay, DECAY, "s decay")

@@ -1,0 +1,180 @@
+"""Self-test of new fingertips: a guide through rest, taps, presses and drift."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from firstcontact.collect._self_test import Measured, Verdict, has_array_faults, judge
+from firstcontact.collect._taps import Volts, find_taps
+from firstcontact.collect.calibration import Say, is_tapped, rest_request
+from firstcontact.core import ChannelKind, Finger, InputError, finger_name
+from firstcontact.device import Source
+from firstcontact.device.clock import TransportDelay
+from firstcontact.device.noise_floor import wait_for_arrivals
+from firstcontact.device.source import LinkNews, require_source
+from firstcontact.device.twin_words import is_accepted, tester_text
+
+#: Time at rest, s; whole periods of 50 and 60 Hz.
+REST = 5.0
+#: Good taps wanted on each finger, most of all with the others, and longest wait, s.
+TAPS, MOST_TAPS = 5, 10
+PATIENCE = 20.0
+#: Least peak of a good tap, V: its decay is then clear of the noise. Most requests for harder taps.
+CLEAR = 0.3
+REQUESTS = 3
+#: Time for the six places of a pad, s.
+PRESSES = 15.0
+#: Shortest and longest time for the drift, s.
+DRIFT_SECONDS = (10.0, 3600.0)
+#: Longest wait for the answer of simulated fingertips, s.
+ANSWER = 2.0
+#: Length of the pieces in which samples are processed, s.
+PIECE = 0.25
+
+
+def check_fingertips(
+    source: Source, *, drift: float = 30.0, say: Say = lambda line: None
+) -> tuple[Measured, list[Verdict]]:
+    """Guide a person through the self-test of two fingertips.
+
+    Parameters
+    ----------
+    source
+        An open source. The simulated hand taps and presses by itself.
+    drift
+        Time for which the drift is measured, s; 0 skips it. A short time measures the present rate
+        of the drift, and 300 s the drift of five minutes.
+    say
+        Function, such as ``print``, that is called with each line for the person.
+
+    Returns
+    -------
+    Measured, list of Verdict
+        Measurements, and a verdict with a remedy for each check.
+
+    Raises
+    ------
+    InputError
+        The drift's time cannot be used, or the source has no fingertips or sends no samples.
+    """
+    require_source(source)
+    shortest, longest = DRIFT_SECONDS
+    if drift and not shortest <= drift <= longest:
+        raise InputError(
+            f"the time must be 0 or lie between {shortest:g} and {longest:g} s", parameter="drift"
+        )
+    layout = source.descriptor.layout
+    if is_tapped(layout):
+        raise InputError(f"{source.name} has no fingertips: check the device of a hand")
+    steps = _Steps(source, say)
+    rest = steps.samples(f"{REST:g} s of rest: {rest_request(layout)}", "rest", REST)
+    measured = Measured(layout, rest)
+    vibration = layout.columns(ChannelKind.VIBRATION)
+    fingers = [f for f in layout.vibration_fingers if f is not None]
+    for finger in fingers:
+        measured.taps[finger] = steps.taps(finger, rest[:, vibration])
+    for finger in fingers:
+        if layout.columns(ChannelKind.FORCE, finger):
+            measured.presses[finger] = steps.presses(finger)
+            if has_array_faults(measured, finger):  # perhaps a place was forgotten
+                again = steps.presses(finger, "once more: ")
+                measured.presses[finger] = np.concatenate([measured.presses[finger], again])
+    if drift:
+        request = f"{drift:g} s of drift: {rest_request(layout)}"
+        seconds = list(steps.pieces(request, "rest", drift, 1.0))
+        measured.drift = np.array([x[:, vibration].mean(axis=0) for x in seconds])
+    if source.speed == 1.0 and not source.recorded:
+        measured.delays = np.concatenate(steps.delays)
+    measured.lost = source.health.lost_samples
+    measured.samples = source.health.samples
+    return measured, judge(measured)
+
+
+class _Steps:
+    """Steps of the self-test: a request to the person, and the samples that follow."""
+
+    def __init__(self, source: Source, say: Say) -> None:
+        self._source, self._say = source, say
+        self._layout = source.descriptor.layout
+        self._link = LinkNews(source.health)
+        self._transport = TransportDelay(self._layout.rate)
+        self.delays: list[Volts] = []
+
+    def pieces(self, request: str, task: str, seconds: float, piece: float) -> Iterator[Volts]:
+        """Make a request. Yield the samples of the next ``seconds``, piece by piece."""
+        self._say(request)
+        self._order(task)
+        length = round(piece * self._layout.rate)
+        waiting = np.zeros((0, self._layout.width))
+        for _ in range(round(seconds / piece)):
+            while len(waiting) < length:
+                waiting = np.concatenate([waiting, *self._arrived()])
+            yield waiting[:length]
+            waiting = waiting[length:]
+
+    def samples(self, request: str, task: str, seconds: float) -> Volts:
+        """Make a request. Return the samples of the next ``seconds``."""
+        return np.concatenate(list(self.pieces(request, task, seconds, PIECE)))
+
+    def presses(self, finger: Finger, start: str = "") -> Volts:
+        """Ask for presses on a finger's places. Return the samples with these presses."""
+        name = finger_name(finger)
+        request = (
+            f"{start}press the {name}'s six places one after another, each for a second, within "
+            f"{PRESSES:g} s"
+        )
+        return self.samples(request, f"press {name}", PRESSES)
+
+    def taps(self, finger: Finger, rest: Volts) -> Volts:
+        """Ask for taps on a finger. Return the vibration columns with these taps."""
+        name = finger_name(finger)
+        request = f"tap the {name}'s pad {TAPS} times with a pencil's blunt end, as if it fell 2 mm"
+        columns = self._layout.columns(ChannelKind.VIBRATION)
+        x = np.zeros((0, len(columns)))
+        clipped = softs = 0
+        for piece in self.pieces(request, f"tap {name}", PATIENCE, PIECE):
+            x = np.concatenate([x, piece[:, columns]])
+            taps = find_taps(self._layout, x, rest)
+            clipped_before, clipped = clipped, sum(t.is_clipped for t in taps)
+            softs_before, softs = softs, sum(np.abs(t.volts).max() < CLEAR for t in taps)
+            if len(taps) - clipped - softs >= TAPS or len(taps) >= MOST_TAPS:
+                break
+            if clipped > clipped_before:
+                self._say("too hard: tap more gently")
+                self._order("gentler")
+            elif softs_before < softs <= REQUESTS:
+                self._say("too soft: tap a little harder")
+                self._order("harder")
+        return x
+
+    def _order(self, task: str) -> None:
+        """Give the task to simulated fingertips. Drop the samples from before the request."""
+        self._source.order(tester_text(task))
+        self._source.read(0)
+        if self._source.twin_hand is None:
+            return
+        end = self._source.health.samples + ANSWER * self._layout.rate
+        while self._source.health.samples < end:
+            for arrival in wait_for_arrivals(self._source):
+                if any(is_accepted(m.text, tester_text(task)) for m in arrival.markers):
+                    return
+
+    def _arrived(self) -> list[Volts]:
+        """Return the next samples, and keep their delays."""
+        raw = []
+        for arrival in wait_for_arrivals(self._source):
+            block = arrival.block
+            if not len(block.data):
+                continue
+            self._transport.add(block, arrival.host)
+            last = self._transport.delay(block.end - 1, arrival.host)
+            self.delays.append(last + np.arange(len(block.data))[::-1] / self._layout.rate)
+            raw.append(block.data)
+        for line in self._link.lines(self._source.health):
+            self._say(line)
+        if not raw:
+            return []
+        columns = tuple(range(self._layout.width))
+        return [self._layout.physical(np.concatenate(raw), columns)]

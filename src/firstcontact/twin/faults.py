@@ -1,0 +1,208 @@
+"""Electronics and link of the simulated fingertips, healthy or with one fault.
+
+Sizes of faults follow from the circuit, not from the limits of the self-test. A step of the
+converter is 3.2 mV.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError
+from firstcontact.core.layout import TAXELS
+from firstcontact.twin.draw import PinchDraw
+from firstcontact.twin.mechanics import FingerParameters
+from firstcontact.twin.noise import MotorNoise
+
+#: Time over which a drift is stated, s.
+DRIFT_TIME = 300.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bench:
+    """Both fingertips with their electronics and link. Arrays have the index finger first."""
+
+    fingers: tuple[FingerParameters, FingerParameters]
+    noise: tuple[MotorNoise, MotorNoise]
+    offset: NDArray[np.float64]
+    """Offset of each piezo, V."""
+    drift: NDArray[np.float64]
+    """Change of the offset in the first five minutes, V."""
+    warming: float
+    """Time constant of that change, s."""
+    signal: NDArray[np.float64]
+    """Factor on each piezo's signal: 1 in a healthy fingertip, negative if the disc is reversed."""
+    array: NDArray[np.float64]
+    """Weight of each taxel (last axis) in the reading of each taxel, shape (2, 6, 6)."""
+    swapped: bool = False
+    lost: float = 0.0
+    """Share of the frames that the link loses."""
+    stall: float = 0.0
+    """Time for which the link holds frames back, s."""
+    stall_period: float = math.inf
+    """Mean time between two such stalls, s."""
+
+
+def healthy(draw: PinchDraw, rng: np.random.Generator) -> Bench:
+    """Draw the electronics of a healthy pair of fingertips within the tolerances of its parts.
+
+    The divider of 1.65 V has 1 % resistors: +-16.5 mV. The amplifier adds up to 3.4 steps
+    (``docs/results/circuit.json``), and the converter up to 2 (assumption).
+    """
+    spread = np.exp(rng.normal(0, [[0.3], [0.5]], (2, 2)))  # of noise and hum: assumption
+    noise = [
+        replace(n, electronics=n.electronics * spread[0, f], hum=n.hum * spread[1, f])
+        for f, n in enumerate(draw.noise)
+    ]
+    divider = 1.65 * (rng.uniform(-0.01, 0.01) - rng.uniform(-0.01, 0.01)) / 2
+    return Bench(
+        draw.fingers,
+        (noise[0], noise[1]),
+        divider + rng.uniform(-11e-3, 11e-3, 2) + rng.uniform(-6.4e-3, 6.4e-3, 2),
+        rng.uniform(-5e-3, 5e-3, 2),
+        rng.uniform(60, 300),
+        np.ones(2),
+        np.stack([np.eye(TAXELS)] * 2),
+    )
+
+
+Change = Callable[[Bench, int, np.random.Generator], Bench]
+
+
+def _with(values: NDArray[np.float64], finger: int, value: float) -> NDArray[np.float64]:
+    changed = values.copy()
+    changed[finger] = value
+    return changed
+
+
+def _signal(bench: Bench, finger: int, factor: float) -> Bench:
+    return replace(bench, signal=_with(bench.signal, finger, factor))
+
+
+def _noise(bench: Bench, finger: int, **changes: float) -> Bench:
+    noise = list(bench.noise)
+    noise[finger] = replace(noise[finger], **changes)
+    return replace(bench, noise=(noise[0], noise[1]))
+
+
+def _rattle(bench: Bench, finger: int, rng: np.random.Generator) -> Bench:
+    fingers = list(bench.fingers)
+    p = fingers[finger]
+    stiffness = p.mount_stiffness * rng.uniform(0.02, 0.1)
+    critical = 2 * math.sqrt(stiffness * p.board_mass)
+    fingers[finger] = p._replace(
+        mount_stiffness=stiffness, mount_damping=critical * rng.uniform(0.01, 0.02)
+    )
+    return replace(bench, fingers=(fingers[0], fingers[1]))
+
+
+def _lines(bench: Bench, finger: int, lines: list[NDArray[np.intp]], *, short: bool) -> Bench:
+    """Open the taxels of the first line, or connect it with the second.
+
+    Undriven rows are at ground. So a driven row that is connected with another gets half of the
+    supply, and two connected columns have their dividers in parallel: both read the mean.
+    """
+    array = bench.array.copy()
+    if short:
+        for a, b in zip(*lines, strict=True):
+            array[finger][np.ix_([a, b], [a, b])] = 0.5
+    else:
+        array[finger][lines[0]] = 0.0
+    return replace(bench, array=array)
+
+
+def _row(bench: Bench, finger: int, rng: np.random.Generator, *, short: bool) -> Bench:
+    first, second = rng.permutation(TAXELS // 2)[:2]
+    return _lines(bench, finger, [2 * first + np.arange(2), 2 * second + np.arange(2)], short=short)
+
+
+def _column(bench: Bench, finger: int, rng: np.random.Generator, *, short: bool) -> Bench:
+    first, second = rng.permutation(2)
+    return _lines(
+        bench, finger, [np.arange(first, TAXELS, 2), np.arange(second, TAXELS, 2)], short=short
+    )
+
+
+def _sign(rng: np.random.Generator) -> float:
+    return float(rng.choice((-1.0, 1.0)))
+
+
+#: What each fault does to the fingertips. It gets a random finger and a random generator.
+FAULTS: dict[str, Change] = {
+    # Leakage of a BAT54S at 27 to 50 C: 68 to 479 steps. A wrong resistor at the reference.
+    "offset": lambda b, f, rng: replace(
+        b, offset=_with(b.offset, f, _sign(rng) * rng.uniform(0.06, 0.5))
+    ),
+    # A ground that carries the motor's current, or no capacitor at the supply.
+    "noise": lambda b, f, rng: _noise(b, f, electronics=rng.uniform(0.015, 0.06)),
+    # 0.1 to 0.7 pF from 230 V to the disc's wire, into 240 kOhm beside 12 nF, times 22.
+    "hum": lambda b, f, rng: _noise(b, f, hum=rng.uniform(0.03, 0.2)),
+    # The two cables are exchanged.
+    "swapped": lambda b, f, rng: replace(b, swapped=True),
+    "polarity": lambda b, f, rng: _signal(b, f, -1.0),
+    # A wire of the disc is broken.
+    "open-disc": lambda b, f, rng: _signal(b, f, 0.0),
+    # The board touches the walls, which then carry the force past the disc; or the glue has a gap.
+    "glue": lambda b, f, rng: _signal(b, f, rng.uniform(0.03, 0.15)),
+    # Nine times the gain: 390 Ohm in place of 3.9 kOhm, or 820 kOhm in place of 82 kOhm.
+    "clipping": lambda b, f, rng: _signal(b, f, rng.uniform(8.0, 10.0)),
+    # Loose screws: a tenth of the stiffness or less, and hardly any damping.
+    "rattle": _rattle,
+    "open-row": lambda b, f, rng: _row(b, f, rng, short=False),
+    "open-column": lambda b, f, rng: _column(b, f, rng, short=False),
+    "shorted-rows": lambda b, f, rng: _row(b, f, rng, short=True),
+    "shorted-columns": lambda b, f, rng: _column(b, f, rng, short=True),
+    "lost": lambda b, f, rng: replace(b, lost=rng.uniform(0.001, 0.02)),
+    # A hub or a busy computer that holds the stream back.
+    "jitter": lambda b, f, rng: replace(
+        b, stall=rng.uniform(0.03, 0.08), stall_period=rng.uniform(0.2, 0.5)
+    ),
+    # A clamp diode that warms up.
+    "drift": lambda b, f, rng: replace(
+        b, drift=_with(b.drift, f, _sign(rng) * rng.uniform(0.04, 0.4))
+    ),
+}
+
+
+def put_fault(bench: Bench, name: str, rng: np.random.Generator) -> Bench:
+    """Return the fingertips with a fault of random size in a random finger.
+
+    Raises
+    ------
+    InputError
+        There is no such fault.
+    """
+    if not name:
+        return bench
+    if name not in FAULTS:
+        raise InputError(
+            f"the fault {name!r} is not known: use one of {', '.join(FAULTS)}", parameter="fault"
+        )
+    return FAULTS[name](bench, int(rng.integers(2)), rng)
+
+
+class Link:
+    """Link that loses frames and holds others back."""
+
+    def __init__(self, bench: Bench, rng: np.random.Generator) -> None:
+        self._bench, self._rng = bench, rng
+        self._begin = self._end = -math.inf
+
+    def loses(self) -> bool:
+        """Return True if the link loses the next frame."""
+        return self._bench.lost > 0 and self._rng.random() < self._bench.lost
+
+    def release(self, now: float) -> float:
+        """Return the time at which a frame of the time ``now`` gets through, s."""
+        if not self._bench.stall:
+            return now
+        while now >= self._end:
+            start = now if math.isinf(self._end) else self._end
+            self._begin = start + self._bench.stall_period * self._rng.uniform(0.5, 1.5)
+            self._end = self._begin + self._bench.stall
+        return self._end if now >= self._begin else now

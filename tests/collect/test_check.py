@@ -1,0 +1,88 @@
+"""Self-test of fingertips: faults put into the simulated circuit are found, and named."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import write_check as script
+
+from firstcontact import InputError
+from firstcontact.cli.main import main
+from firstcontact.collect._array_faults import array_faults
+from firstcontact.collect.check import check_fingertips
+from firstcontact.twin.faults import FAULTS
+
+#: Random hands of a fault; `docs/write_check.py` measures 200.
+FEW = range(5000, 5002)
+measured = pytest.mark.skipif(not script.RESULTS.exists(), reason="not measured yet")
+
+
+@pytest.mark.parametrize("fault", ["", *FAULTS])
+def test_a_fault_of_the_circuit_is_found(fault: str) -> None:
+    for seed in FEW:
+        found = script.test_hand(fault, seed)
+        assert script.CHECKS[fault][1] in found if fault else not found
+
+
+def test_rows_and_columns_are_named() -> None:
+    one_by_one = np.repeat(np.eye(6), 3, axis=0)
+    assert array_faults(one_by_one) == []
+    assert array_faults(one_by_one * [1, 1, 0, 0, 1, 1]) == ["row 1 is open"]
+    assert array_faults(one_by_one * [0, 1, 0, 1, 0, 1]) == ["column 0 is open"]
+    assert array_faults(one_by_one * [1, 1, 1, 0, 1, 1]) == ["taxel 3 does not rise"]
+    rows = one_by_one[:, [0, 1, 2, 3, 0, 1]] + one_by_one[:, [4, 5, 2, 3, 4, 5]]
+    assert array_faults(rows) == ["rows 0 and 2 are connected"]
+    assert array_faults(0 * rows) == ["no taxel rises"]
+
+
+def test_the_command_writes_one_page_without_links(tmp_path, capsys) -> None:
+    out = tmp_path / "check.html"
+    options = ["--speed", "20", "--drift", "0", "--fault", "polarity", "--out", str(out)]
+    assert main(["check", "--device", "twin", *options]) == 0
+    assert "polarity" in capsys.readouterr().out
+    page = out.read_text()
+    assert "Exchange the two wires of the disc." in page
+    assert "<svg" in page
+    assert "http" not in page
+    assert [path.name for path in tmp_path.iterdir()] == ["check.html"]
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--fault", "smell"], "the fault 'smell' is not known"),
+        (["--drift", "3", "--speed", "20"], "--drift: "),
+        (["--device", "/dev/null", "--fault", "hum"], "--fault: "),
+    ],
+)
+def test_unusable_options_are_refused(tmp_path, capsys, options, text) -> None:
+    out = tmp_path / "check.html"
+    assert main(["check", "--device", "twin", "--out", str(out), *options]) == 2
+    assert text in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_a_disc_on_a_sound_card_has_no_fingers() -> None:
+    source = script.BenchSource("paper-rig", 0)
+    layout = source.descriptor.layout
+    channels = (replace(layout.channels[0], finger=None),)
+    source.descriptor = replace(source.descriptor, layout=replace(layout, channels=channels))
+    with pytest.raises(InputError, match="no fingertips"):
+        check_fingertips(source)
+
+
+@measured
+def test_page_has_the_stored_results() -> None:
+    assert script.filled(script.PAGE.read_text("utf-8")) == script.PAGE.read_text("utf-8")
+
+
+@measured
+def test_stored_results_keep_the_promise() -> None:
+    rows = json.loads(Path(script.RESULTS).read_text("utf-8"))["faults"]
+    assert set(rows) == {"", *FAULTS}
+    assert rows[""]["found"] <= 0.02 * rows[""]["hands"]
+    assert all(row["found"] >= 0.95 * row["hands"] for name, row in rows.items() if name)

@@ -140,7 +140,7 @@ def table(results: dict[str, dict[str, Any]]) -> str:
     lines.append("|---|---|---|---|")
     for fault, row in results.items():
         title, check = CHECKS[fault] if fault else ("**none**: false verdicts", "any")
-        others = row["others"] if fault else {}
+        others = row["others"]
         words = ", ".join(f"{name} {count}" for name, count in others.items())
         lines.append(f"| {title} | {check} | {row['found']} of {row['hands']} | {words} |")
     return "\n".join(lines)

@@ -96,13 +96,13 @@ A source. ``ThreadedSource`` is the base of sources that a thread reads:
 
 >>> from pathlib import Path
 >>> from firstcontact.device.replay import ReplaySource
->>> tape = plugins.SourceKind(
-...     "tape",
-...     "tape:PATH for a recording",
-...     lambda device, options: ReplaySource(Path(device.removeprefix("tape:")), options.speed),
+>>> reel = plugins.SourceKind(
+...     "reel",
+...     "reel:PATH for a recording",
+...     lambda device, options: ReplaySource(Path(device.removeprefix("reel:")), options.speed),
 ...     recorded=True,
 ... )
->>> plugins.check_source(tape, "tape:recordings/blocks-01.mcap")
+>>> plugins.check_source(reel, "reel:recordings/blocks-01.mcap")
 >>> with ReplaySource(Path("recordings/blocks-01.mcap"), float("inf")) as source:
 ...     descriptor: plugins.Descriptor = source.descriptor
 ...     arrivals: list[plugins.Arrival] = source.read(1.0)

@@ -81,12 +81,12 @@ ENTRIES = {
     "source": Entry(
         GUIDE,
         "A sensor",
-        "device/_tape.py",
+        "device/_reel.py",
         "device/opening.py",
         "{kind.name: kind",
-        '{"tape": "firstcontact.device._tape:TAPE"} |',
-        "info --device tape:{recording}",
-        "tape:",
+        '{"reel": "firstcontact.device._reel:REEL"} |',
+        "info --device reel:{recording}",
+        "reel:",
     ),
     "exporter": Entry(
         GUIDE,

@@ -15,7 +15,7 @@ import sys
 from firstcontact import plugins as p
 p.check_policy(p.POLICIES["halfway"])
 p.check_hand(p.HANDS["diary"])
-p.check_source(p.SOURCES["tape"], "tape:" + sys.argv[1])
+p.check_source(p.SOURCES["reel"], "reel:" + sys.argv[1])
 p.check_detector(p.DETECTORS["energy"])
 p.check_estimator(p.ESTIMATORS["loudness"])
 """
@@ -30,7 +30,7 @@ def test_live_drives_the_hand_with_the_policy_from_the_source(
     environment: dict[str, str], model: Path, recording: Path, tmp_path: Path
 ) -> None:
     diary = tmp_path / "diary"
-    device = ("--device", f"tape:{recording}", "--speed", "inf", "--model", model)
+    device = ("--device", f"reel:{recording}", "--speed", "inf", "--model", model)
     hand = ("--hand", "diary", "--hand-port", diary, "--policy", "halfway")
     process = firstcontact(environment, "live", *device, *hand, "--json")
     assert process.returncode == 0, process.stderr

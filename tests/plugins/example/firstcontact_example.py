@@ -68,10 +68,10 @@ class DiaryHand(Hand):
         return self
 
 
-TAPE = SourceKind(
-    "tape",
-    "tape:PATH for a recording by another name",
-    lambda device, options: ReplaySource(Path(device.removeprefix("tape:")), options.speed),
+REEL = SourceKind(
+    "reel",
+    "reel:PATH for a recording by another name",
+    lambda device, options: ReplaySource(Path(device.removeprefix("reel:")), options.speed),
     recorded=True,
 )
 

@@ -6,14 +6,13 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from firstcontact.cli import stopping as module
-from firstcontact.cli.stopping import Stop, stopping
+from firstcontact.cli.stopping import stopping
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 OTHERS = [signal.SIGINT, signal.SIGHUP, signal.SIGQUIT]
@@ -75,19 +74,6 @@ def test_what_is_ignored_stays_so() -> None:
         signal.raise_signal(signal.SIGHUP)
         assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     assert not stop.requested
-
-
-def test_in_another_thread_there_is_nothing_to_take() -> None:
-    taken: list[Stop] = []
-
-    def run() -> None:
-        with stopping() as stop:
-            taken.append(stop)
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    thread.join()
-    assert not taken[0].requested
 
 
 @pytest.mark.parametrize(

@@ -16,11 +16,9 @@ from firstcontact.core import (
     Block,
     Channel,
     ChannelKind,
-    Contact,
     Dataset,
     Finger,
     Layout,
-    Pinch,
     VibrationSensor,
     fingertip_layout,
 )
@@ -87,17 +85,6 @@ def test_microphone_belongs_to_no_finger(tmp_path: Path) -> None:
     assert contact_windows(dataset, [p.first for p in dataset.pinches], 0.015)[1].all()
 
 
-def test_sensor_option_overrides_the_microphone(tmp_path: Path) -> None:
-    folder = wavs(tmp_path / "w")
-    microphone = import_file(folder, tmp_path / "a")
-    piezo = import_file(folder, tmp_path / "b", "--sensor", "piezo")
-    assert piezo.layout.vibration_fingers == (Finger.INDEX,)
-    windows = [
-        contact_windows(d, [p.first for p in d.pinches], 0.015)[0] for d in (microphone, piezo)
-    ]
-    assert np.array_equal(*windows)
-
-
 def test_three_axes_are_one_channel(tmp_path: Path) -> None:
     dataset = import_file(arrays(tmp_path, axis=2), tmp_path / "out")
     (channel,) = dataset.layout.channels
@@ -137,11 +124,3 @@ def test_invalid_sensor_layouts_are_refused() -> None:
     for wrong in ({"axis": 1}, {"kind": ChannelKind.FORCE}):
         with pytest.raises(ValueError, match=r"axis|sensor"):
             replace(channel, **wrong)
-
-
-def test_contacts_without_a_finger_are_preserved(tmp_path: Path) -> None:
-    layout = Layout((Channel("m", ChannelKind.VIBRATION, None, "V"),), RATE)
-    truth = (Contact(None, 20, 20), Contact(None, 40, 40))
-    with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:
-        writer.pinch(Pinch(np.zeros((60, 1), np.int16), layout, truth=truth))
-    assert load_dataset(tmp_path / "a.mcap").pinches[0].truth == truth

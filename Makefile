@@ -127,7 +127,7 @@ twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (
 
 # --- checks ------------------------------------------------------------------------------------
 
-.PHONY: test test-install test-oldest test-slow mutation fuzz soak lint format types layers docs bench
+.PHONY: test test-install wheel test-oldest test-slow mutation fuzz soak lint format types layers docs bench
 # Tests of devices and of the page wait a third of their time: more processes than cores.
 TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 # Hundreds of processes import the package: compiled once, it takes each 0.4 s less.
@@ -138,6 +138,9 @@ test: $(VENV)/.dev ## the tests, side by side on all cores
 
 test-install: $(VENV)/.dev ## wheel and sdist, built and installed into empty environments
 	$(BIN)/python -m pytest -m slow tests/cli/test_install.py
+
+wheel: ## sdist and abi3 wheel of the last commit into dist/, tested in an empty environment
+	.ci/wheel dist
 
 # EXTRAS without cnn leaves out 5 GB of PyTorch. Warnings of new packages about old ones are no
 # faults, and the test that is left out expects the package of this checkout.

@@ -1,9 +1,18 @@
 """Stiffness of an object from the first 15 ms after one finger touches it."""
 
+from typing import Any
+
 import lazy_loader
 
-__version__ = "0.1.0"
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_public_name, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 # A star import is not to replace the builtin.
 __all__.remove("open")
+
+
+def __getattr__(name: str) -> Any:
+    if name != "__version__":
+        return _public_name(name)
+    # Of the installed package, so that only pyproject.toml has the number.
+    from importlib.metadata import version
+
+    return version(__name__)

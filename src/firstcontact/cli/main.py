@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from pathlib import PurePath
 from typing import Any
 
-from firstcontact import __version__
 from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
 from firstcontact.cli.verbs import configuration, overview
@@ -83,6 +82,8 @@ def _parse(arguments: list[str]) -> Any:
         print(overview(width))
         return None
     if word == "--version":
+        from firstcontact import __version__
+
         print(f"firstcontact {__version__}")
         return None
     verb = configuration(word)

@@ -115,6 +115,28 @@ def test_keys_alone_label_a_recording(labelling: Labelling, chromium: Any) -> No
 
 
 @needs_browser
+def test_buttons_label_on_a_telephone(labelling: Labelling, chromium: Any) -> None:
+    def click(key: str) -> None:
+        chromium.find_element("css selector", f"button[data-key='{key}']").click()
+
+    usual = chromium.get_window_size()
+    chromium.set_window_size(400, 800)
+    chromium.get(labelling.server.url)
+    wait_for_counts(chromium, "10 undecided")
+    width = "return [document.documentElement.scrollWidth, window.innerWidth]"
+    needed, available = chromium.execute_script(width)
+    assert needed <= available
+    for button in chromium.find_elements("css selector", ".keys button"):
+        assert button.rect["height"] >= 40
+    click(" ")
+    click("x")
+    wait_for_counts(chromium, "1 accepted, 1 rejected, 8 undecided")
+    press(chromium, " ")  # a key still belongs to the page, not to the button
+    wait_for_counts(chromium, "2 accepted, 1 rejected, 7 undecided")
+    chromium.set_window_size(usual["width"], usual["height"])
+
+
+@needs_browser
 def test_key_after_undo_labels_the_reopened_onset(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
     wait_for_counts(chromium, "10 undecided")

@@ -81,6 +81,7 @@ ELSEWHERE = {
     "make mutation": "by hand: it takes an hour",
     "make soak": "by hand: tests/soak runs two minutes with the slow tests",
     "make bench": "by hand: its numbers are in docs/reference/lab-notes.md",
+    "make wheel": "by hand before a release; wheels: tests/cli/test_install.py",
     "make install": "each other target runs its recipe",
     "make format": "by hand",
     "make constraints": "by hand, when versions are raised",

@@ -197,8 +197,8 @@ class _Controls:
     def start_recording(self) -> Path:
         return Path("recording.mcap")
 
-    def stop_recording(self) -> None:
-        return
+    def stop_recording(self) -> Path | None:
+        return self.recording_path
 
     def mark(self, text: str) -> None:
         assert len(text.encode()) <= protocol.MARKER_BYTES

@@ -188,9 +188,11 @@ class Requests:
         self.feed.recording = RecorderStatus(Path("live-1.mcap"))
         return Path("live-1.mcap")
 
-    def stop_recording(self) -> None:
+    def stop_recording(self) -> Path | None:
         self.calls.append("stop")
+        path = self.feed.recording.path
         self.feed.recording = RecorderStatus()
+        return path
 
     def mark(self, text: str) -> None:
         self.calls.append(f"mark {text}")

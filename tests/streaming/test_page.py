@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -86,7 +88,7 @@ def test_what_happens_is_seen(fed: Fed, chromium: Any) -> None:
     assert "Nothing lost" in text(chromium, "link")
     # The next closing clears them until its estimate comes.
     until(chromium, lambda d: text(d, "interval").startswith("between "))
-    sure = "correct for 90 % of objects like the training data"
+    sure = "correct for 90 % of touches like those in training"
     until(chromium, lambda d: text(d, "sure") == sure)
     until(chromium, lambda d: "second finger" in text(d, "verdict"))
     until(chromium, lambda d: text(d, "total").endswith(" ms"))
@@ -115,6 +117,20 @@ def test_a_withdrawn_contact_takes_its_times_along(page: PageSink, chromium: Any
     assert not faults(chromium)
 
 
+def test_a_pinch_is_spoken_once(fed: Fed, chromium: Any) -> None:
+    chromium.get(fed.sink.url)
+    chromium.execute_script(
+        "window.spoken = []; new MutationObserver(() => spoken.push(document.getElementById("
+        "'spoken').textContent)).observe(document.getElementById('spoken'), {childList: true})"
+    )
+    sentences = until(chromium, lambda d: len(s := d.execute_script("return spoken")) > 2 and s)
+    pattern = re.compile(r"Pinch (\d+): \d+ Shore A, between \d+ and \d+")
+    numbers = [match[1] for match in map(pattern.fullmatch, sentences) if match]
+    assert len(numbers) == len(sentences) == len(set(numbers))
+    live = "return document.querySelectorAll('output:not([aria-live=off])').length"
+    assert chromium.execute_script(live) == 0
+
+
 def test_recording_and_markers_reach_the_session(fed: Fed, chromium: Any) -> None:
     chromium.get(fed.sink.url)
     record = until(chromium, lambda d: d.find_element("id", "record"))
@@ -127,6 +143,8 @@ def test_recording_and_markers_reach_the_session(fed: Fed, chromium: Any) -> Non
     assert chromium.execute_script("return document.getElementById('marker').value") == ""
     record.click()
     until(chromium, lambda d: text(d, "record-word") == "Start recording")
+    saved = f"Recorded live-1.mcap in the folder {Path.cwd()}."
+    until(chromium, lambda d: text(d, "recording") == saved)
     assert fed.asked.calls == ["record", "mark block 29 <b>", "stop"]
     fed.asked.refuses = True
     record.click()

@@ -33,7 +33,8 @@ class Interval:
     Parameters
     ----------
     level
-        Nominal share of intervals that contain the truth, between 0 and 1.
+        Nominal coverage: share of touches like those in training whose interval contains the
+        true value, between 0 and 1.
     edges
         Predictions at which the width changes, ascending; one fewer than ``half_widths``.
     half_widths

@@ -214,8 +214,11 @@ class LiveSession:
         _log.info("recording %s", path)
         return path
 
-    def stop_recording(self) -> None:
+    def stop_recording(self) -> Path | None:
+        """End the recording and return its path; None if none was running."""
+        path = self._recorder.status.path
         self._recorder.stop()
+        return path
 
     def mark(self, text: str) -> None:
         self.source.mark(text)

@@ -221,6 +221,10 @@ document.addEventListener("keydown", (event) => {
   state.keys += 1;
   press(event.key);
 });
+for (const button of document.querySelectorAll(".keys button")) {
+  button.addEventListener("mousedown", (event) => event.preventDefault());  // the keys stay with the page
+  button.addEventListener("click", () => { if (form.hidden && current() && !state.finished) press(button.dataset.key); });
+}
 plot.addEventListener("mousemove", (event) => { state.cursor = event.offsetX; draw(); });
 plot.addEventListener("mouseleave", () => { state.cursor = null; draw(); });
 plot.addEventListener("click", (event) => {

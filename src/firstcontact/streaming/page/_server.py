@@ -92,8 +92,10 @@ class Commands:
             case "record":
                 return f"Recording to {controls.start_recording().name}."
             case "stop":
-                controls.stop_recording()
-                return "Recording stopped."
+                path = controls.stop_recording()
+                if path is None:
+                    return "No recording was running."
+                return f"Recorded {path.name} in the folder {path.parent.resolve()}."
             case "close" | "open":
                 controls.ask_hand(Ask(request.do), by)
                 return f"The hand {request.do}s."

@@ -1,6 +1,6 @@
 // Recording and markers: the buttons say what is so, not what was wished.
 
-import { byId, number, setText } from "./dom.js";
+import { announce, byId, number, setText } from "./dom.js";
 
 const SHOWN_FOR = 4000;
 
@@ -54,20 +54,25 @@ export class Controls {
 
   answer(answer) {
     if (answer.ok && answer.do === "mark") byId("marker").value = "";
-    this.say(answer.text, !answer.ok);
+    // Where a recording is stays readable until something else is said.
+    this.say(answer.text, !answer.ok, answer.ok && answer.do === "stop");
   }
 
-  say(text, failed) {
+  say(text, failed, stays = false) {
     this.said = { text, failed };
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => {
-      this.said = null;
-      this.paint();
-    }, SHOWN_FOR);
+    if (!stays) {
+      this.timer = setTimeout(() => {
+        this.said = null;
+        this.paint();
+      }, SHOWN_FOR);
+    }
+    announce(text);
     this.paint();
   }
 
   recording(status) {
+    if (status.failed && status.failed !== this.status?.failed) announce(`Recording stopped: ${status.failed}`);
     this.status = status;
     this.on = status.name !== null && !status.failed;
     byId("record").classList.toggle("on", this.on);

@@ -10,6 +10,9 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+// Said by screen readers; the same words are not said again.
+export const announce = (text) => setText(byId("spoken"), text);
+
 export function make(name, className = "", text = "") {
   const element = document.createElement(name);
   if (className) element.className = className;

@@ -1,6 +1,6 @@
 // The estimate with its interval, on a Shore A scale with the objects that are known.
 
-import { FINGER_NAMES, byId, draw, number, setText, size, watch } from "./dom.js";
+import { FINGER_NAMES, announce, byId, draw, number, setText, size, watch } from "./dom.js";
 import { later, shown } from "./events.js";
 import { Narrowing } from "./narrowing.js";
 
@@ -18,6 +18,13 @@ function judgement(pinch, estimate) {
   return ["none", "In time? Unknown: this is not real time"];
 }
 
+function spoken(now) {
+  const estimate = shown(now);
+  if (!estimate) return `no estimate: ${now.missing?.reason ?? now.pinch.reason}`;
+  const { value, low, high, out_of_range: strange } = estimate;
+  return `${number(value)} Shore A${high > low ? `, between ${number(low)} and ${number(high)}` : ""}${strange ? ", out of range" : ""}`;
+}
+
 export class Estimate {
   constructor() {
     this.svg = byId("scale");
@@ -31,6 +38,7 @@ export class Estimate {
     this.landmarks = Object.entries(hello.landmarks).sort((a, b) => a[1] - b[1]);
     // A single sensor has no second contact to be in time for.
     this.alone = hello.fingers.length < 2;
+    this.announced = null;
     this.clear();
     this.object(null);
     byId("same").hidden = !hello.controls;
@@ -55,6 +63,10 @@ export class Estimate {
       this.clear();  // the contact was withdrawn
       return;
     }
+    if (now.pinch && now.pinch.number !== this.announced) {
+      this.announced = now.pinch.number;
+      announce(`Pinch ${now.pinch.number}: ${spoken(now)}`);
+    }
     const verdict = byId("verdict");
     if (now.missing) {
       this.clear();
@@ -71,8 +83,7 @@ export class Estimate {
     this.estimate = estimate;
     setText(byId("value"), number(value, 0));
     setText(byId("interval"), high > low ? `between ${number(low)} and ${number(high)}` : "no interval");
-    // Its promise holds for objects like those of the training: others lie outside far more often.
-    setText(byId("sure"), level > 0 ? `correct for ${number(100 * level)} % of objects like the training data` : "");
+    setText(byId("sure"), level > 0 ? `correct for ${number(100 * level)} % of touches like those in training` : "");
     const shape = estimate.shape ? ` · shape: ${estimate.shape}` : "";
     setText(byId("felt"), `${FINGER_NAMES[estimate.contact.finger ?? 2]} touched first · from ${number(1000 * estimate.elapsed)} ms of signal${shape}`);
     byId("strange").hidden = !estimate.out_of_range;

@@ -236,8 +236,8 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
     low, high
         Ends of the interval.
     level
-        Nominal coverage: the interval contains the true value in this share of touches like those in
-        training.
+        Nominal coverage: the interval contains the true value in this share of touches like those
+        in training.
     pinches
         Number of pooled pinches; 1 for the first pinch of an object.
     is_named

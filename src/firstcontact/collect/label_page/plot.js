@@ -24,7 +24,7 @@ function span(signal, width) {
 }
 
 function drawSignal(canvas, signal, mark, others, recording, cursor) {
-  canvas.dataset.height = 420;
+  canvas.dataset.height = canvas.clientWidth < 500 ? 260 : 420;
   const { pen, width, height } = sharp(canvas), lanes = signal.least.length, foot = 24;
   const lane = (height - foot) / lanes, { first, perPixel } = span(signal, width);
   const x = (sample) => (sample - first + 0.5) / perPixel;

@@ -152,7 +152,7 @@ class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
     Parameters
     ----------
     subject
-        Name of the output: ``page`` or ``lsl``.
+        Name of the output: ``page``, ``lsl`` or ``foxglove``.
     reason
         Reason in a few words.
     """

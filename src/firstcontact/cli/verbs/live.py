@@ -54,6 +54,10 @@ class Live:
     """Write JSON lines to standard output instead of text."""
     lsl: Annotated[bool, Option(group="output", advanced=True)] = False
     """Send samples and events by LSL."""
+    foxglove: Annotated[bool, Option(group="output", advanced=True)] = False
+    """Serve samples, forces and events to Foxglove, to all who reach the address."""
+    foxglove_address: Annotated[str, Option(group="output", advanced=True)] = "127.0.0.1:8766"
+    """Address and TCP port for Foxglove; port 0 takes a free one."""
     hand: Annotated[str | None, choice(HANDS, "hand")] = None
     """Hand that the command drives."""
     hand_port: Annotated[str | None, Option(group="hand", advanced=True)] = None
@@ -93,6 +97,8 @@ class Live:
             import websockets.asyncio.server  # noqa: F401  # slow, so before samples come
         if self.lsl:
             require_modules("live", "pylsl")
+        if self.foxglove:
+            require_modules("foxglove", "foxglove")
         kernels()  # an error before the session, if they are missing
         from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
@@ -171,6 +177,12 @@ class Live:
             from firstcontact.streaming.lsl import LslSink
 
             sinks.append(LslSink())
+        if self.foxglove:
+            from firstcontact.streaming.foxglove import FoxgloveSink
+
+            viewers = FoxgloveSink(self.foxglove_address)
+            _say(f"foxglove: {viewers.url}")
+            sinks.append(viewers)
         if self.page:
             from firstcontact.streaming.page.sink import PageSink
 

@@ -1,0 +1,184 @@
+"""Samples, force grids and events for Foxglove, by its protocol ``foxglove.sdk.v1``."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Mapping
+from typing import Any, get_args
+
+import msgspec
+import numpy as np
+from msgspec import inspect
+
+from firstcontact.core import ChannelKind, Finger, InputError, finger_name
+from firstcontact.core.installation import require_modules
+from firstcontact.device import Arrival, Descriptor
+from firstcontact.device.clock import DeviceClock
+from firstcontact.streaming._outputs import Update
+from firstcontact.streaming.events import Event
+from firstcontact.streaming.json_lines import FailedLine, MarkerLine, json_line
+
+#: Messages that wait for a slow viewer; then the oldest are dropped. 8 s of the fingertip.
+BACKLOG = 40_000
+#: Little-endian CDR, the encoding of ROS 2.
+_CDR = b"\x00\x01\x00\x00"
+#: Side of a force cell, and distance between two grids, in the 3D panel, m.
+CELL, APART = 0.005, 0.02
+
+
+class FoxgloveSink:
+    """WebSocket server for Foxglove: each sample, force grids, and each event as JSON.
+
+    The constructor opens the port, so that a busy port is reported early.
+    """
+
+    name = "foxglove"
+    every = 0.02
+    is_prompt = True
+
+    def __init__(self, address: str = "127.0.0.1:8766") -> None:
+        require_modules("foxglove", "foxglove")
+        import foxglove
+
+        host, _, port = address.rpartition(":")
+
+        self._sdk: Any = foxglove
+        self._context = foxglove.Context()
+        try:
+            self._server = foxglove.start_server(
+                name="firstcontact",
+                host=host.strip("[]"),
+                port=int(port),
+                context=self._context,
+                message_backlog_size=BACKLOG,
+            )
+        except Exception as error:  # the SDK exports no class of its errors
+            raise InputError(
+                f"Foxglove cannot be served at {address!r} ({error}): give an address and a free "
+                "port, such as 127.0.0.1:8766, or port 0 for any free one"
+            ) from error
+        #: Address to open in Foxglove.
+        self.url = f"ws://{host}:{self._server.port}"
+        self._failed: Mapping[str, str] = {}
+
+    def open(self, descriptor: Descriptor) -> None:
+        layout = self._layout = descriptor.layout
+        self._columns = tuple(range(layout.width))
+        self._clock = DeviceClock(layout.rate)
+        self._shift = time.time() - time.monotonic()
+        fields = ["uint64 sample", "uint32 epoch"]
+        for k, name in enumerate(layout.column_names):
+            field = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+            fields.append(f"float32 {field if field[:1].isalpha() else f'column_{k}'}")
+        if len(set(fields)) < len(fields):
+            fields[2:] = [f"float32 column_{k}" for k in self._columns]
+        self._row = np.dtype(
+            [("cdr", "V4"), ("sample", "<u8"), ("epoch", "<u4"), ("values", "<f4", layout.width)]
+        )
+        text = "\n".join(fields).encode()
+        schema = self._sdk.Schema(name="firstcontact_msgs/msg/Sample", encoding="ros2msg", data=text)
+        self._samples = self._channel("/samples", schema=schema, message_encoding="cdr")
+        self._events = {
+            tag: self._channel(f"/{tag}", schema={"title": tag, **_schema(info)})
+            for kind in (*get_args(Event), MarkerLine, FailedLine)
+            if isinstance(info := inspect.type_info(kind), inspect.StructType)
+            and (tag := str(info.tag))
+        }
+        self._grids = []
+        for finger in (*Finger, None):
+            columns = layout.columns(ChannelKind.FORCE, finger)
+            ordered = sorted(columns, key=lambda c: layout.column_channels[c].taxel or 0)
+            if ordered:
+                topic = f"/force/{finger_name(finger)}"
+                channel = self._sdk.channels.GridChannel(topic, context=self._context)
+                self._grids.append((channel, tuple(ordered)))
+
+    def take(self, update: Update) -> None:
+        for arrival in update.arrivals:
+            self._send(arrival)
+        now = time.monotonic()
+        for name, reason in update.failed.items() - self._failed.items():
+            self._log(FailedLine(name, reason), now)
+        self._failed = update.failed
+        for event in update.events:
+            self._log(event, self._clock.host_time(event.known_sample, event.epoch))
+
+    def close(self) -> None:
+        """Disconnect all viewers and release the port. Closing twice is fine."""
+        self._server.stop()
+
+    def _send(self, arrival: Arrival) -> None:
+        block = arrival.block
+        if len(block.data):
+            stamps = self._nanoseconds(self._clock.stamps(block, arrival.host))
+            if self._samples.has_sinks():
+                rows = np.empty(len(block.data), self._row)
+                rows["cdr"] = np.void(_CDR)
+                rows["sample"] = np.arange(block.first_sample, block.end)
+                rows["epoch"] = block.epoch
+                rows["values"] = self._layout.physical(block.data, self._columns)
+                for stamp, row in zip(stamps.tolist(), rows, strict=True):
+                    self._samples.log(row.tobytes(), log_time=stamp)
+            for place, (channel, columns) in enumerate(self._grids):
+                if channel.has_sinks():
+                    force = self._layout.physical(block.data, columns).mean(axis=0)
+                    channel.log(self._grid(force, place, int(stamps[-1])), log_time=int(stamps[-1]))
+        for marker in arrival.markers:
+            line = MarkerLine(marker.sample, marker.epoch, marker.text)
+            self._log(line, self._clock.host_time(marker.sample, marker.epoch))
+
+    def _grid(self, force: Any, place: int, stamp: int) -> Any:
+        """Return the force map of a finger, with its first row on top as on the page."""
+        kinds = self._sdk.messages
+        across = 1 if len(force) % 2 else 2
+        return kinds.Grid(
+            timestamp=kinds.Timestamp(*divmod(stamp, 10**9)),
+            frame_id="hand",
+            pose=kinds.Pose(
+                position=kinds.Vector3(x=place * APART), orientation=kinds.Quaternion(w=1.0)
+            ),
+            column_count=across,
+            cell_size=kinds.Vector2(x=CELL, y=CELL),
+            row_stride=4 * across,
+            cell_stride=4,
+            fields=[
+                kinds.PackedElementField(
+                    name="force", type=kinds.PackedElementFieldNumericType.Float32
+                )
+            ],
+            data=force.astype("<f4").reshape(-1, across)[::-1].tobytes(),
+        )
+
+    def _log(self, line: msgspec.Struct, host: float) -> None:
+        tag = str(line.__struct_config__.tag)
+        self._events[tag].log(json_line(line), log_time=int(self._nanoseconds(host)))
+
+    def _nanoseconds(self, host: Any) -> Any:
+        """Return times of the host's monotonic clock as nanoseconds since 1970."""
+        return np.int64(np.round((host + self._shift) * 1e9))
+
+    def _channel(self, topic: str, **options: Any) -> Any:
+        return self._sdk.Channel(topic, context=self._context, **options)
+
+
+def _schema(kind: inspect.Type) -> dict[str, Any]:
+    """Return a JSON schema without references and unions, which viewers do not read."""
+    match kind:
+        case inspect.UnionType():
+            return _schema(next(t for t in kind.types if not isinstance(t, inspect.NoneType)))
+        case inspect.StructType() | inspect.DataclassType():
+            properties = {f.encode_name: _schema(f.type) for f in kind.fields}
+            return {"type": "object", "properties": properties}
+        case inspect.VarTupleType() | inspect.ListType():
+            return {"type": "array", "items": _schema(kind.item_type)}
+        case inspect.BoolType():
+            return {"type": "boolean"}
+        case inspect.FloatType():
+            return {"type": "number"}
+        case inspect.IntType():
+            return {"type": "integer"}
+        case inspect.EnumType():
+            return {"type": "integer" if issubclass(kind.cls, int) else "string"}
+        case _:
+            return {"type": "string"}

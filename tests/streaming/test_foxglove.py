@@ -1,0 +1,195 @@
+"""The output for Foxglove, read by a client of its own as ``foxglove.sdk.v1`` describes it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import struct
+import subprocess
+import sys
+from collections import defaultdict
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from example_events import DESCRIPTOR, EVENTS, everything
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+from websockets.typing import Subprotocol
+
+from firstcontact.cli.main import main
+from firstcontact.core import InputError
+from firstcontact.streaming.json_lines import FailedLine, json_line, marker_line
+
+foxglove = pytest.importorskip("foxglove")
+from firstcontact.streaming.foxglove import FoxgloveSink  # noqa: E402
+
+LAYOUTS = Path(__file__).parents[2] / "examples" / "foxglove"
+#: Longest wait for a message, s.
+PATIENCE = 30.0
+#: Head of a message: operation 1, subscription, and time in ns since 1970.
+HEAD = struct.Struct("<BIQ")
+COLUMNS = DESCRIPTOR.layout.width
+#: CDR's head, the sample's number and epoch, and its values.
+SAMPLE = struct.Struct(f"<4xQI{COLUMNS}f")
+
+PROGRAM = "from firstcontact.cli.main import main; raise SystemExit(main())"
+
+
+class Viewer:
+    """Client that subscribes to all topics."""
+
+    def __init__(self, url: str) -> None:
+        protocol = Subprotocol("foxglove.sdk.v1")
+        self._stack = ExitStack()
+        self._socket = self._stack.enter_context(
+            connect(url, subprotocols=[protocol], compression=None)
+        )
+        assert self._socket.subprotocol == protocol
+        self.info = json.loads(self._socket.recv(PATIENCE))
+        self.channels: dict[str, dict[str, Any]] = {}
+        self.messages: dict[str, list[tuple[int, bytes]]] = defaultdict(list)
+
+    def subscribe(self, topics: int) -> None:
+        """Subscribe to every topic once so many are offered."""
+        while len(self.channels) < topics:
+            offer = json.loads(self._socket.recv(PATIENCE))
+            assert offer["op"] == "advertise"
+            self.channels |= {channel["topic"]: channel for channel in offer["channels"]}
+        wanted = [{"id": c["id"], "channelId": c["id"]} for c in self.channels.values()]
+        self._socket.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+
+    def read(self, messages: float = np.inf) -> None:
+        """Read so many messages, or all until the server ends the connection."""
+        topics = {channel["id"]: topic for topic, channel in self.channels.items()}
+        while messages > 0:
+            try:
+                message = self._socket.recv(PATIENCE)
+            except ConnectionClosed:
+                return
+            if isinstance(message, bytes):
+                operation, subscription, time = HEAD.unpack_from(message)
+                assert operation == 1
+                self.messages[topics[subscription]].append((time, message[HEAD.size :]))
+                messages -= 1
+
+    def lines(self, topic: str) -> list[str]:
+        return [data.decode() for _, data in self.messages[topic]]
+
+    def close(self) -> None:
+        self._stack.close()
+
+
+def test_a_viewer_gets_every_sample_grid_and_event() -> None:
+    update = everything()
+    layout = DESCRIPTOR.layout
+    sink = FoxgloveSink("127.0.0.1:0")
+    try:
+        assert sink.url.startswith("ws://127.0.0.1:")
+        with pytest.raises(InputError, match="free port"):
+            FoxgloveSink(sink.url.removeprefix("ws://"))
+        viewer = Viewer(sink.url)
+        sink.open(DESCRIPTOR)
+        viewer.subscribe(len(sink._events) + 3)
+        while not all(c.has_sinks() for c in [sink._samples, *sink._events.values()]):
+            pass
+        sink.take(update)
+        samples = len(update.arrivals[0].block.data)
+        viewer.read(samples + 2 + len(EVENTS) + 2)
+        viewer.close()
+    finally:
+        sink.close()
+        sink.close()
+    assert viewer.info["capabilities"] == []  # viewers cannot send anything
+    text = viewer.channels["/samples"]["schema"]
+    assert re.findall(r"float32 (\w+)", text) == list(layout.column_names)
+    times = np.array([time for time, _ in viewer.messages["/samples"]])
+    rows = np.array([SAMPLE.unpack(data) for _, data in viewer.messages["/samples"]])
+    np.testing.assert_array_equal(rows[:, 0], np.arange(samples))
+    physical = layout.physical(update.arrivals[0].block.data, tuple(range(layout.width)))
+    np.testing.assert_array_equal(rows[:, 2:], physical.astype(np.float32))
+    np.testing.assert_allclose(np.diff(times) / 1e9, 1 / layout.rate, atol=1e-6)
+    for finger in ("index", "thumb"):
+        assert viewer.channels[f"/force/{finger}"]["schemaName"] == "foxglove.Grid"
+        assert len(viewer.messages[f"/force/{finger}"]) == 1
+    for event in EVENTS:
+        tag = event.__struct_config__.tag
+        assert json_line(event) in viewer.lines(f"/{tag}")
+    assert viewer.lines("/marker") == [marker_line(update.arrivals[0].markers[0])]
+    assert viewer.lines("/failed") == [json_line(FailedLine("page", "OSError: no"))]
+    # The schema names each field that a line has, so that a viewer can plot it.
+    for topic, channel in viewer.channels.items():
+        for line in viewer.lines(topic) if channel["encoding"] == "json" else ():
+            fields = set(json.loads(channel["schema"])["properties"])
+            assert set(json.loads(line)) - {"type"} <= fields
+
+
+class Command:
+    """``live`` on the twin in real time, in a process of its own."""
+
+    def __init__(self, seconds: float, *arguments: str) -> None:
+        words = ["live", "--device", "twin", "--json", "--seconds", str(seconds), *arguments]
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", PROGRAM, *words],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert self._process.stderr is not None
+        self.stderr = self._process.stderr
+
+    def cpu(self) -> tuple[str, float]:
+        """Return what it printed and its CPU time, s, when it has ended."""
+        text = self.stderr.read()
+        _, status, usage = os.wait4(self._process.pid, 0)
+        self._process.returncode = os.waitstatus_to_exitcode(status)
+        assert self._process.returncode == 0, text
+        self.stderr.close()
+        return text, usage.ru_utime + usage.ru_stime
+
+
+def follow(seconds: float) -> tuple[Viewer, str, float]:
+    """Return a viewer of the live twin with all that it got, what was printed, and CPU time, s."""
+    command = Command(seconds, "--foxglove", "--foxglove-address", "127.0.0.1:0")
+    url = next(line.split()[-1] for line in command.stderr if line.startswith("foxglove: "))
+    viewer = Viewer(url)
+    viewer.subscribe(len(EVENTS) + 3)
+    viewer.read()
+    viewer.close()
+    text, cpu = command.cpu()
+    assert "foxglove" not in text, text  # no updates were dropped
+    return viewer, text, cpu
+
+
+def lost(viewer: Viewer, seconds: float) -> int:
+    """Return the number of missing samples, from the first to the last that came."""
+    numbers = [SAMPLE.unpack(data)[0] for _, data in viewer.messages["/samples"]]
+    assert numbers == sorted(numbers)
+    assert len(numbers) > 0.8 * seconds * DESCRIPTOR.layout.rate
+    return int(numbers[-1] - numbers[0] + 1 - len(numbers))
+
+
+def test_no_sample_of_the_live_twin_is_lost() -> None:
+    viewer, _, _ = follow(5)
+    assert lost(viewer, 5) == 0
+    for topic in ("/contact", "/estimate", "/force/index"):
+        assert viewer.messages[topic], topic
+
+
+@pytest.mark.slow
+def test_a_minute_of_samples_costs_little(record_property: Any) -> None:
+    viewer, _, cpu = follow(60)
+    assert lost(viewer, 60) == 0
+    share = (cpu - Command(60).cpu()[1]) / 60
+    record_property("share of a core", share)
+    print(f"Foxglove takes {share:.1%} of a core")
+    assert share <= 0.10
+
+
+def test_a_wrong_address_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["live", "--device", "twin", "--foxglove", "--foxglove-address", "127.0.0.1"]
+    assert main(arguments) == 2
+    assert "127.0.0.1:8766" in capsys.readouterr().err

@@ -20,6 +20,7 @@ FOR_USERS = (
     "study",
     "files",
     "live",
+    "foxglove",
     "audio",
     "hand",
     "cluster",

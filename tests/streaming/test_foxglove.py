@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections import defaultdict
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -127,6 +128,17 @@ def test_a_viewer_gets_every_sample_grid_and_event() -> None:
             assert set(json.loads(line)) - {"type"} <= fields
 
 
+@pytest.mark.parametrize("name", ["1st sensor", "sample", "piezo_INDEX"])
+def test_names_that_ros_refuses_are_replaced(name: str) -> None:
+    first, second, *others = DESCRIPTOR.layout.channels
+    channels = (first, replace(second, name=name), *others)
+    sink = FoxgloveSink("127.0.0.1:0")
+    sink.open(replace(DESCRIPTOR, layout=replace(DESCRIPTOR.layout, channels=channels)))
+    sink.close()
+    text = sink._samples.schema().data.decode()
+    assert re.findall(r"float32 (\w+)\n?", text) == [f"column_{k}" for k in range(COLUMNS)]
+
+
 class Command:
     """``live`` on the twin in real time, in a process of its own."""
 
@@ -187,6 +199,32 @@ def test_a_minute_of_samples_costs_little(record_property: Any) -> None:
     record_property("share of a core", share)
     print(f"Foxglove takes {share:.1%} of a core")
     assert share <= 0.10
+
+
+def named(layout: str) -> set[str]:
+    """Return the message paths in a layout file, and check that it shows each of its panels."""
+    tree = json.loads((LAYOUTS / f"{layout}.json").read_text(encoding="utf-8"))
+    text = json.dumps(tree["layout"])
+    assert {p for p in tree["configById"] if f'"{p}"' in text} == set(tree["configById"])
+    return set(re.findall(r'"(/[^"]+)"', json.dumps(tree["configById"])))
+
+
+def test_the_layouts_name_what_exists() -> None:
+    sink = FoxgloveSink("127.0.0.1:0")
+    sink.open(DESCRIPTOR)
+    sink.close()
+    fields = {f"/samples.{name}" for name in DESCRIPTOR.layout.column_names}
+    fields |= {f"/{topic}" for topic in sink._events} | {"/force/index", "/force/thumb"}
+    for topic, channel in sink._events.items():
+        properties = json.loads(channel.schema().data)["properties"]
+        fields |= {f"/{topic}.{name}" for name in properties}
+        inner = properties.get("contact", {}).get("properties", {})
+        fields |= {f"/{topic}.contact.{name}" for name in inner}
+    assert named("live") <= fields
+    layout = DESCRIPTOR.layout
+    pairs = zip(layout.column_names, layout.column_channels, strict=True)
+    exported = {f"/{channel.kind}/{name}.data" for name, channel in pairs}
+    assert named("recording") <= exported | {"/contacts.data"}
 
 
 def test_a_wrong_address_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,6 +23,7 @@ from firstcontact.streaming.json_lines import FailedLine, MarkerLine, json_line
 BACKLOG = 40_000
 #: Little-endian CDR, the encoding of ROS 2.
 _CDR = b"\x00\x01\x00\x00"
+_PLAIN = {inspect.BoolType: "boolean", inspect.FloatType: "number", inspect.IntType: "integer"}
 #: Side of a force cell, and distance between two grids, in the 3D panel, m.
 CELL, APART = 0.005, 0.02
 
@@ -67,24 +68,23 @@ class FoxgloveSink:
         self._columns = tuple(range(layout.width))
         self._clock = DeviceClock(layout.rate)
         self._shift = time.time() - time.monotonic()
-        fields = ["uint64 sample", "uint32 epoch"]
-        for k, name in enumerate(layout.column_names):
-            field = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
-            fields.append(f"float32 {field if field[:1].isalpha() else f'column_{k}'}")
-        if len(set(fields)) < len(fields):
-            fields[2:] = [f"float32 column_{k}" for k in self._columns]
+        names = [re.sub(r"\W+", "_", n.lower(), flags=re.ASCII) for n in layout.column_names]
+        if len({*names, "sample", "epoch"}) < len(names) + 2 or not all(
+            name[:1].isalpha() for name in names
+        ):
+            names = [f"column_{k}" for k in self._columns]
+        fields = ["uint64 sample", "uint32 epoch", *(f"float32 {name}" for name in names)]
         self._row = np.dtype(
             [("cdr", "V4"), ("sample", "<u8"), ("epoch", "<u4"), ("values", "<f4", layout.width)]
         )
         text = "\n".join(fields).encode()
-        schema = self._sdk.Schema(name="firstcontact_msgs/msg/Sample", encoding="ros2msg", data=text)
+        schema = self._sdk.Schema(name="firstcontact/msg/Sample", encoding="ros2msg", data=text)
         self._samples = self._channel("/samples", schema=schema, message_encoding="cdr")
-        self._events = {
-            tag: self._channel(f"/{tag}", schema={"title": tag, **_schema(info)})
-            for kind in (*get_args(Event), MarkerLine, FailedLine)
-            if isinstance(info := inspect.type_info(kind), inspect.StructType)
-            and (tag := str(info.tag))
-        }
+        self._events = {}
+        for kind in (*get_args(Event), MarkerLine, FailedLine):
+            tag = str(kind.__struct_config__.tag)
+            schema = {"title": tag, **_schema(inspect.type_info(kind))}
+            self._events[tag] = self._channel(f"/{tag}", schema=schema)
         self._grids = []
         for finger in (*Finger, None):
             columns = layout.columns(ChannelKind.FORCE, finger)
@@ -132,21 +132,17 @@ class FoxgloveSink:
         """Return the force map of a finger, with its first row on top as on the page."""
         kinds = self._sdk.messages
         across = 1 if len(force) % 2 else 2
+        position = kinds.Vector3(x=place * APART)
+        number = kinds.PackedElementFieldNumericType.Float32
         return kinds.Grid(
             timestamp=kinds.Timestamp(*divmod(stamp, 10**9)),
             frame_id="hand",
-            pose=kinds.Pose(
-                position=kinds.Vector3(x=place * APART), orientation=kinds.Quaternion(w=1.0)
-            ),
+            pose=kinds.Pose(position=position, orientation=kinds.Quaternion(w=1.0)),
             column_count=across,
             cell_size=kinds.Vector2(x=CELL, y=CELL),
             row_stride=4 * across,
             cell_stride=4,
-            fields=[
-                kinds.PackedElementField(
-                    name="force", type=kinds.PackedElementFieldNumericType.Float32
-                )
-            ],
+            fields=[kinds.PackedElementField(name="force", type=number)],
             data=force.astype("<f4").reshape(-1, across)[::-1].tobytes(),
         )
 
@@ -164,21 +160,12 @@ class FoxgloveSink:
 
 def _schema(kind: inspect.Type) -> dict[str, Any]:
     """Return a JSON schema without references and unions, which viewers do not read."""
-    match kind:
-        case inspect.UnionType():
-            return _schema(next(t for t in kind.types if not isinstance(t, inspect.NoneType)))
-        case inspect.StructType() | inspect.DataclassType():
-            properties = {f.encode_name: _schema(f.type) for f in kind.fields}
-            return {"type": "object", "properties": properties}
-        case inspect.VarTupleType() | inspect.ListType():
-            return {"type": "array", "items": _schema(kind.item_type)}
-        case inspect.BoolType():
-            return {"type": "boolean"}
-        case inspect.FloatType():
-            return {"type": "number"}
-        case inspect.IntType():
-            return {"type": "integer"}
-        case inspect.EnumType():
-            return {"type": "integer" if issubclass(kind.cls, int) else "string"}
-        case _:
-            return {"type": "string"}
+    if isinstance(kind, inspect.UnionType):
+        return _schema(next(t for t in kind.types if not isinstance(t, inspect.NoneType)))
+    if isinstance(kind, inspect.StructType | inspect.DataclassType):
+        return {"type": "object", "properties": {f.name: _schema(f.type) for f in kind.fields}}
+    if isinstance(kind, inspect.VarTupleType):
+        return {"type": "array", "items": _schema(kind.item_type)}
+    if isinstance(kind, inspect.EnumType) and issubclass(kind.cls, int):
+        return {"type": "integer"}
+    return {"type": _PLAIN.get(type(kind), "string")}

@@ -200,10 +200,26 @@ def described(name: str, subject: Any) -> list[str]:
         if section in parts:
             lines += [f"{title}:", "", *entries(parts[section]), ""]
     if inspect.isclass(subject) and not is_enum(subject):
+        listed = fields(subject, "\n".join(lines))
+        lines += ["Attributes:", "", *listed, ""] if listed else []
         listed = members(subject, "\n".join(lines))
         lines += ["Members:", "", *listed, ""] if listed else []
     if "Examples" in parts:
         lines += ["```pycon", parts["Examples"].strip(), "```", ""]
+    return lines
+
+
+def fields(kind: type, documented: str) -> list[str]:
+    """List the attributes of a class that comments of its source describe."""
+    lines = []
+    for base in kind.__mro__:
+        if not base.__module__.startswith("firstcontact"):
+            continue
+        comments = r"((?:^    #: .*\n)+)    (\w+): "
+        for comment, name in re.findall(comments, inspect.getsource(base), re.MULTILINE):
+            text = re.sub(r"^ *#: ", "", comment, flags=re.MULTILINE)
+            if not name.startswith("_") and f"- `{name}`" not in documented + "\n".join(lines):
+                lines.append(f"- `{name}`: {prose(text)}")
     return lines
 
 
@@ -217,14 +233,16 @@ def members(kind: type, documented: str) -> list[str]:
             continue
         function: Any = subject.fget if isinstance(subject, property) else getattr(kind, name)
         described = subject if isinstance(subject, property) else function
-        text = sections(inspect.getdoc(described) or "")[""]
+        parts = sections(inspect.getdoc(described) or "")
         if not function.__module__.startswith("firstcontact") or f"`{name}`" in documented:
             continue
         called = ""
         if is_method:
             names = [p for p in inspect.signature(function).parameters if p != "self"]
             called = f"({', '.join(names)})"
-        lines.append(f"- `{name}{called}`: {prose(text).split(chr(10))[0]}".rstrip(": "))
+        lines.append(f"- `{name}{called}`: {prose(parts['']).split(chr(10))[0]}".rstrip(": "))
+        if is_method and "Parameters" in parts:
+            lines += [f"    {entry}" for entry in entries(parts["Parameters"])]
     return lines
 
 

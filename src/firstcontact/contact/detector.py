@@ -64,7 +64,7 @@ class Detector:
     #: Length of a window and of its new part, s, as published. There is one decision per new part.
     duration: ClassVar[float] = 0.020
     step: ClassVar[float] = 0.003
-    #: Two periods of 50 Hz hum.
+    #: Length of the steady state, s: two periods of 50 Hz hum.
     steady: ClassVar[float] = 0.040
     #: Number of newest steps in which a detected contact can have begun: the new part, and two
     #: steps before for contacts that were too faint.

@@ -97,8 +97,14 @@ class ForceCurve:
 class Calibration:
     """Calibration of one pair of fingertips. Every recording stores it in its header.
 
-    ``piezo`` holds the vibration sensors of any kind; files use this name. ``created`` is an ISO
-    8601 time. Fingers that were not measured are absent.
+    Parameters
+    ----------
+    piezo
+        Noise and offset of each measured vibration sensor, of any kind; files use this name.
+    force
+        Force curve of each measured fingertip.
+    created
+        Time of the measurement, ISO 8601.
 
     Examples
     --------

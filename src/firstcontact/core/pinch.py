@@ -42,6 +42,21 @@ class Role(StrEnum):
 class Label:
     """Label of a pinched object. In any field, ``None`` or "" means unknown.
 
+    Parameters
+    ----------
+    object
+        Name of the object.
+    shore_a
+        Shore A hardness, 0 to 100.
+    hardness_rank
+        Rank of an object without a Shore A: a larger number is harder.
+    specimen
+        One physical object, where several have this name.
+    session
+        Session of recording. Held-out scores leave out whole sessions.
+    role
+        ``TRAIN`` for pinches to learn from, ``TEST`` for pinches that are only scored.
+
     Raises
     ------
     InputError

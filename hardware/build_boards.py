@@ -254,8 +254,8 @@ def main() -> int:
             return 1
         print(f"{name}: 0 faults in ERC, DRC and the comparison of board and schematic")
         export(boards / name, name, OUT / name)
-        for side in ("front", "back"):
-            shutil.copy(OUT / name / f"{name}-{side}.png", IMAGES / f"board-{name}-{side}.png")
+        for image in IMAGES.glob(f"board-{name}-*.png"):
+            shutil.copy(OUT / name / image.name.removeprefix("board-"), image)
     selftest(boards / "amplifier")
     return 0
 

@@ -64,6 +64,12 @@ ACCESSORIES = (
     ("SXH-001T-P0.6", 18, "crimp contact for the plug of a cable"),
     ("wire, AWG 28, stranded", 18, "cables from the fingertips, up to 0.3 m"),
     ("pin header 1 × 14, 2.54 mm", 2, "pins of the Teensy, if it has none"),
+    ("PZT disc, 10 mm across, 0.1 mm thick, 12 nF", 2, "vibration sensor; one or two to spare"),
+    ("Velostat (Linqstat), 0.1 mm", 1, "force-sensitive sheet, 10 cm are enough"),
+    ("heat-set insert M2, 3 mm long, 3.5 mm wide", 8, "threads of the mounts"),
+    ("screw M2", 8, "mounts to the fingers; length in the table of prints"),
+    ("silicone, epoxies, microscope slide", 1, "as Pour and Glue name them"),
+    ("copper foil, self-adhesive", 1, "contact strips, only to record true contacts"),
 )
 
 

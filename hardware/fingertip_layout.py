@@ -13,10 +13,12 @@ from __future__ import annotations
 import math
 
 from circuit import CABLE, COLUMNS, ROWS
+from dimensions import NOMINAL
 from layout import BACK, TRACK, Layout, Point, Step, Text, Track
 
-#: Size of the board (paper), and its thickness (assumption), mm.
-LENGTH, WIDTH, THICKNESS = 20.0, 15.0, 1.6
+#: Size of the board and its thickness, mm.
+LENGTH, WIDTH = NOMINAL.board_length, NOMINAL.board_width
+THICKNESS = NOMINAL.board_thickness
 #: Width of a comb's finger and of the gap beside it, mm.
 FINGER, GAP = 0.3, 0.3
 #: Fingers of a taxel. The outer ones belong to the row: an idle row is held at ground and so
@@ -29,7 +31,7 @@ ROW_SPINE, COLUMN_SPINE = 0.3, 0.4
 #: Opening of the solder mask beyond the fingers, mm. The spines stay covered.
 OPENING = 0.12
 #: Radius of the disc's land on the back, mm.
-LAND = 5.0
+LAND = NOMINAL.disc_diameter / 2
 #: Pads of the nine wires, mm: place, pitch and size.
 WIRES_X, WIRES_PITCH, WIRE_PAD = -8.45, 1.45, (1.4, 0.95)
 #: Pad of the thin wire to the disc's outer face, relative to the disc, and its side.

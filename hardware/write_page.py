@@ -1,4 +1,4 @@
-"""Write the tables of the build page from the circuit's table and its simulation.
+"""Write the tables of the build page and of the circuit's page, from parts and simulation.
 
 python hardware/write_page.py            # the tables
 python hardware/write_page.py --measure  # simulates the circuit first, with ngspice
@@ -14,11 +14,14 @@ from pathlib import Path
 
 from circuit import FINGERS, TEENSY, Kind, parts
 from mount_tables import fit_table, pour_table, print_table
+from multimeter_tables import resistors_table
 from order_tables import accessories_table, order_table
 from simulate import Board, check, measure, twin_response
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs/how-to/build-a-fingertip.md"
+BUILD, CIRCUIT = (
+    ROOT / "docs" / name for name in ("how-to/build-a-fingertip.md", "reference/fingertip.md")
+)
 RESULTS = ROOT / "docs/results/circuit.json"
 
 
@@ -93,7 +96,7 @@ def simulation_table(board: Board) -> str:
 
 
 def filled(text: str, board: Board) -> str:
-    """Return the page with its tables replaced."""
+    """Return a page with its tables replaced."""
     tables = {
         "parts": parts_table(),
         "pins": pins_table(),
@@ -103,13 +106,10 @@ def filled(text: str, board: Board) -> str:
         "print": print_table(),
         "pour": pour_table(),
         "fit": fit_table(),
+        "resistors": resistors_table(),
     }
-    for name, table in tables.items():
-        pattern = rf"(<!-- hardware: {name} -->\n\n).*?(\n\n<!-- /hardware -->)"
-        text, count = re.subn(pattern, lambda m, t=table: m[1] + t + m[2], text, flags=re.DOTALL)
-        if count != 1:
-            raise ValueError(f"{PAGE} has {count} places for the table {name!r}")
-    return text
+    pattern = r"(<!-- hardware: (\w+) -->\n\n).*?(\n\n<!-- /hardware -->)"
+    return re.sub(pattern, lambda m: m[1] + tables[m[2]] + m[3], text, flags=re.DOTALL)
 
 
 def read_results() -> Board:
@@ -126,4 +126,5 @@ if __name__ == "__main__":
         check(board)
         results = {"command": "python hardware/write_page.py --measure", **asdict(board)}
         RESULTS.write_text(json.dumps(results, indent=1) + "\n", "utf-8")
-    PAGE.write_text(filled(PAGE.read_text("utf-8"), read_results()), "utf-8")
+    for page in (BUILD, CIRCUIT):
+        page.write_text(filled(page.read_text("utf-8"), read_results()), "utf-8")

@@ -44,7 +44,7 @@ def test_the_command_writes_one_page_without_links(tmp_path, capsys) -> None:
     assert main(["check", "--device", "twin", *options]) == 0
     assert "polarity" in capsys.readouterr().out
     page = out.read_text()
-    assert "Exchange the two wires of the disc." in page
+    assert "The disc lies on its wrong face" in page
     assert "<svg" in page
     assert "http" not in page
     assert [path.name for path in tmp_path.iterdir()] == ["check.html"]

@@ -64,7 +64,7 @@ def test_how_to_has_the_pins_of_the_sketch() -> None:
     for values in re.findall(r"= \{(.*)\};", text):
         for pin in re.findall(r"A?\d+", values):
             pins.add(int(pin[1:]) + 14 if pin[0] == "A" else int(pin))
-    page = FIRMWARE.parent / "docs/how-to/build-a-fingertip.md"
+    page = FIRMWARE.parent / "docs/reference/fingertip.md"
     section = page.read_text(encoding="utf-8").split("## The pins")[1].split("## ")[0]
     cells = re.findall(r"^\| (\d.*?) \|", section, re.MULTILINE)
     numbers = [int(text) for cell in cells for text in re.findall(r"(?<!A)\b\d+", cell)]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 import shutil
 from collections import Counter
 
 import circuit
 import disc
+import multimeter_tables
 import pytest
 import simulate
 import spice
@@ -18,9 +20,48 @@ from firstcontact.twin.mechanics import FingerParameters
 needs_ngspice = pytest.mark.skipif(shutil.which("ngspice") is None, reason="no ngspice")
 
 
-def test_page_has_the_tables_of_the_circuit() -> None:
-    page = write_page.PAGE.read_text(encoding="utf-8")
-    assert write_page.filled(page, write_page.read_results()) == page
+def test_pages_have_the_tables_of_the_hardware() -> None:
+    texts = [page.read_text("utf-8") for page in (write_page.BUILD, write_page.CIRCUIT)]
+    results = write_page.read_results()
+    assert [write_page.filled(text, results) for text in texts] == texts
+    names = re.findall(r"<!-- hardware: (\w+) -->", "".join(texts))
+    assert " ".join(sorted(names)) == (
+        "accessories fit order parts pins pour print resistors simulation"
+    )
+
+
+def test_resistance_of_a_network_with_a_loop_and_of_parts_that_do_not_meet(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    triangle = (("a", "b", 1e3), ("b", "c", 2e3), ("a", "c", 3e3), ("d", "e", 4e3))
+    resistors = {
+        str(n): circuit.Part(str(n), circuit.Kind.RESISTOR, {"1": a, "2": b}, "", value)
+        for n, (a, b, value) in enumerate(triangle)
+    }
+    monkeypatch.setattr(multimeter_tables, "PARTS", resistors)
+    assert multimeter_tables.resistance("a", "c") == pytest.approx(1.5e3)
+    assert multimeter_tables.resistance("a", "d") == math.inf
+
+
+def test_page_names_the_legs_of_the_amplifier_that_are_connected_side_by_side() -> None:
+    u1 = multimeter_tables.PARTS["U1"].pins
+    pairs = [n for n in (*range(1, 7), *range(8, 14)) if u1[str(n)] == u1[str(n + 1)]]
+    assert pairs == [8, 13]
+    assert "only 8 and 9, and 13 and 14, are connected" in write_page.BUILD.read_text("utf-8")
+
+
+def test_drawing_shows_the_values_of_the_table() -> None:
+    drawing = (write_page.ROOT / "docs/images/fingertip-circuit.svg").read_text("utf-8")
+    shown = set(re.findall(r"[\d.]+ [kµn]?[ΩF]", drawing)) - {"12 nF"}  # the disc
+    units = {circuit.Kind.RESISTOR: "Ω", circuit.Kind.CAPACITOR: "F"}
+    table = {
+        re.sub(r"([\d.]+)(\D)", r"\1 \2", part.label).replace("u", "µ") + units[part.kind]
+        for part in circuit.parts()
+        if part.kind in units
+    }
+    assert shown == table
+    wires = (wire.replace("_", " ") for wire in circuit.CABLE)
+    assert f"Cable, pins 1 to 9: {', '.join(wires)}" in drawing
 
 
 def test_each_reference_is_unique_and_no_net_ends_at_one_pin() -> None:

@@ -1,4 +1,4 @@
-// Pins of the Teensy 4.0, as docs/how-to/build-a-fingertip.md wires them. Index finger first.
+// Pins of the Teensy 4.0, as docs/reference/fingertip.md wires them. Index finger first.
 #pragma once
 
 #include <stdint.h>

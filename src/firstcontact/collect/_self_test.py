@@ -55,7 +55,7 @@ REMEDIES = {
     "that the board touches nothing but the post.",
     "clipping": "Tap as if the pencil fell 2 mm. Compare 82 kOhm and 3.9 kOhm with the table of "
     "parts.",
-    "polarity": "Exchange the two wires of the disc.",
+    "polarity": "The disc lies on its wrong face: glue in another, positive face to the post.",
     "rattle": "Tighten the mount's screws. Check the glue between board, disc and post.",
     "force array": "Check the cable and the solder joints of these lines, and that the sheet lies "
     "flat. Press each of the six places.",

@@ -67,3 +67,12 @@ def test_floating_rows_of_two_by_two_have_the_closed_form(
     detour = 1 / (1 / a + 1 / c + 1 / d)
     other = i * detour / (b + detour) / a  # part of the other column's current that goes through a
     assert ADC_VOLTS - volts[0] == pytest.approx(own + other, rel=1e-3)
+
+
+def test_build_page_has_the_resistances_of_the_unloaded_sheet() -> None:
+    page = (taxels.PAGE.parents[1] / "how-to/build-a-fingertip.md").read_text("utf-8")
+    # All six taxels are equal: between rows lead two columns, between columns three rows.
+    assert 1 / SHEET.leak * 2 / taxels.COLUMNS == pytest.approx(500e3)
+    assert 1 / SHEET.leak * 2 / taxels.ROWS == pytest.approx(330e3, rel=0.02)
+    assert "the twin has 500 kΩ" in page
+    assert "the twin has 330 kΩ" in page

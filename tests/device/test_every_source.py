@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from lsl_outlet import sending
 from printing_board import PrintingBoard
+from scipy.io import wavfile
 
 from compiled_kernels import using
 from firstcontact.core import Block, InputError, fingertip_layout
@@ -55,6 +56,14 @@ def on_a_tape() -> Iterator[str]:
 
 
 @contextmanager
+def on_a_file() -> Iterator[str]:
+    quiet = np.random.default_rng(0).normal(0, 30, 48_000 * 60).astype(np.int16)
+    with TemporaryDirectory() as folder:
+        wavfile.write(path := Path(folder) / "rest.wav", 48_000, quiet)
+        yield f"tape:{path}"
+
+
+@contextmanager
 def on_a_board() -> Iterator[str]:
     with (
         TemporaryDirectory() as folder,
@@ -77,6 +86,7 @@ def device(name: str, recording: Path) -> AbstractContextManager[str]:
         "recording": lambda: nullcontext(str(recording)),
         "audio": on_a_tape,
         "csv": on_a_board,
+        "tape": on_a_file,
         "lsl": in_a_stream,
     }[name]()
 
@@ -136,13 +146,13 @@ def test_conformance_check_rejects_a_faulty_source(
 def test_prefix_selects_a_kind_before_any_guess(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    tape = SourceKind("tape", "tape:PATH", RECORDING.make)
+    reel = SourceKind("reel", "reel:PATH", RECORDING.make)
     greedy = SourceKind("greedy", "anything", RECORDING.make, takes=lambda device: True)
-    kinds = {**SOURCES, "greedy": greedy, "tape": tape}
+    kinds = {**SOURCES, "greedy": greedy, "reel": reel}
     monkeypatch.setattr(
         "firstcontact.device.opening.SOURCES", type(SOURCES)("source", "none", kinds)
     )
-    assert source_kind("tape:a.mcap") is tape
+    assert source_kind("reel:a.mcap") is reel
     assert source_kind("a.mcap") is RECORDING
     assert source_kind("/dev/ttyACM0") is greedy
 
@@ -150,9 +160,9 @@ def test_prefix_selects_a_kind_before_any_guess(
 def test_name_of_a_broken_plugin_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setitem(SOURCES.failed, "tape", "ImportError: no tape")
-    with pytest.raises(InputError, match=r"'tape'.*no tape"):
-        source_kind("tape:a.mcap")
+    monkeypatch.setitem(SOURCES.failed, "reel", "ImportError: no reel")
+    with pytest.raises(InputError, match=r"'reel'.*no reel"):
+        source_kind("reel:a.mcap")
     assert source_kind("/dev/serial/by-path/pci-0000:00:14.0").is_port
 
 

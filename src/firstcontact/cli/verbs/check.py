@@ -21,7 +21,7 @@ class Check:
     out: Path = Path("check.html")
     """Page with the results; an existing one is replaced."""
     drift: float = 30.0
-    """Time for which the drift is measured, s; 300 for the full test, 0 to skip it."""
+    """Time to measure drift, s: 300 for the full test, 0 for none."""
     fault: Annotated[str, Option(group="simulated hand")] = ""
     """Fault to put into the simulated fingertips, such as hum or open-row."""
     condition: Condition = "paper-rig"

@@ -259,7 +259,7 @@ def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> D
     """
     from firstcontact.core.files import temporary_path
     from firstcontact.recording import Header, write_dataset
-    from firstcontact.streaming.twin import cache_folder
+    from firstcontact.streaming.twin import RECIPE, cache_folder
     from firstcontact.twin import CONDITIONS
     from firstcontact.twin import simulate as simulate_set
     from firstcontact.twin.strikes import strikes
@@ -267,7 +267,7 @@ def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> D
     names = (*CONDITIONS, "strikes")
     if name not in names:
         raise InputError(f"{name!r} must be one of {', '.join(names)}", parameter="name")
-    folder = cache_folder() / f"sample-{version('firstcontact')}-{name}"
+    folder = cache_folder() / f"sample-{version('firstcontact')}.{RECIPE}-{name}"
     if not folder.is_dir():
         with temporary_path(folder) as making:
             if name == "strikes":

@@ -36,6 +36,7 @@ class Samples:
     """Source that sends given samples, and nothing after them."""
 
     name = "a port"
+    ended = False
 
     def __init__(self, data, layout=LAYOUT, length=37):
         self.descriptor = Descriptor(layout)

@@ -11,6 +11,7 @@ from scipy.io import wavfile
 
 from firstcontact.core import InputError
 from firstcontact.device import open_source
+from firstcontact.device.noise_floor import measure_noise
 from firstcontact.signal import resample
 
 RATE = 48_000
@@ -64,9 +65,19 @@ def test_speed_must_be_positive(speed: float, tmp_path: Path) -> None:
 def test_other_files_are_refused(tmp_path: Path) -> None:
     (tmp_path / "text.wav").write_text("no sound")
     wavfile.write(tmp_path / "three.wav", RATE, np.zeros((10, 3), np.int16))
-    for name in ("text.wav", "three.wav", "missing.wav"):
+    wavfile.write(tmp_path / "still.wav", 0, np.zeros(10, np.int16))
+    for name in ("text.wav", "three.wav", "still.wav", "missing.wav"):
         with (
-            pytest.raises((InputError, OSError)),
+            pytest.raises(InputError, match=name),
             open_source(f"tape:{tmp_path / name}"),
         ):
             pass
+
+
+def test_file_that_ends_during_the_rest_is_called_too_short(tmp_path: Path) -> None:
+    wavfile.write(tmp_path / "short.wav", RATE, np.zeros(RATE // 10, np.int16))
+    with (
+        open_source(f"tape:{tmp_path / 'short.wav'}", speed=np.inf) as source,
+        pytest.raises(InputError, match="long enough"),
+    ):
+        measure_noise(source)

@@ -113,7 +113,7 @@ def judge(measured: Measured) -> list[Verdict]:
 def _below(check: str, finger: str, value: float, limit: float, unit: str) -> Verdict:
     """Return the verdict on a value whose amount must not exceed a limit."""
     words = f"{1e3 * value:.1f} m{unit}", f"{1e3 * limit:.1f} m{unit}"
-    return Verdict(check, finger, *words, not abs(value) > limit)
+    return Verdict(check, finger, *words, bool(abs(value) <= limit))
 
 
 def _rest_verdicts(measured: Measured) -> Iterator[Verdict]:

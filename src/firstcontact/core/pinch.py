@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from firstcontact.core._block import Block
 from firstcontact.core._errors import InputError
 from firstcontact.core.calibration import Calibration
+from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import ChannelKind, Finger, Layout, finger_name
 from firstcontact.core.plot import draw_dataset, draw_pinch, picture
 from firstcontact.core.records import Name
@@ -325,6 +326,7 @@ class Dataset:
 
     def to_frame(self) -> DataFrame:
         """Return labels, contacts and closing speeds as a pandas table, one row for each pinch."""
+        require_modules("notebook", "pandas")
         from pandas import DataFrame
 
         def ms(pinch: Pinch, contact: Contact | None) -> float:

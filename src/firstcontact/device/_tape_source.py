@@ -14,6 +14,7 @@ from firstcontact.device._audio_source import sound_descriptor
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.threaded import ThreadedSource
+from firstcontact.recording.settings import check_rate
 from firstcontact.recording.sound import FULL_SCALE, read_sound
 
 #: Length of a block, s, like that of a sound input.
@@ -30,7 +31,10 @@ class TapeSource(ThreadedSource):
         self._behind = speed != 1.0  # the rate is checked against this machine's clock
 
     def _open(self) -> Descriptor:
+        if not self._path.exists():
+            raise InputError(f"{self._path} does not exist: check the path")
         rate, stored = read_sound(self._path)
+        check_rate(f"{self._path}: the sample rate", rate)
         if stored.shape[1] > 2:
             raise InputError(
                 f"{self._path} has {stored.shape[1]} channels: keep one, or one for each finger"

@@ -140,6 +140,8 @@ class RestMeter:
 def wait_for_arrivals(source: Source) -> list[Arrival]:
     """Return the next samples, at least one. Raise InputError if none arrive within 2 s."""
     for _ in range(WAITS):
+        if source.ended:
+            break
         if arrivals := source.read(SILENCE / WAITS):
             return arrivals
     raise InputError(

@@ -16,6 +16,7 @@ from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import AnyPath
+from firstcontact.core.installation import require_modules
 from firstcontact.core.plot import picture
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import counted
@@ -168,6 +169,7 @@ class Evaluation:
 
         Errors and widths have the unit of the target, usually Shore A.
         """
+        require_modules("notebook", "pandas")
         from pandas import DataFrame
 
         return DataFrame(

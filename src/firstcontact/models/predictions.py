@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, finger_name
+from firstcontact.core.installation import require_modules
 from firstcontact.core.plot import picture
 from firstcontact.models.interval import SHORE_A
 from firstcontact.models.plots import draw_predictions
@@ -81,6 +82,7 @@ class Predictions:
 
         ``value``, ``spread``, ``low`` and ``high`` have the unit of the target, usually Shore A.
         """
+        require_modules("notebook", "pandas")
         from pandas import DataFrame
 
         value, spread, low, high, is_out, elapsed = self.columns

@@ -250,6 +250,6 @@ class RecordingWriter:
         with suppress(OSError):
             self._stream.close()
         return InputError(
-            f"{self.path} cannot be written any further ({error.strerror}): all samples before "
-            "this error stay readable; make room on the disk and begin a new recording"
+            f"{self.path} cannot be written any further ({error.strerror}): all samples until "
+            "0.1 s before this error stay readable; make room on the disk and begin a new recording"
         )

@@ -27,7 +27,8 @@ SHIPPED = Path(__file__).parents[1] / "twin" / "pretrained"
 SHIPPED_HAND = "paper-rig", 0
 #: Number of training pinches of each block: few, to simulate and train in half a minute.
 PINCHES = 60
-#: Version of the training and of the model format; a new one replaces older models.
+#: Version of the twin, the training and the model format; a new one replaces cached models and
+#: sample data.
 RECIPE = 6
 
 

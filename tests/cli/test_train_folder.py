@@ -76,12 +76,12 @@ def test_parts_of_two_trainings_are_no_model(
     for name in ("detector.json", "detector.safetensors"):
         shutil.copy(tmp_path / "n" / name, model / name)
     load_detector(model)  # by itself it is one
-    with pytest.raises(InputError, match=r"detector\.json: is not the detector"):
+    with pytest.raises(InputError, match=r"detector\.json "):
         load_model(model)
     capsys.readouterr()
     for contacts in ("known", "detected"):
         assert run("evaluate", model, other, "--contacts", contacts) == 2
-        assert "is not the detector that" in capsys.readouterr().err
+        assert "detector.json" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "pinches/a.mcap", "15ms/notes.txt", CARD])

@@ -221,7 +221,7 @@ HOLED[9] = np.nan
         ((vibration(stamps=STANDING), marks()), ("4000 Hz", "do not advance")),
         ((vibration(rate=math.nan), marks()), ("finger", "nan Hz")),
         ((vibration(values=HOLED), marks()), ("NaN", "(9, 0)")),
-        ((vibration(), marks(), marks(4, "more")), ("several streams of texts", "--events")),
+        ((vibration(), marks(), marks(4, "more")), ("more", "--events")),
         ((vibration(), marks(texts=((5.0, "late"),))), ("marker 1",)),
         ((vibration(), marks(texts=((0.5, "weight=3"),))), ("marker 1", "weight=3")),
         ((), ("0 streams",)),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class EventKind(IntEnum):
-    """Kind of an event, as in ``fc_chain.h``."""
+    """Kind of a :class:`ChainEvent`. The numbers equal those in ``fc_chain.h``."""
 
     CLOSING_BEGAN = 1
     CONTACT_FOUND = 2

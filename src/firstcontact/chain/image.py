@@ -179,7 +179,7 @@ class Image:
 
     @cached_property
     def handle(self) -> Any:
-        """Image in the memory of the compiled chain.
+        """Handle of this image in the compiled chain, which checks the image.
 
         Raises
         ------

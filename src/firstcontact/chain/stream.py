@@ -34,7 +34,7 @@ class ProgramDetector(Protocol):
 
 
 class Chain:
-    """Computation from the samples of one stream to events, in C.
+    """Detector and estimator in C that turn the samples of one stream into events.
 
     A chain finds closings, contacts and estimates. Events do not depend on the sizes of blocks.
 
@@ -54,15 +54,15 @@ class Chain:
         Function that is called with the sample of each first contact, before its estimates. It
         returns the :data:`Hints`.
     keeps_first_state
-        True to judge by the first steady state only, without withdrawals.
+        True to measure the steady state only once in each closing, and to withdraw no contact.
     is_traced
         True to judge all windows, and to store the decisions in :attr:`windows`.
 
     Attributes
     ----------
     windows
-        Decisions of the last call: the last sample of each window, and the onset in each channel,
-        -1 without a contact. Empty without a trace.
+        Decisions of the last call, one row for each window: its last sample, and the onset in each
+        channel, -1 without a contact. Empty unless ``is_traced``.
 
     Raises
     ------
@@ -146,17 +146,17 @@ class Chain:
 
     @property
     def runs(self) -> bool:
-        """True from the start of a closing until its motor rests, also when its pinch is over."""
+        """True from the start of a closing until the motor rests, even if the pinch has ended."""
         return bool(self._module.state(self._handle, 1)[6])
 
     @property
     def refused(self) -> int:
-        """Number of motor starts under load since the gate last opened."""
+        """Number of ignored motor starts (under load) since the last closing began."""
         return int(self._module.state(self._handle, 1)[2])
 
     @property
     def is_resting(self) -> bool:
-        """True if the hand was at rest in the last step of the gate."""
+        """True if the hand was at rest when the chain last checked the motor."""
         return bool(self._module.state(self._handle, 1)[3])
 
     @property

@@ -37,7 +37,7 @@ class Option:
     positional
         True for an argument without a name.
     names
-        Allowed names, which the help lists. The verb itself refuses other names.
+        Allowed names, which the help lists. The command itself refuses other names.
     help
         Text in place of the field's docstring.
     """

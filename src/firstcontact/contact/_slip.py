@@ -53,7 +53,7 @@ class SlipDetector(ABC):
 
     @abstractmethod
     def update(self, block: Block) -> list[int]:
-        """Process the next block."""
+        """Process the next block. Return the numbers of the samples at which it reports a slip."""
 
 
 @dataclass(slots=True)

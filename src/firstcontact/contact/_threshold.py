@@ -28,7 +28,7 @@ class ThresholdDetector(Detector):
     Parameters
     ----------
     sigmas
-        Largest distance from the mean that is no contact, in sigmas of the steady state.
+        Distance from the mean above which the detector fires, in sigmas of the steady state.
 
     Examples
     --------
@@ -48,11 +48,11 @@ class ThresholdDetector(Detector):
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return a detector with the published threshold, or a higher one without a motor."""
+        """Return a detector with the published threshold, or a higher one without fingers."""
         return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the height of the threshold."""
+        """Return the threshold, in sigmas, as a named array."""
         return {"sigmas": np.array(self.sigmas)}
 
     @classmethod

@@ -129,7 +129,8 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
     pinch
         Pinch.
     confirm
-        False to return the detector's contacts without withdrawals, by the first steady state.
+        False to keep contacts that a live session would withdraw. The steady state is then measured
+        only once, at the start of the closing.
     """
     chain = contact_chain(detector, pinch.layout, keeps_first_state=not confirm)
     return _standing(chain.take(_block(pinch, closing_start(pinch).sample)), pinch.layout)

@@ -99,7 +99,7 @@ class Detector:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a detector from :meth:`to_arrays`. By default return a new one."""
+        """Restore a detector from the arrays of :meth:`to_arrays`. By default return ``cls()``."""
         return cls()
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -112,10 +112,12 @@ class Detector:
         raise NotImplementedError(f"{type(self).__name__} has no method 'fires'")
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
-        """Learn from a steady state in its sigmas, shape (samples, fingers); by default do nothing.
+        """Learn from a steady state. By default do nothing.
 
-        This method is called when the first steady state is complete, and again when a quieter one
-        replaces it. A finger that keeps its earlier steady state is in sigmas of that one.
+        ``quiet`` holds the samples of the steady state divided by its sigma, shape (samples,
+        fingers). The chain calls this method when the first steady state is complete, and again
+        when a quieter one replaces it. If a finger keeps its earlier steady state, its samples are
+        divided by the earlier sigma.
         """
 
     @classmethod
@@ -212,8 +214,8 @@ class TrainedDetector(Detector):
 
     def _too_few(self, count: int) -> InputError:
         return InputError(
-            f"{count} pinches have a labelled first contact, a working sensor and at least 43 ms "
-            f"of quiet before it: the {self.noun} detector needs two or more"
+            f"only {count} pinches have a labelled first contact, a working sensor and at least 43 "
+            f"ms of quiet before the contact, but the {self.noun} detector needs two: record more"
         )
 
 

@@ -46,10 +46,11 @@ class DetectorCard:
 def save_detector(
     detector: Detector, directory: AnyPath, data: Mapping[str, Any] | None = None
 ) -> Path:
-    """Write a fitted detector into a folder, next to the models that use it.
+    """Write a fitted detector into a folder, such as the folder of a model.
 
-    The folder is created if it does not exist, and a detector in it is replaced. ``data`` describes
-    the training data for readers of the card. Raise InputError if the detector is not trained.
+    Create the folder if it does not exist. Replace a detector that is already in it. ``data`` is a
+    description of the training data, which ``detector.json`` stores. Raise InputError if the
+    detector is not trained.
     """
     directory = Path(directory)
     arrays = detector.to_arrays()
@@ -77,8 +78,8 @@ def pretrained_detector() -> Detector:
 def general_detector(layout: Layout) -> Detector:
     """Return a detector for a rig from which no pinches were recorded yet.
 
-    A hand with the sampling rate of the package's detector gets the package's detector. Other
-    rates, and sensors that a person moves, get a detector that needs no training.
+    Return the package's detector if the sensors are on fingers and the sampling rate is the one for
+    which that detector was trained. Otherwise return a detector that needs no training.
     """
     shipped = pretrained_detector()
     # A trained detector accepts its own rate only, without tolerance for the error of a clock.

@@ -36,7 +36,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     contact
         First contact of the closing.
     complete
-        Number of the sample with which both the signal and the contact were known.
+        Number of the last sample that was needed for the estimate's signal and for its contact.
     epoch
         Epoch of the samples.
     host
@@ -77,5 +77,5 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
 
     @property
     def known_sample(self) -> int:
-        """Number of the sample after which the estimate was known."""
+        """Number of the last sample that was needed to report this event."""
         return self.complete

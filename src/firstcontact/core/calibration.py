@@ -95,12 +95,15 @@ class ForceCurve:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """Calibration of one pair of fingertips. Every recording stores it in its header.
+    """Noise floors and force curves of one pair of fingertips.
+
+    Every recording stores the calibration in its header.
 
     Parameters
     ----------
     piezo
-        Noise and offset of each measured vibration sensor, of any kind; files use this name.
+        Noise and offset of each measured vibration sensor, which may also be an accelerometer or a
+        microphone.
     force
         Force curve of each measured fingertip.
     created

@@ -87,8 +87,8 @@ class Label:
 class Contact:
     """Contact of one finger, in the device's sample numbers.
 
-    ``finger`` is None if the sensor belongs to no finger. ``decided`` is the sample after which the
-    detector knew the contact. For ground truth it equals ``sample``.
+    ``finger`` is None if the sensor belongs to no finger. ``decided`` is the last sample that the
+    detector needed to detect the contact. For ground truth it equals ``sample``.
     """
 
     finger: Finger | None
@@ -264,7 +264,7 @@ class Dataset:
     recorded_rate
         Sampling rate before resampling, Hz; None if the pinches were not resampled.
     losses
-        Notes that name data in files that were left out.
+        Notes that name files, and data in files, that were left out.
     sessions_assumed
         True if an importer treated pinches without a session name as one session.
 

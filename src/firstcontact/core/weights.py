@@ -90,7 +90,7 @@ def read_card(
             f"{path}: no {noun} found: choose a folder that `firstcontact train` wrote"
         ) from None
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}): check the file") from None
+        raise InputError(f"{path} cannot be read ({error.strerror}): check the file") from None
     remedy = "train again or copy it again"
     head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
     if head.format != expected_format:
@@ -111,7 +111,7 @@ def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
     try:
         raw = read_regular(path, most)
     except OSError:
-        raise InputError(f"{path}: cannot be read: copy the whole folder again") from None
+        raise InputError(f"{path} cannot be read: copy the whole folder again") from None
     if digest(raw) != sha256:
         raise InputError(
             f"{path} is damaged, or {card} belongs to another file (the checksums 'sha256' "
@@ -137,7 +137,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
             raise ValueError
         arrays = load(raw)
     except (SafetensorError, ValueError, KeyError, TypeError):
-        raise InputError(f"{path}: is not a safetensors file: train again") from None
+        raise InputError(f"{path} is not a safetensors file: train again") from None
     for name, array in arrays.items():
         if array.dtype in (np.uint8, np.int16):  # their reader checks them
             continue

@@ -192,7 +192,7 @@ def _device(sound: Any, name: str) -> dict[str, Any]:
     if len(matches) != 1:
         names = ", ".join(repr(d["name"]) for d in matches or available)
         raise InputError(
-            f"audio:{name} is {'no input' if not matches else 'several inputs'}: choose one of "
+            f"audio:{name} fits {'no input' if not matches else 'several inputs'}: choose one of "
             f"{names}"
         )
     return matches[0]

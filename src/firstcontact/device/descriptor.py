@@ -100,7 +100,8 @@ class Descriptor:
     delay
         Delay of the source's own filter, s.
     predictor, model_slot
-        Model that predicts on the device itself, and the storage for models on it; None without.
+        Model that predicts on the device itself, and the device's storage for models; None if
+        absent.
     paced
         True if the device sends its samples in real time.
     """

@@ -298,7 +298,7 @@ def from_name(name: str, options: SourceOptions) -> LslSource:
     options.check_own_speed(name)
     stream, _, channels = name.removeprefix("lsl:").partition("#")
     if not stream:
-        raise InputError("lsl: names no stream: give one, as in lsl:NAME")
+        raise InputError("the device 'lsl:' names no stream: give one, as in lsl:NAME")
     if not stream.isprintable():  # the query is sent as one line of text
         raise InputError(f"{name!r} has unprintable characters: use the stream's exact name")
     return LslSource(stream, tuple(word for word in channels.split(",") if word))

@@ -123,10 +123,10 @@ class ReplaySource(Source):
         return None
 
     def mark(self, text: str) -> None:
-        raise InputError(f"{self.name} is a recording: it takes no markers")
+        raise InputError(f"{self.name} is a recording, which takes no markers: use a live source")
 
     def order(self, text: str) -> None:
-        raise InputError(f"{self.name} is a recording: it takes no orders")
+        raise InputError(f"{self.name} is a recording, which takes no orders: use the twin")
 
     def close(self) -> None:
         self._closed.set()

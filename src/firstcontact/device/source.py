@@ -55,8 +55,8 @@ class Health:
     epoch
         Epoch of the newest sample.
     samples, lost_samples
-        Number of received samples, and of samples that are missing by the device's count, for any
-        reason.
+        Number of received samples, and of samples that the device counted but the host did not
+        receive in usable form.
     overflow_samples
         Number of lost samples that the device itself dropped, by its report.
     unusable_samples
@@ -201,7 +201,7 @@ class Source(ABC):
             raise InputError(f"{self.name} is closed: open it again")
         if not timeout <= threading.TIMEOUT_MAX:
             raise InputError(
-                f"it is {timeout:g} s: give at most {threading.TIMEOUT_MAX:.3g} s",
+                f"the timeout is {timeout:g} s: give at most {threading.TIMEOUT_MAX:.3g} s",
                 parameter="timeout",
             )
 

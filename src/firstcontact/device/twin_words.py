@@ -52,8 +52,8 @@ def read_order(text: str) -> Command | None:
         speed, force = map(parse_float, words)
     except ValueError as error:
         raise InputError(
-            "the order to the twin's hand is not known: give a speed in m/s and a force in N, or "
-            "the word release"
+            f"the twin's hand cannot follow the order {text!r}: give a speed in m/s and a force in "
+            "N, or the word release"
         ) from error
     return Command(speed, force)
 

@@ -14,10 +14,10 @@ INCOMPRESSIBLE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Grip:
-    """Declared properties of a hand and of its use, and the commands that follow from them.
+    """Properties of a hand and its payload, from which grip commands are computed.
 
     The values of ``dent``, ``searching`` and the smaller of ``margins`` were tuned on closings that
-    are in no report (docs/explanation/grasping.md). No other value was tuned.
+    no published score uses (docs/explanation/grasping.md). No other value was tuned.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Grip:
     push: float = 250.0
 
     def stiffness(self, shore_a: float) -> float:
-        """Return the Hertz stiffness of a fingertip on a flat object of this Shore A, N/m^1.5."""
+        """Return the Hertz stiffness of a fingertip on a flat object, N/m^1.5."""
         young = gent_modulus(_within(shore_a))
         modulus = contact_modulus(self.pad_modulus, young, INCOMPRESSIBLE)
         return hertz_stiffness(modulus, self.tip_radius)
@@ -82,7 +82,7 @@ class Grip:
         return min(speed, self.speed)
 
     def command_for(self, shore_a: float) -> Command:
-        """Return the command for an object of this Shore A."""
+        """Return the command for an object with this hardness, Shore A."""
         return Command(self.speed_for(shore_a), self.force_for(shore_a))
 
     def pressing(self, force: float) -> Command:
@@ -92,7 +92,7 @@ class Grip:
 
     @property
     def approach(self) -> Command:
-        """Command for the approach: approach speed, and only the force needed to move."""
+        """Command for the approach: speed :attr:`speed`, force limit :attr:`searching`."""
         return Command(self.speed, min(self.searching, self.force))
 
     @property

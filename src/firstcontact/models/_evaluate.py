@@ -79,7 +79,7 @@ class GroupScores:
     constant
         Error of a constant prediction, the mean of the group's pinches; None for classes.
     level
-        Level of the model's intervals.
+        Nominal coverage of the model's intervals.
     """
 
     title: str
@@ -136,7 +136,7 @@ class Evaluation:
 
     @property
     def when(self) -> str:
-        """Text that names the elapsed times of the predictions."""
+        """Time of the predictions after the contact as text, such as "15 ms" or "at any time"."""
         return "at any time" if self.duration is None else f"{1e3 * self.duration:g} ms"
 
     @property
@@ -252,7 +252,7 @@ def evaluate(
         model = replace(model, detector=detector)
     if not model.moments:
         raise InputError(
-            "the folder holds a detector, but no model that predicts: train one with an estimator",
+            "the folder holds a detector, but no model that predicts: train a model",
             parameter="model",
         )
     require_dataset(data)

@@ -68,7 +68,7 @@ class WindowPredictor:
 
     @property
     def level(self) -> float | None:
-        """Level of the intervals; None without intervals."""
+        """Nominal coverage of the intervals; None without intervals."""
         return None if self.interval is None else self.interval.level
 
     def predict(
@@ -91,7 +91,7 @@ class WindowPredictor:
         if spreads is None:
             if self.interval is not None and self.interval.scaled:
                 raise InputError(
-                    "the interval needs the uncertainty of each prediction, but the model gives "
+                    "the interval needs a predicted standard deviation, but the model predicts "
                     "none: train it again"
                 )
             spreads = np.full(len(values), nan)
@@ -104,7 +104,7 @@ class WindowPredictor:
         return out
 
     def card(self) -> WindowCard:
-        """Return the predictor's section of a model card."""
+        """Return the predictor's entry in ``model.json``."""
         spec = self.model.spec
         return WindowCard(
             kind=self.model.kind,
@@ -120,7 +120,7 @@ class WindowPredictor:
 
     @classmethod
     def from_card(cls, card: WindowCard, arrays: Arrays) -> Self:
-        """Return the predictor that a card and its arrays describe. Check that they fit."""
+        """Create the predictor from its entry in ``model.json`` and its arrays. Check both."""
         kind = model_kind(card.kind)
         with np.errstate(all="ignore"):  # predictions that overflow are refused
             return cls(kind.from_arrays(_spec(card), arrays), card.interval, card.record)
@@ -152,7 +152,7 @@ class RigPredictor:
 
     @property
     def level(self) -> float:
-        """Level of the intervals."""
+        """Nominal coverage of the intervals."""
         return self.model.level
 
     def predict(
@@ -169,7 +169,7 @@ class RigPredictor:
         return out
 
     def card(self) -> NetworkCard:
-        """Return the predictor's section of a model card."""
+        """Return the predictor's entry in ``model.json``."""
         model = self.model
         return NetworkCard(
             kind=model.kind, rate_hz=model.rate, record=self.record, level=model.level
@@ -177,7 +177,7 @@ class RigPredictor:
 
     @classmethod
     def from_card(cls, card: NetworkCard, arrays: Arrays) -> Self:
-        """Return the predictor that a card and its arrays describe. Check that they fit."""
+        """Create the predictor from its entry in ``model.json`` and its arrays. Check both."""
         return cls(anytime_kind(card.kind).from_arrays(arrays, card.level), card.record)
 
 
@@ -189,8 +189,8 @@ def _spec(card: WindowCard) -> Spec:
     spec = Spec(card.task, card.rate_hz, card.samples, card.channels, card.classes)
     if spec.duration > LONGEST_WINDOW:
         raise InputError(
-            f"{spec.samples} samples in a window at {spec.rate:g} Hz are longer than "
-            f"{LONGEST_WINDOW:g} s"
+            f"the model's window of {spec.samples} samples at {spec.rate:g} Hz is longer than "
+            f"{LONGEST_WINDOW:g} s: train again with a shorter window"
         )
     if (spec.task is Task.CLASSIFICATION) != (len(spec.classes) > 1) or any(
         not one < other for one, other in zip(spec.classes, spec.classes[1:], strict=False)

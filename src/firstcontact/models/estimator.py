@@ -88,7 +88,7 @@ class Estimator(EstimatorInfo, ABC):
         return [self.fit(*each, seed=seed) for each in sets]
 
     def reference(self, model: Any, X: Windows, y: Values) -> Reference | None:
-        """Return the training library's own prediction, to compare times; by default None.
+        """Return the training library's prediction, to compare computing times; by default None.
 
         ``X`` and ``y`` are the training data of ``model``.
         """
@@ -97,7 +97,7 @@ class Estimator(EstimatorInfo, ABC):
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The training library's own prediction, whose time is compared with the model's.
+    """Prediction by the training library, to compare computing times with the model.
 
     ``call(inputs[i])`` predicts window ``i`` with the library ``name``.
     """

@@ -77,7 +77,7 @@ class Interval:
         return float(low[0]), float(high[0])
 
     def around_all(self, values: Values, spreads: Values | None = None) -> tuple[Values, Values]:
-        """Return the lower and upper bounds of :meth:`around` for predictions, shape (n,) each."""
+        """Return the lower and the upper bounds for several predictions, shape (n,) each."""
         half = np.array(self.half_widths)[np.searchsorted(self.edges, values, side="right")]
         if self.scaled and spreads is not None:
             half = half * spreads

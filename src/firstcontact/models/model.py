@@ -132,9 +132,9 @@ class Model:
     ) -> Predictions:
         """Predict the stiffness of each pinch.
 
-        The estimator that :func:`train` was asked for predicts; window models with the longest
-        window that fits into ``at``. As in live sessions, no sample after a known second contact is
-        used. There is no prediction if the window reaches the second contact.
+        By default, the estimator that was given to :func:`train` predicts. Window models use the
+        longest window that fits into ``at``. As in live sessions, no sample after a known second
+        contact is used. There is no prediction if the window reaches the second contact.
 
         Parameters
         ----------

@@ -146,10 +146,10 @@ def _check_detector(folder: Path, card: ModelCard) -> None:
     try:
         card_bytes = read_regular(file, LONGEST_CARD)
     except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror}): check the file") from None
+        raise InputError(f"{file} cannot be read ({error.strerror}): check the file") from None
     if digest(card_bytes) != card.detector:
         raise InputError(
-            f"{file}: is not the detector that {folder / CARD} was trained with: "
+            f"{file} is not the detector that {folder / CARD} was trained with: "
             "copy the whole folder again, or train again"
         )
 

@@ -95,7 +95,7 @@ class Predictions:
 
     @property
     def columns(self) -> tuple[NDArray[Any], ...]:
-        """Arrays with one value for each prediction."""
+        """Arrays value, spread, low, high, out_of_range and elapsed, shape (n,) each."""
         return self.value, self.spread, self.low, self.high, self.out_of_range, self.elapsed
 
     @classmethod

@@ -108,8 +108,7 @@ class Rig:
     Parameters
     ----------
     level
-        Typical peak of a contact, V: the geometric mean over the median peaks at each level of
-        Shore A.
+        Typical peak of a contact, V: the geometric mean of the median peaks of each Shore A value.
     sign
         Sign of the largest swing in the first 15 ms, 1 or -1. It shows the polarity of the disc.
     pitch
@@ -117,7 +116,8 @@ class Rig:
     speeds
         Closing speeds of the rig, as its hand measured them; None if unknown.
     tokens
-        Tokens: features of each level of Shore A at each stage, shape (stages, levels, TOKEN).
+        Features of each Shore A value for each signal length in ``STAGES``, shape (stages, values,
+        TOKEN).
     general
         Features of the rig as a whole, such as noise and number of pinches, shape (GENERAL,).
     """
@@ -152,7 +152,7 @@ class Rig:
 
     @classmethod
     def scored_stages(cls, rate: float) -> list[int]:
-        """Return the stage of each time at which predictions are scored."""
+        """Return the position in ``STAGES`` of each time at which predictions are scored."""
         samples = [samples_in(1e-3 * ms, rate) for ms in Touches.SCORED_MS]
         return [cls.STAGES[int(cls.stage_index(n))] for n in samples]
 

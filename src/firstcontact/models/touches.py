@@ -157,7 +157,7 @@ class Touches:
 
     @property
     def arrays(self) -> tuple[NDArray[Any], ...]:
-        """Arrays that the chain reads."""
+        """Arrays of the signals, fingers, speeds and radii that the chain reads."""
         hints = self.speeds, self.speed_errors, self.radii
         return self.signals, self.valid, self.fingers, *hints
 

@@ -80,7 +80,11 @@ class LabelledWindows:
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """Cluster of each window for the bootstrap: its session, else specimen, else pinch."""
+        """Cluster of each window for the bootstrap, shape (n,).
+
+        A cluster holds the windows of one session. Without two named sessions it holds those of one
+        specimen, and without named specimens those of one pinch.
+        """
         return resampling_clusters(self.sessions, self.specimens)
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
@@ -205,7 +209,10 @@ class LabelledTouches:
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """Cluster of each contact: its specimen, or its pinch if the specimen has no name."""
+        """Cluster of each contact for the bootstrap, shape (n,).
+
+        A cluster holds the contacts of one specimen, or of one pinch if the specimen has no name.
+        """
         return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)
 
 

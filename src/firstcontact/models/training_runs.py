@@ -90,18 +90,18 @@ def train(
         "network" the same without the regression. None trains "svm", and the network predicts by
         default, unless you choose a task or windows.
     detector
-        Name of the contact detector to fit. None chooses between the package's detector and the
-        default one, fitted to these pinches, by the contacts of held-out pinches.
+        Name of the contact detector to fit. None chooses the package's detector, unless the default
+        one, fitted to your pinches, finds clearly more contacts of held-out pinches.
     task
-        "regression" of Shore A, or "classification" into the levels of ``data``.
+        "regression" of Shore A, or "classification" into the labels of ``data``.
     contacts
         Windows start at "detected" contacts, as in live use, or at "known" contacts from strips or
-        labels. The detector did not learn from the session of a pinch, or not from the pinch if
-        sessions are unknown.
+        labels. The contacts of a pinch come from a detector that was not trained on its session, or
+        not on the pinch if sessions are unknown.
     windows
         Length of the window after the contact, s, or several; each gives one model.
     level
-        Coverage of the intervals of window models.
+        Nominal coverage of the intervals of window models.
     rate
         Sampling rate to which the pinches are resampled, Hz. The default is the network's rate for
         labels in Shore A, otherwise the pinches' own rate.
@@ -298,17 +298,18 @@ def adapt(
     """Make a model of a rig from a few pinches of rubber blocks of known Shore A.
 
     The pre-trained network is conditioned on the rig and averaged with a regression on its pinches.
-    With fewer than 20 pinches or 3 levels the network predicts alone.
+    With fewer than 20 pinches or 3 values of Shore A the network predicts alone.
 
     Parameters
     ----------
     data
-        Pinches. Pinches with role "test" are ignored. None gives a model that knows no rig.
+        Pinches. Pinches with role "test" are ignored. None makes a model that is not adapted to any
+        rig.
     estimator
         Name of an any-time estimator, such as "network" or that of a plug-in; None for "combined".
     detector
-        Name of the contact detector to fit. None takes the package's detector, unless a fitted one
-        places clearly more contacts of held-out pinches.
+        Name of the contact detector to fit. None chooses the package's detector, unless one fitted
+        to your pinches finds clearly more contacts of held-out pinches.
     seed
         Random seed of the folds that hold pinches out.
     progress
@@ -340,7 +341,9 @@ def adapt(
         )
     if data is None:
         if estimator is not None:
-            raise InputError("an estimator adapts to recordings: give some", parameter="data")
+            raise InputError(
+                "an estimator needs recordings to adapt to: give some", parameter="data"
+            )
         fallback = pretrained_detector()
         if detector is not None and detector != fallback.name:
             if DETECTORS.find(detector).learns:

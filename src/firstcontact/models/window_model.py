@@ -72,8 +72,8 @@ class Spec:
     def check_one(self, window: NDArray[Any]) -> None:
         """Raise InputError if the model cannot use a window.
 
-        Its shape is not (samples, channels), a value is not finite, or a channel is constant (an
-        unplugged sensor).
+        A window is unusable if its shape is not (samples, channels), a value is not finite, or a
+        channel is constant (an unplugged sensor).
         """
         if window.shape != (self.samples, self.channels):
             raise InputError(
@@ -90,7 +90,7 @@ class Spec:
                 )
 
     def check(self, X: NDArray[Any]) -> None:
-        """Raise InputError for the first of the windows (n, samples, channels) it cannot use."""
+        """Raise InputError if the model cannot use one of the windows (n, samples, channels)."""
         if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
             raise InputError(
                 f"the model takes windows of shape (n, {self.samples}, {self.channels}), "
@@ -99,7 +99,7 @@ class Spec:
         bad = np.flatnonzero(~usable(X))
         if len(bad):
             raise InputError(
-                f"window {bad[0]} ({len(bad)} in all) is constant or has values that are not "
+                f"window {bad[0]} (and {len(bad) - 1} more) is constant or has values that are not "
                 "finite: check the sensor's plug and leave these pinches out"
             )
 
@@ -143,13 +143,14 @@ class WindowModel(ABC):
     @property
     @abstractmethod
     def notes(self) -> Mapping[str, Any]:
-        """Return hyper-parameters and scaling that the training chose, JSON-ready, for the card."""
+        """Return hyper-parameters and scaling that training chose, as JSON for ``model.json``."""
 
     @abstractmethod
     def outputs(self, X: Windows) -> NDArray[Any]:
         """Return outputs for usable windows (n, samples, channels), shape (n, outputs).
 
-        There is one output for regression, and the input of :meth:`choose` for classification.
+        A regression has one output for each window. The outputs of a classification are the input
+        of :meth:`choose`.
         """
 
     def output(self, window: Windows) -> NDArray[Any]:
@@ -157,11 +158,11 @@ class WindowModel(ABC):
         return np.asarray(self.outputs(window[None])[0])
 
     def spread(self, X: Windows) -> Values | None:
-        """Return the standard deviation that the model predicts for each prediction, or None.
+        """Return the predicted standard deviation of each prediction, shape (n,).
 
-        Windows (n, samples, channels) must be usable. The values have shape (n,), are above 0 and
-        in the unit of the prediction. The half widths of conformal intervals are then multiples of
-        these values.
+        By default return None: the model predicts no standard deviations. Otherwise they are above
+        0, in the unit of the prediction, and scale the half widths of conformal intervals. Windows
+        (n, samples, channels) must be usable.
         """
         return None
 
@@ -176,7 +177,7 @@ class WindowModel(ABC):
     @classmethod
     @abstractmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """Restore from arrays of :meth:`to_arrays`; InputError if they do not fit together."""
+        """Restore a model from its arrays. Raise InputError if they do not fit together."""
 
     def predict(self, X: Windows) -> Values:
         """Return predictions for windows (n, samples, channels), shape (n,).
@@ -195,7 +196,7 @@ class WindowModel(ABC):
                 answers = np.array(self.spec.classes)[self.choose(outputs)]
         bad = np.flatnonzero(~sure)
         if len(bad):
-            raise InputError(f"window {bad[0]} ({len(bad)} in all): {_NO_ANSWER}")
+            raise InputError(f"the prediction for window {bad[0]} {_NOT_FINITE}")
         return answers
 
     def predict_one(self, window: Windows) -> float:
@@ -211,7 +212,7 @@ class WindowModel(ABC):
                 answer = self.spec.classes[int(self.choose(output[None])[0])]
                 sure = isfinite(float(np.add.reduce(output)))
         if not sure:
-            raise InputError(_NO_ANSWER)
+            raise InputError(f"the prediction {_NOT_FINITE}")
         return answer
 
 
@@ -292,7 +293,4 @@ class ArraysModel(WindowModel):
 #: Declared mean and scale of the targets.
 TARGET = ArrayCheck((2,), positive=1)
 
-_NO_ANSWER = (
-    "the prediction is not a finite number below 1e9: leave this pinch out, or train the model "
-    "again"
-)
+_NOT_FINITE = "is not a finite number below 1e9: leave this pinch out, or train the model again"

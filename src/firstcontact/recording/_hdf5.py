@@ -75,7 +75,7 @@ def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
         values = values.reshape(-1)
         if (longest := max(map(len, values))) > 4 * LONGEST_NAME:
             raise InputError(
-                f"{path}: '{name}' has a text of {longest} bytes: give at most {LONGEST_NAME} "
-                "characters"
+                f"{path}: '{name}' holds a text of {longest} bytes: shorten it to {LONGEST_NAME} "
+                "characters or fewer"
             )
     return values

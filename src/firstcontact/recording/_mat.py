@@ -86,7 +86,7 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table]:
     rows = [row for row, name in enumerate(table.get("file", ())) if name.strip() == path.name]
     if len(rows) != 1:
         raise InputError(
-            f"{origin} has {len(rows)} rows for {path.name} in a column 'file': give one"
+            f"{origin}: {len(rows)} rows name {path.name} in the column 'file': name it in one row"
         )
     return [path], table.of_rows(rows)
 

@@ -275,8 +275,8 @@ def _markers(
     texts = [s for s in streams.values() if s.is_text and len(s.stamps)]
     if len(texts) > 1:
         raise InputError(
-            f"{path} has several streams of texts ({listed([s.name for s in texts])}): give the "
-            "contacts with --events"
+            f"{path} has several marker streams ({listed([s.name for s in texts])}), and any "
+            "may mark the contacts: list the contacts in a table, and give it with --events"
         )
     if not texts:
         return None

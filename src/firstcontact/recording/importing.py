@@ -42,7 +42,7 @@ def import_path(
     events
         Table of the contacts in long files.
     channels
-        Table of a file's signals, for a file whose signals have other names than ours.
+        Table that maps the signals of a file to the names that firstcontact uses.
     labels
         Table of the labels of a folder's files, if it lies outside the folder.
 
@@ -125,9 +125,12 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
         titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
         raise InputError(f"{path} states its rate: leave --rate out (it is for {titles})")
     if importer is None:
-        hint = ": it is a recording already" if path.suffix == ".mcap" else ""
+        if path.suffix == ".mcap":
+            raise InputError(f"{path} is already a recording: use it without importing it")
         *first, last = (i.title for i in IMPORTERS.values())
-        raise InputError(f"{path} cannot be imported{hint}: give {', '.join(first)}, or {last}")
+        raise InputError(
+            f"{path} has no format that can be imported: give {', '.join(first)}, or {last}"
+        )
     return importer
 
 

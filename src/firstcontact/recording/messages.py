@@ -134,7 +134,8 @@ class PinchMark:
     Parameters
     ----------
     number
-        Number of the pinch in the recording, from 0. A gap shows a lost mark.
+        Number of the pinch in the recording, from 0. A gap in the numbers shows that a mark was
+        lost.
     first_sample, end, epoch
         Device sample numbers of the pinch's first sample, and of the first sample after the pinch;
         epoch of both.

@@ -128,8 +128,8 @@ def read_settings(origin: str, given: Mapping[str, Any], sensor: VibrationSensor
         smoothing = math.nan
     if not 0 < smoothing <= 1:
         raise InputError(
-            f"{origin}: 'smoothing_alpha' is {quote(alpha)} and must be above 0 and at most 1 "
-            "(not smoothed)"
+            f"{origin}: 'smoothing_alpha' is {quote(alpha)} and must be above 0 and at most "
+            "1: use 1 for a signal that is not smoothed"
         )
     axis = as_text(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) <= 2):

@@ -62,7 +62,7 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
     t, x = np.asarray(times, np.float64) - at, np.asarray(positions, np.float64)
     if t.shape != x.shape:
         raise InputError(
-            f"their shape is {x.shape}, but that of times is {t.shape}: give one position for "
+            f"positions have the shape {x.shape}, but times {t.shape}: give one position for "
             "each time",
             parameter="positions",
         )

@@ -124,7 +124,7 @@ class ContactWindow:
     contact, duration
         Contact at the start of the window, and length of the window, s.
     samples
-        Samples of the window minus the quiet level before it, shape (samples, 1), V.
+        Samples of the window minus the baseline before it, shape (samples, 1), V.
     complete
         Number of the device sample that completed the window, with the filter's look-ahead.
     """

@@ -53,13 +53,13 @@ class Sink(Protocol):
         """Longest time that samples may wait before the sink gets them, s."""
 
     def open(self, descriptor: Descriptor) -> None:
-        """Start the output. Called once, before the first update."""
+        """Start the output. The session calls this once, before the first update."""
 
     def take(self, update: Update) -> None:
         """Process an update."""
 
     def close(self) -> None:
-        """Close the output. Always called once."""
+        """Close the output. The session always calls this once."""
 
 
 def write_now(stream: TextIO, text: str) -> None:

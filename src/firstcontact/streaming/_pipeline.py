@@ -91,8 +91,8 @@ class Pipeline:
         True if samples come as fast as they were taken. Otherwise estimates are not rated as in
         time or too late.
     resettles
-        True to follow a motor that becomes quieter, and to withdraw contacts. False to keep the
-        first steady state of each closing, as a device does.
+        True to measure the steady state again if the motor becomes quieter, and to withdraw false
+        contacts. False to keep the first steady state of each closing, as a device does.
     """
 
     def __init__(

@@ -65,8 +65,8 @@ class HandRequests:
             return
         if ask not in self.allowed:
             raise InputError(
-                f"The hand {self._name!r} closes by itself, so it takes no requests to close: "
-                "request only to open it"
+                f"The hand {self._name!r} closes by itself, so it cannot be closed "
+                "on request: request only to open it"
             )
         if self.by is not None and not self.opening:
             raise InputError("The hand is closed already: open it first")

@@ -229,15 +229,16 @@ def _check_hand(
         _check_slip(slip, hand, policy or POLICIES.default)
     if hand is None:
         if policy is not None or hand_port is not None:
+            noun, parameter = ("port", "hand_port") if policy is None else ("policy", "policy")
             raise InputError(
-                "this option needs a hand: name a hand, or leave the option out",
-                parameter="hand_port" if policy is None else "policy",
+                f"the {noun} has no effect without a hand; name a hand, or leave the {noun} out",
+                parameter=parameter,
             )
         return
     kind = find_hand(hand)
     if isinstance(kind, Hand) and hand_port is not None:
         raise InputError(
-            "this option needs the name of a hand, and an instance has its own port: leave it out",
+            "a hand that is given as an object has its own port; leave the port out",
             parameter="hand_port",
         )
     if kind.needs_live_samples(hand_port) and not is_live:
@@ -263,7 +264,7 @@ def _check_slip(slip: str, hand: str | Hand | None, policy: str) -> None:
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in find_hand(hand).begins:
         raise InputError(
-            "this option needs a hand that closes on request: name one, or leave the option out",
+            "slip detection needs a hand that closes on request; name one, or leave this out",
             parameter="slip",
         )
     if not POLICIES.find(policy).has_reflex():

@@ -171,7 +171,7 @@ class WindowPredictions:
             spread = entry.model.spread(window.samples[None]) if interval.scaled else np.ones(1)
             if spread is None:
                 raise InputError(
-                    "the interval needs an uncertainty of each prediction, but this model gives "
+                    "the interval needs a predicted standard deviation, but this model predicts "
                     "none: train it again"
                 )
             low, high = interval.around(value, float(spread[0]))

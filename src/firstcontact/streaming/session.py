@@ -236,7 +236,9 @@ class LiveSession:
     def set_shape(self, text: str) -> str:
         """Set the shape of the object from the next contact on. Return it in words, or ""."""
         if not self.uses_shape:
-            raise InputError("only the network uses the shape of objects: leave the shape out")
+            raise InputError(
+                "this model cannot use an object's shape: give no shape, or use the network"
+            )
         self.pipeline.radius = parse_radius(text)
         return radius_text(self.pipeline.radius)
 

@@ -113,7 +113,7 @@ def twin_model(condition: str, seed: int) -> Path:
     from firstcontact.twin import simulate
 
     print(
-        f"no model is given: training one on the twin, kept in {folder} for the next start",
+        f"no model was given; training one on the twin, saved in {folder} for the next start",
         file=sys.stderr,
     )
     with temporary_path(folder) as making:

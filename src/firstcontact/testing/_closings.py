@@ -34,7 +34,7 @@ def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
 
 
 def closings(n: int, seed: int = 0, sessions: int = 4) -> Dataset:
-    """Return a dataset of ``n`` synthetic closings, which belong to the sessions in turn."""
+    """Return ``n`` synthetic closings, assigned to ``sessions`` sessions in rotation."""
     return Dataset(
         tuple(closing(1000 * seed + i, session=f"s{i % sessions}") for i in range(n)), "synthetic"
     )

@@ -25,7 +25,7 @@ detect = partial(detect_and_confirm, confirm=False)
 
 
 def check_detector(kind: type[Detector], seed: int = 0) -> None:
-    """Assert that a detector meets its interface, on synthetic closings.
+    """Assert that a detector behaves as its base class requires, on synthetic closings.
 
     Parameters
     ----------

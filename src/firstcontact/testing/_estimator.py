@@ -30,7 +30,7 @@ SLACK = 0.02
 
 
 def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
-    """Assert that an estimator meets its interface, on synthetic windows.
+    """Assert that an estimator behaves as its base class requires, on synthetic windows.
 
     Parameters
     ----------

@@ -15,7 +15,9 @@ _STILL = Command(0.0, 1.0)
 
 
 def check_hand(kind: type[Hand], port: str | None = None, source: Source | None = None) -> None:
-    """Assert that a hand meets its interface. The hand moves: take objects out of a real hand.
+    """Assert that a hand behaves as :class:`~firstcontact.grasp.Hand` requires.
+
+    The hand moves during the checks, so take objects out of a real hand.
 
     The checks cover the hand's limits, its positions and the commands within the limits. The hand
     takes commands only while it is open. It can be released and closed at any time, and twice. An

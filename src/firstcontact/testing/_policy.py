@@ -19,12 +19,12 @@ _METHODS = ("begin", "touched", "estimated", "felt", "slipped", "late")
 
 
 def check_policy(kind: type[Policy]) -> None:
-    """Assert that a policy meets its interface.
+    """Assert that a policy behaves as :class:`~firstcontact.grasp.Policy` requires.
 
     The policy's commands are finite and within the hand's limits. The policy never presses harder
     or faster on a softer object or with a wider interval. After a missed deadline it presses as
-    gently and slowly as for the softest object. A closing does not affect the next closing. Title
-    and colour are complete, and so are the settings that a study varies.
+    gently and slowly as for the softest object. A closing does not affect the next closing. The
+    policy has a title and a colour. Each setting that a study varies has a title and values.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ _WORD = "a marker of check_source"
 def check_source(
     kind: SourceKind, device: str, options: SourceOptions = _OPTIONS, patience: float = 60.0
 ) -> None:
-    """Assert that a kind of source meets its interface, on one of its devices.
+    """Assert that a kind of source behaves as required, on one of its devices.
 
     Each sample comes once, in order and with the layout that the descriptor states. Losses are
     counted. A marker is attached to a sample, or refused if the source is a recording. The source

@@ -140,9 +140,9 @@ class StreamPinch:
 class TwinStream:
     """Hand that picks up one object after another: rest, close, squeeze and hold, open.
 
-    The same arguments give the same scans, whatever the number of scans in each call of
-    :meth:`read`. The hand is that of :func:`firstcontact.twin._simulate.simulate` with the same
-    condition and seed.
+    A scan holds one reading of each channel. The same arguments give the same scans, whatever the
+    number of scans in each call of :meth:`read`. The hand is that of
+    :func:`firstcontact.twin._simulate.simulate` with the same condition and seed.
 
     Parameters
     ----------

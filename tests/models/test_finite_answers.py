@@ -58,7 +58,7 @@ def test_outputs_that_are_not_finite_are_no_answer(task: Task, value: float, pla
     model, X = Constant(task, outputs), toy_windows(5)[0]
     with pytest.raises(InputError, match="not a finite number"):
         model.predict_one(X[0])
-    with pytest.raises(InputError, match="window 4 .*not a finite number"):
+    with pytest.raises(InputError, match=r"window 4 .*not a finite number"):
         model.predict(X)
 
 

@@ -22,8 +22,9 @@ HIGHEST = 1e6
 class ThresholdDetector(Detector):
     """Detector that fires if a new sample is far from the mean of the steady state.
 
-    Only the newest 3 ms of a window are compared, because earlier windows have judged the older
-    samples. The first detection is the same as with whole windows, and no crossing counts twice.
+    The detector compares only the newest 3 ms of a window with the threshold, because it has
+    compared the older samples in earlier windows. The same sample is therefore never reported
+    twice.
 
     Parameters
     ----------

@@ -46,12 +46,12 @@ MOST = 1 << 14
 class Detector:
     """Detector that judges a window of ``duration`` after every ``step`` of new samples.
 
-    The steady state is measured in the first 40 ms of a stream, and again in the first 40 ms after
-    each gap. Decisions begin after the steady state. A stream must therefore begin when the hand
-    begins to close. The gate ensures this in live sessions, and
-    :func:`firstcontact.contact.closing_start.cut_closings` for recordings. A contact during the
-    steady state makes its sigma large, so later contacts may be missed. A channel that is constant
-    during the steady state never fires.
+    The detector measures the steady state in the first 40 ms of a stream, and again in the first 40
+    ms after each gap. It reports contacts only after that. The stream must therefore begin when the
+    hand begins to close. In live sessions the chain finds this start, and for recordings
+    :func:`firstcontact.contact.closing_start.cut_closings` does. A contact during the steady state
+    makes its sigma large, so later contacts may be missed. A channel that is constant during the
+    steady state never fires.
     """
 
     #: Name on the command line, in files and in results.

@@ -264,7 +264,7 @@ class Dataset:
     recorded_rate
         Sampling rate before resampling, Hz; None if the pinches were not resampled.
     losses
-        Notes that name files, and data in files, that were left out.
+        Notes about files, and parts of files, that were left out.
     sessions_assumed
         True if an importer treated pinches without a session name as one session.
 

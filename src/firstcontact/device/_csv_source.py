@@ -243,7 +243,7 @@ class CsvSource(ThreadedSource):
         ):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
-                    f"{self.port}: no lines of numbers came in {PATIENCE:g} s ({self._lines.bad} "
+                    f"{self.port} sent no lines of numbers in {PATIENCE:g} s ({self._lines.bad} "
                     "lines were not numbers): check that the board prints numbers, and its baud "
                     "rate (csv:PORT@BAUD)"
                 )

@@ -31,10 +31,11 @@ def export_model(
     to
         Name in ``firstcontact.plugins.MODEL_EXPORTERS``: "c" or "onnx".
     data
-        Training pinches, to which smaller window models are fitted. They are resampled if their
-        rate differs from the model's. Pinches with role "test" are ignored.
+        Training pinches. If a window model is too slow for ``budget_us``, a smaller one is fitted
+        to these pinches. They are resampled if their rate differs from the model's. Pinches with
+        role "test" are ignored.
     budget_us
-        Time that a prediction of a window model may take on a Cortex-M7 of 600 MHz, us.
+        Longest time for one prediction of a window model on a Cortex-M7 at 600 MHz, us.
 
     Returns
     -------
@@ -44,7 +45,8 @@ def export_model(
     Raises
     ------
     InputError
-        The model has no such form, or does not fit the budget. Nothing is written then.
+        The model cannot be written in this format, or is slower than ``budget_us``. Nothing is
+        written then.
 
     Examples
     --------

@@ -80,7 +80,7 @@ def write(trained: Trained, out: Path) -> list[str]:
     for named in trained.models:
         if named.model.kind != "cnn":
             raise InputError(
-                f"{named.name}: only a CNN can be written as ONNX, and this is a model of kind "
+                f"{named.name} cannot be written as ONNX, because it is no CNN but a model of kind "
                 f"{named.model.kind!r}: use --to c"
             )
         raw = to_onnx(named.model)

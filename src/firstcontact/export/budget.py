@@ -31,8 +31,8 @@ def require_svm(named: NamedModel) -> SvmModel:
     """Return the model. Raise InputError if it is not a support vector machine."""
     if not isinstance(named.model, SvmModel):
         raise InputError(
-            f"{named.name}: a model of kind {named.model.kind!r} has no form in C: train with "
-            "--estimator svm"
+            f"{named.name} is a model of kind {named.model.kind!r}, which cannot run in C: train "
+            "with --estimator svm"
         )
     return named.model
 

@@ -187,7 +187,7 @@ class SafeHand(Hand):
 
     @property
     def wait(self) -> float:
-        """Time until the hand takes a command that is given now, s."""
+        """Time until the hand receives a command that you send now, s."""
         return self._pacer.wait(self._clock())
 
     def send(self, command: Command) -> None:

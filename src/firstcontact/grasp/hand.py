@@ -107,8 +107,8 @@ class Hand(ABC):
         sample_time
             Time of the contact on the clock of the samples, s: sample number divided by rate.
         host_time
-            Time of the contact by ``time.monotonic()``, s. It is late by the shortest transport
-            time of the last ten seconds. NaN for samples that do not come in real time.
+            Time of the contact by ``time.monotonic()``, s. It is too late by the unknown smallest
+            transport delay. NaN for samples that do not come in real time.
         """
         # Before the first contact, and not in the process of a separate hand, which needs no NumPy.
         from firstcontact.signal import closing_speed

@@ -130,7 +130,7 @@ class Policy:
         return None
 
     def slipped(self) -> Command | None:
-        """React to slip. The loop calls this method while the slip continues."""
+        """React to slip of the held object. The loop calls this method repeatedly during a slip."""
         return None
 
     def late(self) -> Command | None:

@@ -61,8 +61,8 @@ class ContextNetwork:
         weight = arrays.get(f"{name}.weight", np.zeros(0))
         if weight.dtype != np.int16 or weight.ndim != 2 or weight.shape[1] != columns:
             raise InputError(
-                f"the array '{name}.weight' is missing, or holds no 16-bit integers with {columns} "
-                "columns"
+                f"the array '{name}.weight' is missing, or is not a matrix of 16-bit integers with "
+                f"{columns} columns"
             )
         self._arrays[f"{name}.weight"] = weight
         self._take(arrays, f"{name}.scale", len(weight))
@@ -113,7 +113,9 @@ class ContextNetwork:
             described = np.concatenate([means.reshape(stages, -1), rig_wide, has_level], axis=1)
             term: NDArray[np.float64] = described @ self["term.weight"].T.astype(np.float64)
         if not (np.abs(term) < _MOST).all():
-            raise InputError("the network's numbers for a rig may overflow: train again")
+            raise InputError(
+                "the network's weights are so large that predictions can overflow: train again"
+            )
         return term.astype(np.float32)
 
     def _scaled(self, name: str, x: NDArray[Any]) -> NDArray[np.float64]:

@@ -146,13 +146,13 @@ class Rig:
 
     @staticmethod
     def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
-        """Return the position in ``STAGES`` for a number of valid samples."""
+        """Return the position of the smallest value in ``STAGES`` that is at least ``valid``."""
         stages = Rig.STAGES
         return np.minimum(np.searchsorted(stages, valid), len(stages) - 1).astype(np.intp)
 
     @classmethod
     def scored_stages(cls, rate: float) -> list[int]:
-        """Return the position in ``STAGES`` of each time at which predictions are scored."""
+        """Return the value in ``STAGES`` that each scored time of prediction uses."""
         samples = [samples_in(1e-3 * ms, rate) for ms in Touches.SCORED_MS]
         return [cls.STAGES[int(cls.stage_index(n))] for n in samples]
 

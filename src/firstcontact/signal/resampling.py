@@ -102,11 +102,10 @@ class _Numbering:
 def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
     """Resample signals with a polyphase, minimum-phase low-pass filter.
 
-    The lower rate is the lower one of ``old`` and ``new``. The gain is 0.5 at half the lower rate,
-    0.08 at 0.55 of the lower rate, and at most 0.003 (-50 dB) above 0.6 of the lower rate. An
-    output sample depends on input samples up to :func:`lookahead` later: 1.8 samples of the lower
-    rate, but at most 0.5 ms. If the lower rate is below 3.6 kHz, 1.8 samples are more than 0.5 ms,
-    and the signal is delayed by the excess.
+    Let f be the lower one of ``old`` and ``new``. The gain is 0.5 at 0.5 f, 0.08 at 0.55 f, and at
+    most 0.003 (-50 dB) above 0.6 f. An output sample depends on input samples up to
+    :func:`lookahead` later. The look-ahead is 1.8 / f, but at most 0.5 ms. If 1.8 / f is longer
+    than 0.5 ms (f below 3.6 kHz), the filter delays the signal by the difference.
 
     Parameters
     ----------

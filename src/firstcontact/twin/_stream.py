@@ -213,7 +213,7 @@ class TwinStream:
 
     @property
     def sample(self) -> int:
-        """Number of the next scan."""
+        """Number of the next scan, a reading of all channels."""
         return self._tips.sample - len(self._left)
 
     def choose(self, name: str | None) -> None:
@@ -271,7 +271,7 @@ class TwinStream:
         return run.done - 1 - len(self._left) + self._drive.delay
 
     def read(self, samples: int) -> NDArray[np.uint16]:
-        """Return the next scans.
+        """Return the next scans, which are readings of all channels in a fixed order.
 
         Returns
         -------

@@ -36,8 +36,7 @@ class FlashModel:
         digest = flash_model(self.device, image.data)
         if digest != image.digest:
             raise InputError(
-                f"{self.device}: the device has the model {digest}, not {image.digest}: flash it "
-                "again"
+                f"{self.device} has the model {digest}, not {image.digest}: flash it again"
             )
         print(f"{self.device} confirms the model {digest}: {len(image.data)} bytes")
 

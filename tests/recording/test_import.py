@@ -138,7 +138,7 @@ def test_other_paths_are_refused(tmp_path, check_refused):
     (tmp_path / "a.mat").write_bytes(b"x")
     check_refused(tmp_path / "a.mat", "a.mat", "cannot be read as a MATLAB file")
     (tmp_path / "a.ogg").write_bytes(b"x")
-    check_refused(tmp_path / "a.ogg", "a.ogg", "cannot be imported")
+    check_refused(tmp_path / "a.ogg", "a.ogg", "a .csv file")
     (tmp_path / "a.mcap").write_bytes(b"x")
     check_refused(tmp_path / "a.mcap", "is a recording already")
     (tmp_path / "empty.csv").write_bytes(b"")

@@ -140,7 +140,7 @@ def test_other_paths_are_refused(tmp_path, check_refused):
     (tmp_path / "a.ogg").write_bytes(b"x")
     check_refused(tmp_path / "a.ogg", "a.ogg", "a .csv file")
     (tmp_path / "a.mcap").write_bytes(b"x")
-    check_refused(tmp_path / "a.mcap", "is a recording already")
+    check_refused(tmp_path / "a.mcap", "already")
     (tmp_path / "empty.csv").write_bytes(b"")
     check_refused(tmp_path / "empty.csv", "empty.csv", "no rows")
 

@@ -17,13 +17,7 @@ ROWS, COLUMNS = 3, 2
 
 
 def array_faults(rises: NDArray[np.float64]) -> list[str]:
-    """Return one message for each fault of an array.
-
-    Parameters
-    ----------
-    rises
-        Voltage of each taxel above its level at rest, V, shape (samples, taxels).
-    """
+    """Return one message for each fault, given each taxel's rise, V, shape (samples, taxels)."""
     highest = rises.max(axis=0)
     if highest.max() < RISE:
         return ["no taxel rises"]

@@ -32,9 +32,8 @@ CLEAR = 5.0
 
 
 class Tap(NamedTuple):
-    """Vibration columns around a tap, V from the level at rest, shape (samples, columns)."""
-
     volts: Volts
+    """Vibration columns around the tap, V from the level at rest, shape (samples, columns)."""
     is_clipped: bool
 
 

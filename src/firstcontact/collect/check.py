@@ -24,8 +24,9 @@ PATIENCE = 20.0
 #: Least peak of a good tap, V: its decay is then clear of the noise. Most requests for harder taps.
 CLEAR = 0.3
 REQUESTS = 3
-#: Time for the six places of a pad, s.
+#: Time for the six places of a pad, s, and how often they are pressed again before a verdict.
 PRESSES = 15.0
+PRESSED_AGAIN = 2
 #: Shortest and longest time for the drift, s.
 DRIFT_SECONDS = (10.0, 3600.0)
 #: Longest wait for the answer of simulated fingertips, s.
@@ -39,25 +40,8 @@ def check_fingertips(
 ) -> tuple[Measured, list[Verdict]]:
     """Guide a person through the self-test of two fingertips.
 
-    Parameters
-    ----------
-    source
-        An open source. The simulated hand taps and presses by itself.
-    drift
-        Time for which the drift is measured, s; 0 skips it. A short time measures the present rate
-        of the drift, and 300 s the drift of five minutes.
-    say
-        Function, such as ``print``, that is called with each line for the person.
-
-    Returns
-    -------
-    Measured, list of Verdict
-        Measurements, and a verdict with a remedy for each check.
-
-    Raises
-    ------
-    InputError
-        The drift's time cannot be used, or the source has no fingertips or sends no samples.
+    The simulated hand taps and presses by itself. ``drift`` is the time for which the drift is
+    measured, s; 0 skips it. ``say`` is called with each line for the person.
     """
     require_source(source)
     shortest, longest = DRIFT_SECONDS
@@ -78,7 +62,9 @@ def check_fingertips(
     for finger in fingers:
         if layout.columns(ChannelKind.FORCE, finger):
             measured.presses[finger] = steps.presses(finger)
-            if has_array_faults(measured, finger):  # perhaps a place was forgotten
+            for _ in range(PRESSED_AGAIN):  # perhaps a place was forgotten
+                if not has_array_faults(measured, finger):
+                    break
                 again = steps.presses(finger, "once more: ")
                 measured.presses[finger] = np.concatenate([measured.presses[finger], again])
     if drift:
@@ -121,11 +107,8 @@ class _Steps:
     def presses(self, finger: Finger, start: str = "") -> Volts:
         """Ask for presses on a finger's places. Return the samples with these presses."""
         name = finger_name(finger)
-        request = (
-            f"{start}press the {name}'s six places one after another, each for a second, within "
-            f"{PRESSES:g} s"
-        )
-        return self.samples(request, f"press {name}", PRESSES)
+        request = f"{start}press the {name}'s six places in turn, each for a second, within "
+        return self.samples(f"{request}{PRESSES:g} s", f"press {name}", PRESSES)
 
     def taps(self, finger: Finger, rest: Volts) -> Volts:
         """Ask for taps on a finger. Return the vibration columns with these taps."""
@@ -133,18 +116,18 @@ class _Steps:
         request = f"tap the {name}'s pad {TAPS} times with a pencil's blunt end, as if it fell 2 mm"
         columns = self._layout.columns(ChannelKind.VIBRATION)
         x = np.zeros((0, len(columns)))
-        clipped = softs = 0
+        clipped = soft = 0
         for piece in self.pieces(request, f"tap {name}", PATIENCE, PIECE):
             x = np.concatenate([x, piece[:, columns]])
             taps = find_taps(self._layout, x, rest)
             clipped_before, clipped = clipped, sum(t.is_clipped for t in taps)
-            softs_before, softs = softs, sum(np.abs(t.volts).max() < CLEAR for t in taps)
-            if len(taps) - clipped - softs >= TAPS or len(taps) >= MOST_TAPS:
+            soft_before, soft = soft, sum(np.abs(t.volts).max() < CLEAR for t in taps)
+            if len(taps) - clipped - soft >= TAPS or len(taps) >= MOST_TAPS:
                 break
             if clipped > clipped_before:
                 self._say("too hard: tap more gently")
                 self._order("gentler")
-            elif softs_before < softs <= REQUESTS:
+            elif soft_before < soft <= REQUESTS:
                 self._say("too soft: tap a little harder")
                 self._order("harder")
         return x
@@ -174,7 +157,5 @@ class _Steps:
             raw.append(block.data)
         for line in self._link.lines(self._source.health):
             self._say(line)
-        if not raw:
-            return []
         columns = tuple(range(self._layout.width))
-        return [self._layout.physical(np.concatenate(raw), columns)]
+        return [self._layout.physical(x, columns) for x in raw]

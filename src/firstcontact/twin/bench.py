@@ -86,16 +86,7 @@ class Tester:
 
 
 class BenchStream:
-    """Endless raw scans of two fingertips on a bench.
-
-    Parameters
-    ----------
-    condition_name, seed
-        Condition and random seed of the fingertips and of the person.
-    fault
-        Name of the fault in the fingertips, from :data:`firstcontact.twin.faults.FAULTS`; "" for
-        none.
-    """
+    """Endless raw scans of two fingertips with one of ``faults.FAULTS``, or "" for none."""
 
     def __init__(self, condition_name: str = "paper-rig", seed: int = 0, fault: str = "") -> None:
         key = (condition_name, "bench")
@@ -151,15 +142,13 @@ class BenchStream:
         )
         motion[..., INDENTATION] = -1.0  # there are no strips
         scans = self._tips.read(motion)
-        taxel = (first + np.arange(len(motion))) % TAXELS
         for f in map(int, np.flatnonzero((bench.array != np.eye(TAXELS)).any(axis=(1, 2)))):
-            scans[:, 2 + f] = self._array(scans[:, 2 + f], taxel, f)
+            scans[:, 2 + f] = self._array(scans[:, 2 + f], first, f)
         return scans[:, [1, 0, 3, 2, 5, 4]] if bench.swapped else scans
 
-    def _array(
-        self, counts: NDArray[np.uint16], taxel: NDArray[np.intp], finger: int
-    ) -> NDArray[np.uint16]:
+    def _array(self, counts: NDArray[np.uint16], first: int, finger: int) -> NDArray[np.uint16]:
         """Return the readings of an array whose rows or columns are open or connected."""
+        taxel = (first + np.arange(len(counts))) % TAXELS
         # The newest reading of each taxel, up to each sample.
         place = np.where(taxel[:, None] == np.arange(TAXELS), np.arange(len(taxel))[:, None], -1)
         place = np.maximum.accumulate(place, axis=0)

@@ -101,31 +101,21 @@ def _rattle(bench: Bench, finger: int, rng: np.random.Generator) -> Bench:
     return replace(bench, fingers=(fingers[0], fingers[1]))
 
 
-def _lines(bench: Bench, finger: int, lines: list[NDArray[np.intp]], *, short: bool) -> Bench:
-    """Open the taxels of the first line, or connect it with the second.
+def _lines(bench: Bench, finger: int, rng: np.random.Generator, axis: int, *, short: bool) -> Bench:
+    """Open a random row (axis 0) or column of an array, or connect it with another.
 
     Undriven rows are at ground. So a driven row that is connected with another gets half of the
     supply, and two connected columns have their dividers in parallel: both read the mean.
     """
+    lines = np.moveaxis(np.arange(TAXELS).reshape(3, 2), axis, 0)
+    first, second = lines[rng.permutation(len(lines))[:2]]
     array = bench.array.copy()
     if short:
-        for a, b in zip(*lines, strict=True):
-            array[finger][np.ix_([a, b], [a, b])] = 0.5
+        for pair in zip(first, second, strict=True):
+            array[finger][np.ix_(pair, pair)] = 0.5
     else:
-        array[finger][lines[0]] = 0.0
+        array[finger][first] = 0.0
     return replace(bench, array=array)
-
-
-def _row(bench: Bench, finger: int, rng: np.random.Generator, *, short: bool) -> Bench:
-    first, second = rng.permutation(TAXELS // 2)[:2]
-    return _lines(bench, finger, [2 * first + np.arange(2), 2 * second + np.arange(2)], short=short)
-
-
-def _column(bench: Bench, finger: int, rng: np.random.Generator, *, short: bool) -> Bench:
-    first, second = rng.permutation(2)
-    return _lines(
-        bench, finger, [np.arange(first, TAXELS, 2), np.arange(second, TAXELS, 2)], short=short
-    )
 
 
 def _sign(rng: np.random.Generator) -> float:
@@ -153,10 +143,10 @@ FAULTS: dict[str, Change] = {
     "clipping": lambda b, f, rng: _signal(b, f, rng.uniform(8.0, 10.0)),
     # Loose screws: a tenth of the stiffness or less, and hardly any damping.
     "rattle": _rattle,
-    "open-row": lambda b, f, rng: _row(b, f, rng, short=False),
-    "open-column": lambda b, f, rng: _column(b, f, rng, short=False),
-    "shorted-rows": lambda b, f, rng: _row(b, f, rng, short=True),
-    "shorted-columns": lambda b, f, rng: _column(b, f, rng, short=True),
+    "open-row": lambda b, f, rng: _lines(b, f, rng, 0, short=False),
+    "open-column": lambda b, f, rng: _lines(b, f, rng, 1, short=False),
+    "shorted-rows": lambda b, f, rng: _lines(b, f, rng, 0, short=True),
+    "shorted-columns": lambda b, f, rng: _lines(b, f, rng, 1, short=True),
     "lost": lambda b, f, rng: replace(b, lost=rng.uniform(0.001, 0.02)),
     # A hub or a busy computer that holds the stream back.
     "jitter": lambda b, f, rng: replace(
@@ -170,20 +160,12 @@ FAULTS: dict[str, Change] = {
 
 
 def put_fault(bench: Bench, name: str, rng: np.random.Generator) -> Bench:
-    """Return the fingertips with a fault of random size in a random finger.
-
-    Raises
-    ------
-    InputError
-        There is no such fault.
-    """
-    if not name:
-        return bench
-    if name not in FAULTS:
+    """Return the fingertips with a fault of random size in a random finger."""
+    if name and name not in FAULTS:
         raise InputError(
             f"the fault {name!r} is not known: use one of {', '.join(FAULTS)}", parameter="fault"
         )
-    return FAULTS[name](bench, int(rng.integers(2)), rng)
+    return FAULTS[name](bench, int(rng.integers(2)), rng) if name else bench
 
 
 class Link:

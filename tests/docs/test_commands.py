@@ -106,6 +106,8 @@ ELSEWHERE = {
     ),
     "apt install --no-install-recommends qemu-system-arm": ".ci/run, where it is missing",
     "pip install .": "tests/cli/test_install.py",
+    "pip install '.[foxglove]'": "make test, in editable form",
+    "firstcontact live --device twin --foxglove": "tests/streaming/test_foxglove.py",
     "pip install '.[audio,live]'": "make test, in editable form",
     "sudo apt install libportaudio2": ".ci/run, where it is missing",
     "pip install '.[live]'": "tests/cli/test_install.py",

@@ -21,6 +21,7 @@ FOR_USERS = (
     "files",
     "live",
     "foxglove",
+    "notebook",
     "audio",
     "hand",
     "cluster",

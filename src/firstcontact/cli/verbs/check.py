@@ -29,7 +29,7 @@ class Check:
     seed: Annotated[int, Option(group="simulated hand")] = 0
     """Random seed of the simulated hand."""
     speed: Annotated[float, Option(group="simulated hand")] = 1.0
-    """Speed of the simulated hand, as a multiple of real time; above 1 without jitter."""
+    """Speed of the simulated hand, as a multiple of real time."""
 
     def run(self) -> None:
         """Guide the person, print the verdicts, and write the page."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import tracemalloc
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 
+from firstcontact.core import InputError
 from firstcontact.recording import import_path
 
 PIEZO = np.random.default_rng(1).normal(size=(3, 60, 1)).astype(np.float32)
@@ -182,3 +184,24 @@ def test_texts_of_any_layout_are_read(tmp_path: Path) -> None:
     dataset = import_path(hdf5(tmp_path / "x.h5", fill), tmp_path / "out")
     assert dataset.objects.tolist() == ["Äpfel", "b", "c"]
     assert dataset.sessions.tolist() == ["1", "2", "2"]
+
+
+def test_texts_that_share_one_place_are_not_all_read(tmp_path: Path) -> None:
+    def fill(file: h5py.File) -> None:
+        nonlocal place
+        texts = file.create_dataset("object", (200,), h5py.string_dtype())
+        texts[:] = ["x" * 2_000_000, *["y"] * 199]
+        place = texts.id.get_offset()
+
+    place = 0
+    path = hdf5(tmp_path / "shared.h5", fill)
+    content = bytearray(path.read_bytes())
+    content[place : place + 200 * 16] = content[place : place + 16] * 200
+    path.write_bytes(content)
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match="text of 2000000 bytes"):
+            import_path(path, tmp_path / "out", source="real")
+        assert tracemalloc.get_traced_memory()[1] < 200e6
+    finally:
+        tracemalloc.stop()

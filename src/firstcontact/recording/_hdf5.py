@@ -16,6 +16,9 @@ from firstcontact.core.installation import require_modules
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.recording.untrusted import check_unpacked, library_errors
 
+#: Largest size of texts that are read together, bytes.
+_TEXT_BYTES = 64 << 20
+
 
 def read_hdf5(
     path: Path, names: Collection[str], settings: Collection[str] = ()
@@ -70,12 +73,16 @@ def _declared(dataset: Any) -> int:
 
 
 def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
-    values = np.asarray(dataset[()])
-    if values.dtype.hasobject and values.ndim:
-        values = values.reshape(-1)
-        if (longest := max(map(len, values))) > 4 * LONGEST_NAME:
+    if not dataset.dtype.hasobject or not dataset.ndim:
+        return np.asarray(dataset[()])
+    # Texts lie elsewhere in the file, and several may share one place, so few are read together.
+    step = max(1, _TEXT_BYTES // path.stat().st_size)
+    texts: list[Any] = []
+    for start in range(0, len(dataset), step):
+        texts += list(dataset[start : start + step].reshape(-1))
+        if (longest := max(map(len, texts[start:]))) > 4 * LONGEST_NAME:
             raise InputError(
                 f"{path}: '{name}' holds a text of {longest} bytes: shorten it to {LONGEST_NAME} "
                 "characters or fewer"
             )
-    return values
+    return np.array(texts, dtype=object)

@@ -95,17 +95,16 @@ def test_what_is_held_and_what_it_costs() -> None:
     assert entry["mustard bottle, full"].drops == {BLIND: 1, OURS: 1}
     assert entry["paper cup, 0.2 l in it"].drops[OURS] == 1
     assert entry["cracker"].damage[OURS] == 1
-    egg, crushed, tomato, avocado = (
+    egg, crushed, tomato = (
         entry[name].n * entry[name].damage[OURS]
-        for name in ("quail egg", "blueberry", "ripe tomato", "firm-ripe avocado")
+        for name in ("quail egg", "blueberry", "ripe tomato")
     )
     berry, red = entry["blueberry"].bias, entry["ripe tomato"].bias
     assert berry is not None
     assert red is not None
     says(
         f"{WORDS[round(egg)]} of {WORDS[entry['quail egg'].n]} quail's eggs",
-        f"estimates are {berry:.0f} and {red:.0f} Shore A too firm. It also crushes "
-        f"{WORDS[round(avocado)]} of",
+        f"estimates are {berry:.0f} and {red:.0f} Shore A too firm",
     )
     says(
         f"{WORDS[round(crushed)]} of {WORDS[entry['blueberry'].n]} blueberries",
@@ -117,14 +116,16 @@ def test_what_is_held_and_what_it_costs() -> None:
 
 
 def test_a_cautious_hand_gains_nothing() -> None:
-    says("If less than 5 % may be damaged, both policies drop about the same number of objects")
+    says(
+        "If 6 % or less may be damaged, `blind` drops fewer objects. From 10 % on, `stiffness` does"
+    )
     fronts = household().fronts
     ours, blind = (
         Front(np.array(fronts[n].dropped), np.array(fronts[n].damaged)) for n in (OURS, BLIND)
     )
-    for damage in np.arange(0.03, 0.052, 0.005):
-        assert blind.drop_share(damage) < ours.drop_share(damage) + 0.025
-    for damage in (0.06, 0.1, 0.15):
+    for damage in np.arange(0.03, 0.062, 0.005):
+        assert blind.drop_share(damage) < ours.drop_share(damage)
+    for damage in (0.1, 0.15, 0.2):
         assert blind.drop_share(damage) > ours.drop_share(damage)
 
 
@@ -137,7 +138,7 @@ def test_what_a_reflex_leaves() -> None:
     quick = by["gradual, 100 ms"]
     assert quick.blind.value == quick.fewer.value == 0
     remaining = [r.fewer for r in by.values() if r is not quick]
-    assert [f.value for f in remaining] == pytest.approx([0.63] * 3, abs=0.08)
+    assert [f.value for f in remaining] == pytest.approx([0.65] * 3, abs=0.08)
     assert all(f.low < 0 for f in remaining)
     closed = household().closings
     for name, table in (

@@ -45,7 +45,7 @@ def test_columns_of_grounded_rows_are_solved_exactly(forces: list[float]) -> Non
 def test_pins_change_a_loaded_taxel_by_less_than_two_percent(forces: list[float]) -> None:
     g = taxels.conductances(forces)
     solved = in_siemens(taxels.alone(taxels.readings(g, Method.SOLVED)))
-    assert solved == pytest.approx(g, rel=0.02, abs=0.05 * SHEET.leak + 0.002 * g.max())
+    assert solved == pytest.approx(g, rel=0.02, abs=0.05 * SHEET.leak + 0.003 * g.max())
 
 
 def test_floating_rows_show_load_at_the_fourth_corner_of_a_rectangle() -> None:

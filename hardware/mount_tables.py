@@ -6,16 +6,11 @@ from pathlib import Path
 
 import mesh
 from dimensions import NOMINAL as D
+from markdown_tables import table
 
 PARTS = Path(__file__).resolve().parent / "mount"
 #: Density of PETG, g/mm³: 1.27 g/cm³ in data sheets.
 PETG = 1.27e-3
-
-
-def _table(head: str, rows: list[tuple[str, ...]]) -> str:
-    """Return a table as Markdown. The head has its columns between bars."""
-    rule = "|" + "---|" * (head.count("|") + 1)
-    return "\n".join([f"| {head} |", rule, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
 def print_table() -> str:
@@ -56,14 +51,14 @@ def print_table() -> str:
         ),
         ("screws", "M2, 3 mm longer than your finger's plate is thick"),
     ]
-    parts = _table("part | copies | size, mm | solid weight | measure, mm, each ± 0.1", rows)
-    return parts + "\n\n" + _table("what | value", settings)
+    parts = table("part | copies | size, mm | solid weight | measure, mm, each ± 0.1", rows)
+    return parts + "\n\n" + table("what | value", settings)
 
 
 def pour_table() -> str:
     """Return what a poured pad should be."""
     over = D.pad_thickness + D.dimple_height
-    return _table(
+    return table(
         "check | should be | otherwise",
         [
             (
@@ -92,7 +87,7 @@ def fit_table() -> str:
     """Return what the glued fingertip should measure."""
     added = D.disc_thickness + D.board_glue
     least, most = (round((D.press_gap + sign * D.board_tolerance) / D.paper) for sign in (-1, 1))
-    return _table(
+    return table(
         "check | should be",
         [
             ("board with its disc, thicker than the board alone by", f"{added:g} ± 0.05 mm"),

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from circuit import CABLE, FINGERS, TEENSY, Kind, parts
+from markdown_tables import table
 
 PARTS = {part.reference: part for part in parts()}
 #: Where each net of a finger can be touched, on its connector, clamp, amplifier and the Teensy.
@@ -102,10 +103,10 @@ def resistors_table() -> str:
 
 def _table(rows: list[tuple[str, ...]]) -> str:
     """Return the rows as Markdown; each row's fingers must read the same."""
-    lines = ["| index | thumb | should read |", "|---|---|---|"]
+    cells = []
     for index, thumb in rows:
         (a, value), (b, other) = (cell.split(": ") for cell in (index, thumb))
         if value != other:
             raise ValueError(f"the fingers differ: {index}, {thumb}")
-        lines.append(f"| {a} | {'the same' if a == b else b} | {value} |")
-    return "\n".join(lines)
+        cells.append((a, "the same" if a == b else b, value))
+    return table("index | thumb | should read", cells)

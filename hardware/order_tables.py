@@ -7,6 +7,7 @@ from boards import FOLDER
 from circuit import ACCESSORIES
 from fingertip_layout import FINGERTIP, THICKNESS
 from layout import CLEARANCE, DRILL, VIA, Layout
+from markdown_tables import table
 from sexpr import all_of, numbers, one_of, parse
 
 
@@ -38,11 +39,10 @@ def order_table() -> str:
         ("stencil", "optional, front only", "none: no solder paste"),
         ("impedance, gold fingers, castellated holes", "no", "no"),
     ]
-    lines = ["| setting | amplifier | fingertip |", "|---|---|---|"]
-    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+    return table("setting | amplifier | fingertip", rows)
 
 
 def accessories_table() -> str:
     """Return what belongs to the boards and is not soldered to them, as Markdown."""
-    lines = ["| what | how many | what for |", "|---|---|---|"]
-    return "\n".join([*lines, *(f"| {n} | {count} | {what} |" for n, count, what in ACCESSORIES)])
+    rows = ((name, str(count), what) for name, count, what in ACCESSORIES)
+    return table("what | how many | what for", rows)

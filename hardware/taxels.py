@@ -9,12 +9,12 @@ python hardware/taxels.py    # writes the table of decision 0023
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+import markdown_tables
 import numpy as np
 from numpy.typing import NDArray
 
@@ -118,23 +118,19 @@ def errors(method: Method, pinches: int, seed: int) -> tuple[float, float, float
 
 def table(pinches: int = 2000, seed: int = 1) -> str:
     """Return the errors of each method as Markdown."""
-    lines = [
-        "| method | an unloaded taxel reads | error of the sum, RMS | error of the centre, RMS |",
-        "|---|---|---|---|",
-    ]
+    rows = []
     for method in Method:
         unloaded, total, distance = errors(method, pinches, seed)
-        lines.append(f"| {method} | {unloaded:.2f} N | {100 * total:.1f} % | {distance:.2f} mm |")
-    return "\n".join(lines)
+        rows.append((method, f"{unloaded:.2f} N", f"{100 * total:.1f} %", f"{distance:.2f} mm"))
+    head = "method | an unloaded taxel reads | error of the sum, RMS | error of the centre, RMS"
+    return markdown_tables.table(head, rows)
 
 
 def filled(text: str) -> str:
     """Return the page with its table replaced."""
-    pattern = r"(<!-- hardware: taxels -->\n\n).*?(\n\n<!-- /hardware -->)"
-    text, count = re.subn(pattern, lambda m: m[1] + table() + m[2], text, flags=re.DOTALL)
-    if count != 1:
+    if (count := text.count("<!-- hardware: taxels -->")) != 1:
         raise ValueError(f"{PAGE} has {count} places for the table")
-    return text
+    return markdown_tables.fill(text, {"taxels": table()})
 
 
 if __name__ == "__main__":

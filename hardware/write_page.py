@@ -13,6 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from circuit import FINGERS, TEENSY, Kind, parts
+from markdown_tables import fill, table
 from mount_tables import fit_table, pour_table, print_table
 from multimeter_tables import resistors_table
 from order_tables import accessories_table, order_table
@@ -42,12 +43,12 @@ def parts_table() -> str:
         previous = purposes.setdefault(key, purpose)
         if purpose not in previous:
             purposes[key] = f"{previous}; {purpose}"
-    lines = ["| parts | value | number | what for | from |", "|---|---|---|---|---|"]
+    cells = []
     for (value, number, source), names in rows.items():
         mark = source if source == "paper" else f"**{source}**"
         purpose = purposes[value, number, source]
-        lines.append(f"| {', '.join(names)} | {value} | {number} | {purpose} | {mark} |")
-    return "\n".join(lines)
+        cells.append((", ".join(names), value, number, purpose, mark))
+    return table("parts | value | number | what for | from", cells)
 
 
 def pins_table() -> str:
@@ -58,12 +59,12 @@ def pins_table() -> str:
     for finger in FINGERS:
         words |= {f"{finger}_column_{c}": (finger, f"column {c} with its 22 kΩ") for c in range(2)}
         words |= {f"{finger}_row_{r}": (finger, f"row {r}") for r in range(3)}
-    lines = ["| pin | finger | goes to |", "|---|---|---|"]
+    cells = []
     for pin, net in TEENSY.items():
         if net in words:
             analog = f" (A{int(pin) - 14})" if int(pin) >= 14 else ""
-            lines.append(f"| {pin}{analog} | {' | '.join(words[net])} |")
-    return "\n".join(lines)
+            cells.append((f"{pin}{analog}", *words[net]))
+    return table("pin | finger | goes to", cells)
 
 
 #: Table of the simulated circuit, filled from the fields of ``simulate.Board``.
@@ -108,8 +109,7 @@ def filled(text: str, board: Board) -> str:
         "fit": fit_table(),
         "resistors": resistors_table(),
     }
-    pattern = r"(<!-- hardware: (\w+) -->\n\n).*?(\n\n<!-- /hardware -->)"
-    return re.sub(pattern, lambda m: m[1] + tables[m[2]] + m[3], text, flags=re.DOTALL)
+    return fill(text, tables)
 
 
 def read_results() -> Board:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -257,9 +256,9 @@ def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> D
     >>> fc.sample("strikes")
     Dataset(60 pinches, 5 objects, 1 session, 4936 Hz, source='twin')
     """
-    from firstcontact.core.files import temporary_path
+    from firstcontact.core.files import cache_path, make_once
     from firstcontact.recording import Header, write_dataset
-    from firstcontact.streaming.twin import RECIPE, cache_folder
+    from firstcontact.streaming.twin import RECIPE
     from firstcontact.twin import CONDITIONS
     from firstcontact.twin import simulate as simulate_set
     from firstcontact.twin.strikes import strikes
@@ -267,18 +266,17 @@ def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> D
     names = (*CONDITIONS, "strikes")
     if name not in names:
         raise InputError(f"{name!r} must be one of {', '.join(names)}", parameter="name")
-    folder = cache_folder() / f"sample-{version('firstcontact')}.{RECIPE}-{name}"
-    if not folder.is_dir():
-        with temporary_path(folder) as making:
-            if name == "strikes":
-                made = strikes(12, seed=0)
-                making.mkdir()
-                write_dataset(made, making, Header(made.layout, source="twin", dtype="float32"))
-            else:
-                simulate_set(making, name, 30, 5, seed=0)
-            # Another program may have made the folder meanwhile.
-            with suppress(OSError):
-                making.rename(folder)
+    folder = cache_path(f"sample-{version('firstcontact')}.{RECIPE}-{name}")
+
+    def make(making: Path) -> None:
+        if name == "strikes":
+            made = strikes(12, seed=0)
+            making.mkdir()
+            write_dataset(made, making, Header(made.layout, source="twin", dtype="float32"))
+        else:
+            simulate_set(making, name, 30, 5, seed=0)
+
+    make_once(folder, make)
     return load(folder)
 
 

@@ -12,7 +12,7 @@ import write_check as script
 
 from firstcontact import InputError
 from firstcontact.cli.main import main
-from firstcontact.collect._array_faults import array_faults
+from firstcontact.collect._self_test import array_faults
 from firstcontact.collect.check import check_fingertips
 from firstcontact.twin.faults import FAULTS
 

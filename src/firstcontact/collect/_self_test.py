@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.collect._array_faults import array_faults
-from firstcontact.collect._taps import TapMeasures, measure_taps
+from firstcontact.collect._taps import Tap, TapMeasures, measure_taps
 from firstcontact.collect.calibration import ALIKE, LEAST, WEAK
 from firstcontact.core import ChannelKind, Finger, Layout, finger_name
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS
@@ -45,6 +45,13 @@ CLIPPED_TAPS = 5
 #: Factor by which the wrong finger must be louder.
 SWAPPED = 2.0
 MAINS = (50.0, 60.0)
+#: Least rise of a pressed taxel, V: a tenth of what 2 N give with the least conductive sheets.
+RISE = 0.05
+#: Largest difference between two connected lines, as a share of their rise. The pressed place
+#: bears about half of the force, and each other place a tenth.
+SAME = 0.25
+#: Rows and columns of the fingertip's array. The number of a taxel is 2 * row + column.
+ROWS, COLUMNS = 3, 2
 #: Remedy for the fault that each check finds.
 REMEDIES = {
     "offset": "Measure 1.65 V at the reference. Use a BAV199 as clamp. Compare the resistors with "
@@ -83,13 +90,13 @@ class Verdict(NamedTuple):
 class Measured:
     """Measurements of the steps of a self-test, in physical units.
 
-    ``rest`` and ``presses`` have all columns of the layout, the others the vibration columns.
-    ``drift`` has the mean of each second.
+    ``rest`` and ``presses`` have all columns of the layout. ``drift`` has the mean of the vibration
+    columns in each second.
     """
 
     layout: Layout
     rest: Volts
-    taps: dict[Finger, Volts] = field(default_factory=dict)
+    taps: dict[Finger, list[Tap]] = field(default_factory=dict)
     presses: dict[Finger, Volts] = field(default_factory=dict)
     drift: Volts = field(default_factory=lambda: np.zeros((0, 0)))
     #: Delay of each sample, s; None if the source does not run in real time.
@@ -147,7 +154,7 @@ def _drift_verdicts(measured: Measured) -> Iterator[Verdict]:
 def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
     layout = measured.layout
     still = measured.rest[:, layout.columns(ChannelKind.VIBRATION)]
-    taps = {f: measure_taps(layout, x, still) for f, x in measured.taps.items()}
+    taps = {f: measure_taps(layout, t, still) for f, t in measured.taps.items()}
     vibration = {c.finger: k for k, c in enumerate(layout.vibration)}
     rises = {f: {g: _rises(measured, x, g) for g in Finger} for f, x in measured.presses.items()}
     is_swapped = _answer_exchanged({
@@ -192,7 +199,7 @@ def _tap_verdicts(
     peak, decay = float(taps.peak[column]), float(taps.decay[column])
     least = max(WEAK, loudest / ALIKE)
     yield Verdict("sensitivity", name, f"{peak:.3f} V a tap", f"{least:.3f} V", peak >= least)
-    count = f"{taps.clipped} of {len(taps.taps)} taps"
+    count = f"{taps.clipped} of {taps.number} taps"
     most = 0 if peak > ALIKE * quietest else CLIPPED_TAPS - 1
     yield Verdict("clipping", name, count, f"{most} taps", taps.clipped <= most)
     if peak >= LEAST:
@@ -201,3 +208,34 @@ def _tap_verdicts(
         yield Verdict("polarity", name, f"a push is {words}", "positive", is_positive)
     if not math.isnan(decay):
         yield _below("rattle", name, decay, DECAY, "s decay")
+
+
+def array_faults(rises: NDArray[np.float64]) -> list[str]:
+    """Return one message for each fault, given each taxel's rise, V, shape (samples, taxels)."""
+    highest = rises.max(axis=0)
+    if highest.max() < RISE:
+        return ["no taxel rises"]
+    if highest.size != ROWS * COLUMNS:
+        return [f"taxel {k} does not rise" for k in np.flatnonzero(highest < RISE)]
+    dead = (highest < RISE).reshape(ROWS, COLUMNS)
+    grid = rises.reshape(-1, ROWS, COLUMNS)
+    messages = [f"row {r} is open" for r in range(ROWS) if dead[r].all()]
+    messages += [f"column {c} is open" for c in range(COLUMNS) if dead[:, c].all()]
+    messages += [
+        f"taxel {COLUMNS * r + c} does not rise"
+        for r, c in np.argwhere(dead)
+        if not dead[r].all() and not dead[:, c].all()
+    ]
+    for name, lines in (("rows", np.moveaxis(grid, 1, 0)), ("columns", np.moveaxis(grid, 2, 0))):
+        messages += [
+            f"{name} {a} and {b} are connected"
+            for a, b in combinations(range(len(lines)), 2)
+            if _are_connected(lines[a], lines[b])
+        ]
+    return messages
+
+
+def _are_connected(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    """Return True if two lines, shape (samples, taxels), always read the same, and rise."""
+    rise = np.maximum(a, b).max(axis=0)
+    return bool((rise > RISE).all() and (np.abs(a - b).max(axis=0) < SAME * rise).all())

@@ -40,7 +40,7 @@ class Tap(NamedTuple):
 class TapMeasures(NamedTuple):
     """Measures of several taps on one finger; arrays have a value for each vibration column."""
 
-    taps: list[Tap]
+    number: int
     clipped: int
     peak: Volts
     """Median peak, V. Clipped taps count if all are clipped."""
@@ -70,21 +70,20 @@ def find_taps(layout: Layout, x: Volts, rest: Volts) -> list[Tap]:
     return taps
 
 
-def measure_taps(layout: Layout, x: Volts, rest: Volts) -> TapMeasures:
-    """Measure the taps in vibration columns, given the columns at rest."""
-    taps = find_taps(layout, x, rest)
+def measure_taps(layout: Layout, taps: Sequence[Tap], rest: Volts) -> TapMeasures:
+    """Measure taps, given the vibration columns at rest."""
     clipped = sum(t.is_clipped for t in taps)
     usable = [t.volts for t in taps if not t.is_clipped] or [t.volts for t in taps]
-    columns = x.shape[1]
+    columns = rest.shape[1]
     if not usable:
         nothing = np.zeros(columns)
-        return TapMeasures([], 0, nothing, nothing, np.full(columns, math.nan))
+        return TapMeasures(0, 0, nothing, nothing, np.full(columns, math.nan))
     volts = np.array(usable)
     peaks = np.abs(volts).max(axis=1)
     first = (np.abs(volts) >= SWING * peaks[:, None]).argmax(axis=1)
     swings = np.sign(np.take_along_axis(volts, first[:, None], axis=1)[:, 0])
     return TapMeasures(
-        taps, clipped, np.median(peaks, axis=0), np.sign(swings.sum(axis=0)),
+        len(taps), clipped, np.median(peaks, axis=0), np.sign(swings.sum(axis=0)),
         _decay(layout, usable, rest),
     )  # fmt: skip
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from firstcontact.collect._self_test import Measured, Verdict, has_array_faults, judge
-from firstcontact.collect._taps import Volts, find_taps
+from firstcontact.collect._taps import Tap, Volts, find_taps
 from firstcontact.collect.calibration import Say, is_tapped, rest_request
 from firstcontact.core import ChannelKind, Finger, InputError, finger_name
 from firstcontact.device import Source
@@ -110,12 +110,12 @@ class _Steps:
         request = f"{start}press the {name}'s six places in turn, each for a second, within "
         return self.samples(f"{request}{PRESSES:g} s", f"press {name}", PRESSES)
 
-    def taps(self, finger: Finger, rest: Volts) -> Volts:
-        """Ask for taps on a finger. Return the vibration columns with these taps."""
+    def taps(self, finger: Finger, rest: Volts) -> list[Tap]:
+        """Ask for taps on a finger, and return them."""
         name = finger_name(finger)
         request = f"tap the {name}'s pad {TAPS} times with a pencil's blunt end, as if it fell 2 mm"
         columns = self._layout.columns(ChannelKind.VIBRATION)
-        x = np.zeros((0, len(columns)))
+        x, taps = np.zeros((0, len(columns))), list[Tap]()
         clipped = soft = 0
         for piece in self.pieces(request, f"tap {name}", PATIENCE, PIECE):
             x = np.concatenate([x, piece[:, columns]])
@@ -130,7 +130,7 @@ class _Steps:
             elif soft_before < soft <= REQUESTS:
                 self._say("too soft: tap a little harder")
                 self._order("harder")
-        return x
+        return taps
 
     def _order(self, task: str) -> None:
         """Give the task to simulated fingertips. Drop the samples from before the request."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from firstcontact import __version__
 from firstcontact.collect._self_test import REMEDIES, Measured, Verdict
-from firstcontact.collect._taps import BEFORE, Volts, find_taps
-from firstcontact.core import ChannelKind, finger_name
+from firstcontact.collect._taps import BEFORE, Volts
+from firstcontact.core import finger_name
 from firstcontact.core.display import BLUE, ORANGE
 from firstcontact.core.files import write_text
 from firstcontact.device import Descriptor
@@ -78,9 +78,7 @@ def _row(verdict: Verdict) -> str:
 
 def _figures(measured: Measured) -> Iterator[str]:
     """Yield one drawing for each tapped finger: its first tap in both sensors."""
-    columns = measured.layout.columns(ChannelKind.VIBRATION)
-    for finger, x in measured.taps.items():
-        taps = find_taps(measured.layout, x, measured.rest[:, columns])
+    for finger, taps in measured.taps.items():
         if taps:
             yield _drawing(f"A tap on the {finger_name(finger)}", measured, taps[0].volts)
 

@@ -17,7 +17,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from stat import S_ISREG
@@ -100,6 +100,26 @@ def temporary_path(path: Path) -> Iterator[Path]:
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         os.close(lock)
+
+
+def cache_path(name: str) -> Path:
+    """Return a path in the user's cache, in ``XDG_CACHE_HOME`` or ``~/.cache``."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "firstcontact" / name
+
+
+def make_once(folder: Path, make: Callable[[Path], object]) -> None:
+    """Let ``make`` write a missing folder under a temporary name, then give it its own."""
+    if folder.is_dir():
+        return
+    with temporary_path(folder) as making:
+        make(making)
+        try:
+            making.rename(folder)
+        except OSError:
+            # Another program may have made the folder meanwhile.
+            if not folder.is_dir():
+                raise
 
 
 @contextmanager

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from functools import partial
-from html import escape
 from math import nan
 from typing import TYPE_CHECKING, Annotated, Any, overload
 
@@ -19,7 +18,7 @@ from firstcontact.core._errors import InputError
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import ChannelKind, Finger, Layout, finger_name
-from firstcontact.core.plot import draw_dataset, draw_pinch, picture
+from firstcontact.core.plot import described, draw_dataset, draw_pinch
 from firstcontact.core.records import Name
 from firstcontact.core.text import counted
 
@@ -216,7 +215,7 @@ class Pinch:
         return f"Pinch({', '.join(parts)})"
 
     def _repr_html_(self) -> str:
-        return f"<code>{escape(repr(self))}</code><br>{picture(partial(draw_pinch, self))}"
+        return described(self, partial(draw_pinch, self))
 
     def vibration(self) -> NDArray[np.float64]:
         """Return the vibration channels in their unit, shape (samples, vibration channels).
@@ -321,8 +320,7 @@ class Dataset:
         )
 
     def _repr_html_(self) -> str:
-        drawing = picture(partial(draw_dataset, self)) if self.pinches else ""
-        return f"<code>{escape(repr(self))}</code><br>{drawing}"
+        return described(self, partial(draw_dataset, self) if self.pinches else None)
 
     def to_frame(self) -> DataFrame:
         """Return labels, contacts and closing speeds as a pandas table, one row for each pinch."""

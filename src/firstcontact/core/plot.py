@@ -9,7 +9,7 @@ import base64
 import io
 from collections.abc import Callable
 from functools import lru_cache
-from importlib.util import find_spec
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core.files import replacing
+from firstcontact.core.installation import missing_modules
 from firstcontact.core.layout import ChannelKind, Finger, finger_name
 
 if TYPE_CHECKING:
@@ -51,10 +52,11 @@ def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
         figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
 
 
-def picture(draw: Callable[[Figure], object]) -> str:
-    """Return a small drawing as an HTML image; "" without Matplotlib."""
-    if find_spec("matplotlib") is None:
-        return ""
+def described(subject: object, draw: Callable[[Figure], object] | None) -> str:
+    """Return a subject's short text in HTML, with a small drawing if Matplotlib is installed."""
+    text = f"<code>{escape(repr(subject))}</code><br>"
+    if draw is None or missing_modules(["matplotlib"]):
+        return text
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -63,7 +65,14 @@ def picture(draw: Callable[[Figure], object]) -> str:
         draw(figure)
         figure.savefig(file, dpi=60, format="png")
         image = base64.b64encode(file.getvalue()).decode()
-    return f'<img alt="" src="data:image/png;base64,{image}">'
+    return f'{text}<img alt="" src="data:image/png;base64,{image}">'
+
+
+def new_axes(figure: Figure) -> Axes:
+    figure.set_size_inches(7.0, 3.6)
+    axes = figure.subplots()
+    axes.spines[["top", "right"]].set_visible(False)
+    return axes
 
 
 def draw_pinch(pinch: Pinch, figure: Figure, title: str = "") -> NDArray[Any]:
@@ -106,8 +115,7 @@ def draw_dataset(data: Dataset, figure: Figure) -> Axes:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    figure.set_size_inches(7.0, 3.6)
-    axes = figure.subplots()
+    axes = new_axes(figure)
     labels = data.shore_a[~np.isnan(data.shore_a)]
     ends = (labels.min(), labels.max()) if len(labels) else (0, 100)
     colours = ScalarMappable(Normalize(*ends), "viridis_r")
@@ -136,7 +144,6 @@ def draw_dataset(data: Dataset, figure: Figure) -> Axes:
     axes.set_title(
         f"{len(shown)} of {len(data)} pinches, the finger that touches first", loc="left"
     )
-    axes.spines[["top", "right"]].set_visible(False)
     return axes
 
 

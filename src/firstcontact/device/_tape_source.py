@@ -63,6 +63,5 @@ class TapeSource(ThreadedSource):
 
 def from_name(name: str, options: SourceOptions) -> TapeSource:
     """Return the player for a device name, ``tape:FILE.wav``."""
-    if not options.speed > 0:
-        raise InputError(f"--speed is {options.speed:g}: give a positive number, or inf")
+    options.check_speed()
     return TapeSource(Path(name.partition(":")[2]), options.speed)

@@ -29,6 +29,11 @@ class SourceOptions:
     objects: str = "paper"
     fault: str = ""
 
+    def check_speed(self) -> None:
+        """Raise InputError if the speed is not positive."""
+        if not self.speed > 0:
+            raise InputError(f"--speed is {self.speed:g}: give a positive number, or inf")
+
     def check_own_speed(self, device: str) -> None:
         """Raise InputError if the speed is not 1. ``device`` has a fixed speed."""
         if self.speed != 1.0:

@@ -39,8 +39,7 @@ class _Piece(NamedTuple):
 
 
 def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
-    if not speed > 0:
-        raise InputError(f"--speed is {speed:g}: give a positive number, or inf")
+    SourceOptions(speed=speed).check_speed()
     recording = read_recording(path)
     if not recording.samples:
         raise InputError(f"{path} holds no samples: there is nothing to replay")

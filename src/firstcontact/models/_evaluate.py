@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +16,7 @@ from firstcontact.core import Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import AnyPath
 from firstcontact.core.installation import require_modules
-from firstcontact.core.plot import picture
+from firstcontact.core.plot import described
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import counted
 from firstcontact.models._predictors import Predictor, RigPredictor
@@ -162,7 +161,7 @@ class Evaluation:
         return f"Evaluation({self.predictor}, {counted(self.scored, 'pinch')}{error})"
 
     def _repr_html_(self) -> str:
-        return f"<code>{escape(repr(self))}</code><br>{picture(partial(draw_evaluation, self))}"
+        return described(self, partial(draw_evaluation, self))
 
     def to_frame(self) -> DataFrame:
         """Return a pandas table of scores, one row for each group of pinches and elapsed time.

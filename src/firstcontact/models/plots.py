@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from firstcontact.core.display import BLUE, GREY, ORANGE
+from firstcontact.core.plot import new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
     """Draw the value and the interval of each prediction."""
-    axes = _axes(figure)
+    axes = _graph(figure)
     number, value = np.arange(len(predictions)), predictions.value
     for is_out, colour, label in ((False, BLUE, "prediction"), (True, ORANGE, "out of range")):
         rows = (predictions.out_of_range == is_out) & ~np.isnan(value)
@@ -35,7 +36,7 @@ def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
 
 def draw_evaluation(evaluation: Evaluation, figure: Figure) -> Axes:
     """Draw the error, or the accuracy, of each group of pinches over the time after the contact."""
-    axes = _axes(figure)
+    axes = _graph(figure)
     for group, colour in zip(evaluation.groups, (BLUE, ORANGE, GREY), strict=False):
         name = "rmse" if group.rmse else "accuracy"
         times = 1e3 * np.array(list(group.scores))
@@ -53,9 +54,7 @@ def draw_evaluation(evaluation: Evaluation, figure: Figure) -> Axes:
     return axes
 
 
-def _axes(figure: Figure) -> Axes:
-    figure.set_size_inches(7.0, 3.6)
-    axes = figure.subplots()
-    axes.spines[["top", "right"]].set_visible(False)
+def _graph(figure: Figure) -> Axes:
+    axes = new_axes(figure)
     axes.grid(axis="y", alpha=0.2, lw=0.6)
     return axes

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from html import escape
 from math import nan
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Contact, finger_name
 from firstcontact.core.installation import require_modules
-from firstcontact.core.plot import picture
+from firstcontact.core.plot import described
 from firstcontact.models.interval import SHORE_A
 from firstcontact.models.plots import draw_predictions
 from firstcontact.models.touches import Touches
@@ -75,7 +74,7 @@ class Predictions:
         return f"Predictions({len(made)} of {len(self)} pinches{median}{by})"
 
     def _repr_html_(self) -> str:
-        return f"<code>{escape(repr(self))}</code><br>{picture(partial(draw_predictions, self))}"
+        return described(self, partial(draw_predictions, self))
 
     def to_frame(self) -> DataFrame:
         """Return a pandas table, one row for each prediction.

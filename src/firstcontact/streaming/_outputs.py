@@ -36,6 +36,19 @@ class Update:
     failed: Mapping[str, str] = field(default_factory=dict)
 
 
+class FailureNews:
+    """Failures of other outputs, each reported once."""
+
+    def __init__(self) -> None:
+        self._known: Mapping[str, str] = {}
+
+    def of(self, update: Update) -> list[tuple[str, str]]:
+        """Return name and reason of each failure that is new in an update."""
+        news = list(update.failed.items() - self._known.items())
+        self._known = update.failed
+        return news
+
+
 class Sink(Protocol):
     """Output of a live session, which processes updates in a separate thread.
 

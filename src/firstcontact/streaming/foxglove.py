@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Mapping
 from typing import Any, get_args
 
 import msgspec
@@ -15,7 +14,7 @@ from firstcontact.core import ChannelKind, Finger, InputError, finger_name
 from firstcontact.core.installation import require_modules
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
-from firstcontact.streaming._outputs import Update
+from firstcontact.streaming._outputs import FailureNews, Update
 from firstcontact.streaming.events import Event
 from firstcontact.streaming.json_lines import FailedLine, MarkerLine, json_line
 
@@ -61,7 +60,7 @@ class FoxgloveSink:
             ) from error
         #: Address to open in Foxglove.
         self.url = f"ws://{host}:{self._server.port}"
-        self._failed: Mapping[str, str] = {}
+        self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
         layout = self._layout = descriptor.layout
@@ -98,9 +97,8 @@ class FoxgloveSink:
         for arrival in update.arrivals:
             self._send(arrival)
         now = time.monotonic()
-        for name, reason in update.failed.items() - self._failed.items():
+        for name, reason in self._failures.of(update):
             self._log(FailedLine(name, reason), now)
-        self._failed = update.failed
         for event in update.events:
             self._log(event, self._clock.host_time(event.known_sample, event.epoch))
 

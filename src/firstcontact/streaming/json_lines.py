@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TextIO
 
 import msgspec
@@ -11,7 +11,7 @@ from firstcontact.core import Finger, finger_name
 from firstcontact.device import Descriptor
 from firstcontact.device.descriptor import DevicePredictor
 from firstcontact.recording import Marker
-from firstcontact.streaming._outputs import Update, write_now
+from firstcontact.streaming._outputs import FailureNews, Update, write_now
 
 FORMAT = "firstcontact-live"
 #: Version of the format, raised when a field changes its meaning or disappears.
@@ -179,7 +179,7 @@ class JsonLinesSink:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._link = LinkLine()
-        self._failed: Mapping[str, str] = {}
+        self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
         self._write([json_line(DescriptorLine.describe(descriptor))])
@@ -190,9 +190,8 @@ class JsonLinesSink:
         if link != self._link:
             lines.append(json_line(link))
         self._link = link
-        failures = update.failed.items() - self._failed.items()
+        failures = self._failures.of(update)
         lines += [json_line(FailedLine(name, reason)) for name, reason in failures]
-        self._failed = update.failed
         lines += [marker_line(m) for a in update.arrivals for m in a.markers]
         lines += [json_line(event) for event in update.events]
         if lines:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from firstcontact.core import finger_name
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
 from firstcontact.device.lsl_source import lsl_library
-from firstcontact.streaming._outputs import Update
+from firstcontact.streaming._outputs import FailureNews, Update
 from firstcontact.streaming.json_lines import FailedLine, json_line, marker_line
 
 #: Length of the buffer for a slow listener, s.
@@ -33,7 +32,7 @@ class LslSink:
         self._samples: Any = None
         self._events: Any = None
         self._newest = -np.inf  # time stamp of the newest event
-        self._failed: Mapping[str, str] = {}
+        self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
         layout = descriptor.layout
@@ -60,10 +59,9 @@ class LslSink:
     def take(self, update: Update) -> None:
         for arrival in update.arrivals:
             self._send(arrival)
-        for name, reason in update.failed.items() - self._failed.items():
+        for name, reason in self._failures.of(update):
             at = self._newest if np.isfinite(self._newest) else self._lsl.local_clock()
             self._events.push_sample([json_line(FailedLine(name, reason))], at)
-        self._failed = update.failed
         for event in update.events:
             self._push(json_line(event), self._clock.host_time(event.known_sample, event.epoch))
 

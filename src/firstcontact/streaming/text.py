@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TextIO
 
 from firstcontact.core import Estimate, finger_name
@@ -11,7 +11,7 @@ from firstcontact.device import Descriptor, Health
 from firstcontact.device.source import LinkNews
 from firstcontact.device.twin_words import held_object, lost_object
 from firstcontact.streaming._objects import WAITING, ObjectNames
-from firstcontact.streaming._outputs import Update, write_now
+from firstcontact.streaming._outputs import FailureNews, Update, write_now
 from firstcontact.streaming.events import (
     HandCheck,
     HandCommand,
@@ -37,7 +37,7 @@ class TextSink:
         self._shore_a = shore_a
         self._names = ObjectNames()
         self._unnamed: deque[PinchDone] = deque(maxlen=WAITING)
-        self._failed: Mapping[str, str] = {}
+        self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
         rate = descriptor.layout.rate
@@ -49,9 +49,8 @@ class TextSink:
         self._health = update.health
         for line in self._link.lines(update.health):
             self._write(line)
-        for name, reason in update.failed.items() - self._failed.items():
+        for name, reason in self._failures.of(update):
             self._write(f"{name}: failed ({reason})")
-        self._failed = update.failed
         for loss in (lost_object(m.text) for a in update.arrivals for m in a.markers):
             if loss:
                 self._write(f"the hand has {loss} the object")

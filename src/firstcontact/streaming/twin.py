@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from contextlib import suppress
 from importlib.metadata import version
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from firstcontact.core import ClosingSpeed, Command, InputError
+from firstcontact.core.files import cache_path, make_once
 from firstcontact.device import Source
 from firstcontact.device.twin_words import CLOSE_ORDER, order_text
 from firstcontact.grasp import Hand, HandError, HandLimits
@@ -95,38 +95,27 @@ def default_model(source: Source) -> Model:
     return shipped_model() if hand is None else load_model(twin_model(*hand))
 
 
-def cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "firstcontact"
-
-
 def twin_model(condition: str, seed: int) -> Path:
     """Return the folder of a model for the twin, which is trained if there is none."""
     if (condition, seed) == SHIPPED_HAND:
         return SHIPPED
-    folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
-    if (folder / "model.json").is_file():
-        return folder
-    from firstcontact.core.files import temporary_path
-    from firstcontact.models import train
-    from firstcontact.recording import load_dataset
-    from firstcontact.twin import simulate
+    folder = cache_path(f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}")
 
-    print(
-        f"no model was given; training one on the twin, saved in {folder} for the next start",
-        file=sys.stderr,
-    )
-    with temporary_path(folder) as making:
-        making.mkdir()
-        simulate(making / "pinches", condition, PINCHES, pinches_per_object=0, seed=seed)
-        model = train(load_dataset(making / "pinches"))
-        model.save(making / "model")
+    def make(making: Path) -> None:
+        from firstcontact.models import train
+        from firstcontact.recording import load_dataset
+        from firstcontact.twin import simulate
+
+        print(
+            f"no model was given; training one on the twin, saved in {folder} for the next start",
+            file=sys.stderr,
+        )
+        pinches = making.with_name("pinches")
+        simulate(pinches, condition, PINCHES, pinches_per_object=0, seed=seed)
+        model = train(load_dataset(pinches))
+        model.save(making)
         for line in model.notes:
             print(line, file=sys.stderr)
-        try:
-            (making / "model").rename(folder)
-        except OSError:
-            # Another run may have made the folder meanwhile.
-            if not (folder / "model.json").is_file():
-                raise
+
+    make_once(folder, make)
     return folder

@@ -28,6 +28,9 @@ WATCHDOG = 0.3
 #: Fastest a finger goes, degrees/s.
 FASTEST = 400.0
 
+#: Resolution of a reported position, degrees.
+RESOLUTION = 150 / 32767
+
 
 class EmulatedAbility:
     """Emulated hand with an object between its fingers.
@@ -79,8 +82,8 @@ class EmulatedAbility:
 
     @property
     def open(self) -> bool:
-        """Return True if finger and thumb are open."""
-        return max(self.position[0], self.position[4]) <= NEARLY_OPEN
+        """Return True if the hand reports finger and thumb as open."""
+        return max(self.position[0], self.position[4]) < NEARLY_OPEN + RESOLUTION
 
     def force(self, motor: int) -> float:
         """Force of a fingertip, N."""
@@ -110,7 +113,7 @@ class EmulatedAbility:
             self._terminal.write(bytes(self._packet(pos=self.position, reply_mode=2).packet))
             return
         assert frame[1] == 0x10, "positions, with touch in the answer"
-        targets = [x * 150 / 32767 for x in struct.unpack("<6h", frame[2:14])]
+        targets = [x * RESOLUTION for x in struct.unpack("<6h", frame[2:14])]
         now = time.monotonic()
         far = FASTEST * (now - self._told)
         self._told, self.controlled = now, True
@@ -127,7 +130,7 @@ class EmulatedAbility:
             raw[first + 1] = _count(self.force(motor))
         body = bytes([0x10])
         for at in self.position:
-            body += struct.pack("<hh", int(at * 32767 / 150), 0)
+            body += struct.pack("<hh", int(at / RESOLUTION), 0)
         for low, high in zip(raw[::2], raw[1::2], strict=True):
             body += (low | high << 12).to_bytes(3, "little")
         return body + bytes(1)

@@ -12,6 +12,7 @@ from typing import get_args
 
 import msgspec
 
+from firstcontact.device import Health
 from firstcontact.streaming import Event, HandCheck
 from firstcontact.streaming.json_lines import (
     ChannelLine,
@@ -36,6 +37,9 @@ def section(kind: type, heading: str = "") -> str:
     tag = None if config is None else config.tag
     rows = [f"| `type` | `{tag}` |"] if tag else []
     documented = parameters(details)
+    if kind is LinkLine:
+        health = parameters(inspect.cleandoc(Health.__doc__ or ""))
+        documented = {f.name: health[f.name] for f in msgspec.structs.fields(LinkLine)}
     fields = [name for names in documented for name in names.split(", ")]
     if config is not None:
         assert fields == [field.name for field in msgspec.structs.fields(kind)], kind

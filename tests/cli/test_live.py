@@ -331,7 +331,7 @@ def test_lines_close_and_open_a_hand_and_their_end_opens_it(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
     with closing_by_lines(environment, tmp_path / "ttyHand") as (hand, process):
-        ask(process, '{"do": "open"}')
+        ask(process, "open")
         hand.wait(lambda h: h.open)
         ask(process, "close")
         hand.wait(is_closing)

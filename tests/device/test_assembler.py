@@ -19,10 +19,9 @@ from firstcontact.device.descriptor import (
     DeviceContact,
     DeviceEstimate,
     DevicePrediction,
-    contact_payload,
-    estimate_payload,
 )
 from firstcontact.device.protocol import FrameType, NextSamples, encode
+from prediction_payloads import contact_payload, estimate_payload, late_payload
 
 LAST = 2**32 - 1
 
@@ -70,7 +69,7 @@ class Line:
 
 
 def late(counter: int, skipped: int, unheard: int) -> bytes:
-    return encode(FrameType.LATE, counter, protocol.late_payload(skipped, unheard))
+    return encode(FrameType.LATE, counter, late_payload(skipped, unheard))
 
 
 def stopped(counter: int, sample: int, overflow: int = 0) -> bytes:

@@ -13,6 +13,7 @@ from firstcontact.core import Block
 from firstcontact.device import Descriptor, protocol
 from firstcontact.device._responder import Responder
 from firstcontact.device.protocol import Frame, FrameType, encode
+from prediction_payloads import SamplesFrame, read_samples
 
 
 @dataclass
@@ -40,10 +41,10 @@ class Host:
         assert [f.counter for f in self.frames] == list(range(len(self.frames)))
         return new
 
-    def samples(self) -> list[protocol.SamplesFrame]:
+    def samples(self) -> list[SamplesFrame]:
         """Return the received frames of samples, checked against the numbers in the samples."""
         frames = [f.payload for f in self.frames if f.type == FrameType.SAMPLES]
-        samples = [protocol.read_samples(payload, CHANNELS) for payload in frames]
+        samples = [read_samples(payload, CHANNELS) for payload in frames]
         check(Block(s.data, s.first_sample) for s in samples)
         assert all(1 <= len(s.data) <= 5 for s in samples)
         return samples

@@ -14,8 +14,9 @@ import pytest
 from twin_host import host
 
 from firstcontact.core import InputError
-from firstcontact.device._responder import RING
 from firstcontact.device._twin_source import TwinDevice
+from firstcontact.device.ports import LinkError
+from firstcontact.device.protocol import FrameType
 from firstcontact.twin import TwinStream
 from processes import PATIENCE, children, command_line, gone, stop, stopped, until
 
@@ -26,20 +27,16 @@ def twin() -> Iterator[TwinDevice]:
         yield device
 
 
-def test_real_time_samples_equal_the_stream() -> None:
+def test_real_time_samples_and_markers_equal_the_stream() -> None:
     with TwinDevice(seed=4) as device, host(device.port) as h:
-        h.boot()
         h.start(4 * 4936)
-        stopped = h.stop()
-        h.check(stopped)
-        # The twin keeps samples for RING while it or its host is stopped.
-        assert stopped[1] == 0 or h.longest_pause > 0.5 * RING
-        # The motor's starts are told, where they are, and how each closing went.
+        end = h.stop()
         stream = TwinStream(seed=4)
-        stream.read(stopped[0])
+        stream.read(end)
         words = [(p.start, f"twin: {p.label.object}") for p in stream.pinches]
         words += [(p.end, f"twin: peak {p.peak:.1f} N") for p in stream.pinches if p.end]
-        assert h.markers == sorted(w for w in words if h.first <= w[0] < stopped[0])
+        first = h.blocks[0].first_sample
+        assert h.markers == sorted(w for w in words if first <= w[0] < end)
         assert len(h.markers) >= 3
 
 
@@ -49,9 +46,8 @@ def test_accelerated_twin_waits_for_a_stalled_host(twin: TwinDevice) -> None:
         # 20 s of the twin's time: far more than fits into the line and what waits for it.
         select.select([], [], [], 1.0)
         h.start(8 * 4936)
-        stopped = h.stop()
-        assert stopped[1] == 0
-        h.check(stopped)
+        h.stop()
+        assert h.assembler.counts.overflow_samples == 0
 
 
 def test_stalled_host_losses_are_counted_in_real_time() -> None:
@@ -59,35 +55,31 @@ def test_stalled_host_losses_are_counted_in_real_time() -> None:
         h.start(1000)
         # Looks elsewhere for longer than the device can keep.
         select.select([], [], [], 1.5)
-        h.listen(lambda: h.samples[-1].overflow > 0)
-        stopped = h.stop()
-        assert stopped[1] > 0
-        h.check(stopped)
+        h.listen(lambda: h.assembler.counts.overflow_samples)
+        h.stop()
 
 
 def test_replugged_cable_restores_the_port_name(twin: TwinDevice) -> None:
     with host(twin.port) as h:
-        boot = h.boot()
         h.start(500)
-        end = h.samples[-1].first_sample
+        end = h.assembler.next_sample
         twin.unplug()
         assert not Path(twin.port).exists()
-        with pytest.raises(OSError, match="Input/output error"):
-            os.write(h.fd, b"\0")
+        with pytest.raises(LinkError):
+            h.say(FrameType.STOP)
         twin.unplug()
     twin.plug()
     twin.plug()
     with host(twin.port) as h:
-        assert h.boot() == boot
         h.start(500)
-        assert h.first > end
+        assert h.blocks[0].first_sample > end
 
 
 def test_ctrl_c_does_not_reach_the_twin(twin: TwinDevice) -> None:
     assert os.getsid(twin.pid) != os.getsid(0), "not in the group that the terminal signals"
     os.kill(twin.pid, signal.SIGINT)
-    with host(twin.port) as h:
-        h.boot()
+    with host(twin.port):
+        pass
 
 
 PARENT = """

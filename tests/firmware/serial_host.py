@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.device import protocol
 from firstcontact.device.protocol import Frame, FrameType
+from prediction_payloads import SamplesFrame, read_samples
 
 CHANNELS = 16
 #: Longest wait for an answer, s.
@@ -76,11 +77,8 @@ class Host:
     def select_frames(self, kind: int) -> list[Frame]:
         return [f for f in self.frames if f.type == kind]
 
-    def samples(self) -> list[protocol.SamplesFrame]:
-        return [
-            protocol.read_samples(f.payload, CHANNELS)
-            for f in self.select_frames(FrameType.SAMPLES)
-        ]
+    def samples(self) -> list[SamplesFrame]:
+        return [read_samples(f.payload, CHANNELS) for f in self.select_frames(FrameType.SAMPLES)]
 
     @property
     def received(self) -> int:
@@ -102,7 +100,7 @@ class Host:
             first += len(frame.data)
 
 
-def assert_gaps_are_overflow(frames: list[protocol.SamplesFrame]) -> None:
+def assert_gaps_are_overflow(frames: list[SamplesFrame]) -> None:
     """Assert that each gap equals the number of samples that the device counted as dropped."""
     end, overflow = 0, 0
     for frame in frames:

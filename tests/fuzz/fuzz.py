@@ -24,6 +24,7 @@ from typing import Any
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_name] = "1"
 os.environ.setdefault("MPLBACKEND", "Agg")
+sys.path.append(str(Path(__file__).parents[1]))
 
 import fuzz_worker  # noqa: E402
 from fuzz_recordings import bomb  # noqa: E402

@@ -25,8 +25,6 @@ from firstcontact.device.descriptor import (
     DeviceContact,
     DeviceEstimate,
     DevicePredictor,
-    contact_payload,
-    estimate_payload,
 )
 from firstcontact.device.protocol import FrameType
 from firstcontact.recording import Header, RecordingWriter, read_recording
@@ -38,6 +36,7 @@ from firstcontact.streaming.json_lines import JsonLinesSink
 from firstcontact.streaming.page._server import Commands
 from firstcontact.streaming.page._state import State
 from firstcontact.streaming.text import TextSink
+from prediction_payloads import contact_payload, estimate_payload
 
 DESCRIPTOR = Descriptor(piezo_layout(), "firmware", "sensor", "hand", "real")
 CHANNELS = len(DESCRIPTOR.layout.channels)

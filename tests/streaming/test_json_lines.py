@@ -6,11 +6,12 @@ import io
 import json
 import os
 from dataclasses import replace
-from typing import Any
+from typing import Any, TextIO, cast
 
 from example_events import DESCRIPTOR, ESTIMATE, everything
 from msgspec.structs import replace as changed
 
+from firstcontact.cli.output import Output
 from firstcontact.device import Health
 from firstcontact.streaming import Sink, Update
 from firstcontact.streaming._outputs import Fanout
@@ -112,7 +113,8 @@ def test_a_listener_that_goes_away_ends_the_sink_alone() -> None:
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as writer:
-        fanout = Fanout([JsonLinesSink(writer)], DESCRIPTOR)
+        out = cast(TextIO, Output(writer, raises=True))
+        fanout = Fanout([JsonLinesSink(out)], DESCRIPTOR)
         fanout.put(everything())
         fanout.close(60.0)
         assert fanout.deserted

@@ -58,18 +58,15 @@ def test_what_the_twin_drops_or_breaks_is_reported() -> None:
     assert stream.getvalue() == "the hand has broken the object\n"
 
 
-def named(*markers: Marker, marks: tuple[PinchMark, ...] = (), later: bool = False) -> list[str]:
+def named(*markers: Marker, marks: tuple[PinchMark, ...] = ()) -> list[str]:
     """Return labels and markers around a pinch from sample 400 to 1600."""
     stream = io.StringIO()
     sink = TextSink(stream, {"block 29": 29.0}.get)
     sink.open(DESCRIPTOR)
     (arrival,) = Feed().update().arrivals
     (finished_pinch,) = (event for event in EVENTS if isinstance(event, PinchDone))
-    words = replace(arrival, markers=markers, pinches=() if later else marks)
+    words = replace(arrival, markers=markers, pinches=marks)
     sink.take(Update(arrivals=(words,), events=(finished_pinch,), health=Health(True)))
-    sink.take(
-        Update(arrivals=(replace(arrival, pinches=marks if later else ()),), health=Health(True))
-    )
     return stream.getvalue().splitlines()[1:]
 
 
@@ -88,8 +85,5 @@ def test_a_pinch_says_what_a_marker_or_a_label_named() -> None:
     mark = PinchMark(0, 300, 1500, 0, Label("pear", 40.0))
     (line,) = named(marks=(mark,))
     assert line.endswith(", labelled pear, 40 Shore A")
-    line, label = named(marks=(mark,), later=True)
-    assert "pear" not in line
-    assert label == "  pinch 1 was labelled pear, 40 Shore A"
     (line,) = named(marks=(replace(mark, epoch=1),))
     assert "pear" not in line

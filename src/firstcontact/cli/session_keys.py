@@ -10,11 +10,9 @@ import threading
 import tty
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from firstcontact.core import InputError
-from firstcontact.core.records import read_record
 from firstcontact.streaming.events import Ask
 from firstcontact.streaming.session import LiveSession
 
@@ -26,13 +24,6 @@ NEW = b"nN"
 LONGEST_LINE = 4096
 #: Time between two checks whether a background program is back in the foreground, s.
 AGAIN = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class LineRequest:
-    """Request of another program to the session, as a line of JSON."""
-
-    do: Literal["close", "open", "new"]
 
 
 @contextmanager
@@ -140,26 +131,14 @@ def _new(session: LiveSession) -> None:
 
 
 def _line(session: LiveSession, line: bytes, by: str) -> None:
-    word = line.lower()
-    if len(line) > LONGEST_LINE:
-        word = line = b"..."
-    if line.startswith(b"{"):
-        try:
-            word = read_record(
-                line, LineRequest, "This line", 'use {"do": "open"}', LONGEST_LINE
-            ).do.encode()
-        except InputError as error:
-            _say(str(error))
-            return
-    if word == b"new":
-        _new(session)
-        return
-    if word not in (b"close", b"open"):
-        _say(
-            f"the line {line.decode('utf-8', 'replace')!r} is not a request: use close, open or new"
-        )
-        return
-    _ask(session, Ask(word.decode()), by)
+    match line.lower():
+        case b"new":
+            _new(session)
+        case b"close" | b"open" as word:
+            _ask(session, Ask(word.decode()), by)
+        case _:
+            shown = line.decode("utf-8", "replace") if len(line) <= LONGEST_LINE else "..."
+            _say(f"the line {shown!r} is not a request: use close, open or new")
 
 
 def _ask(session: LiveSession, ask: Ask, by: str) -> None:

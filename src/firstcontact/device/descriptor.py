@@ -215,38 +215,13 @@ class DeviceEstimate:
     epoch: int
     reason: int = 0
 
-    def delay(self, rate: float) -> float:
-        """Return the time from the contact to the estimate, s. ``rate`` is in Hz."""
-        return (self.decided - self.contact) / rate + self.compute_time
-
 
 DevicePrediction = DeviceContact | DeviceEstimate
-
-
-def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> bytes:
-    numbers = sample & 0xFFFFFFFF, decided & 0xFFFFFFFF
-    return _CONTACT.pack(*numbers, list(Finger).index(finger), first)
 
 
 def read_contact(payload: bytes, epoch: int, *, withdrawn: bool = False) -> DeviceContact:
     sample, decided, finger, first = unpack(_CONTACT, payload, FrameType.CONTACT)
     return DeviceContact(_finger(finger), sample, decided, bool(first), epoch, withdrawn)
-
-
-def estimate_payload(estimate: DeviceEstimate) -> bytes:
-    return _ESTIMATE.pack(
-        estimate.contact & 0xFFFFFFFF,
-        estimate.decided & 0xFFFFFFFF,
-        estimate.samples,
-        list(Finger).index(estimate.finger),
-        estimate.refused * REFUSED
-        | estimate.out_of_range * OUT_OF_RANGE
-        | estimate.reason << _REASON_SHIFT,
-        estimate.value,
-        estimate.low,
-        estimate.high,
-        round(estimate.compute_time * 1e9),
-    )
 
 
 def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:

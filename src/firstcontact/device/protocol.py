@@ -66,14 +66,6 @@ class Frame(NamedTuple):
     payload: bytes
 
 
-class SamplesFrame(NamedTuple):
-    """Payload of a samples frame. ``data`` has shape (n, channels), int16."""
-
-    first_sample: int
-    overflow: int
-    data: NDArray[np.int16]
-
-
 class NextSamples(NamedTuple):
     """Number of columns, and numbers in the head of the next samples frame (modulo 2^32)."""
 
@@ -165,11 +157,6 @@ def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
     return first, overflow, n, data
 
 
-def read_samples(payload: bytes, channels: int) -> SamplesFrame:
-    first, overflow, n, data = samples_head(payload, channels)
-    return SamplesFrame(first, overflow, np.frombuffer(data, dtype="<i2").reshape(n, channels))
-
-
 def descriptor_payload(boot: int, text: str, version: int = VERSION) -> bytes:
     return _DESCRIPTOR.pack(version, boot) + text.encode()
 
@@ -200,10 +187,6 @@ def stopped_payload(next_sample: int, overflow: int) -> bytes:
 def read_stopped(payload: bytes) -> tuple[int, int]:
     next_sample, overflow = unpack(_STOPPED, payload, FrameType.STOPPED)
     return next_sample, overflow
-
-
-def late_payload(skipped: int, unheard: int) -> bytes:
-    return _LATE.pack(skipped & _MASK, unheard & _MASK)
 
 
 def read_late(payload: bytes) -> tuple[int, int]:

@@ -169,7 +169,7 @@ def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iter
     stretches = [s for s in recording.stretches if epoch in (None, s.epoch)]
     wanted = [m for m in recording.markers if epoch in (None, m.epoch)]
     markers = deque(sorted(wanted, key=lambda m: (m.epoch, m.sample)))
-    pinches = deque(sorted(recording.pinches, key=lambda m: (m.epoch, m.end)))
+    pinches = deque(sorted(recording.pinches, key=lambda m: (m.epoch, m.first_sample)))
     for stretch in stretches:
         for start in range(0, len(stretch.data), length):
             data = stretch.data[start : start + length]
@@ -180,7 +180,7 @@ def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iter
             block_markers, block_pinches = [], []
             while markers and (markers[0].epoch, markers[0].sample) < until:
                 block_markers.append(markers.popleft())
-            while pinches and (pinches[0].epoch, pinches[0].end) <= until:
+            while pinches and (pinches[0].epoch, pinches[0].first_sample) < until:
                 block_pinches.append(pinches.popleft())
             yield _Piece(block, tuple(block_markers), tuple(block_pinches))
 

@@ -132,8 +132,9 @@ class ResampledSource(Source):
 
     def _due(self, block: Block, predictions: tuple[DevicePrediction, ...]) -> list[Arrival]:
         """Return samples with their markers and marks; an empty list if there is nothing."""
-        markers = tuple(m for m in self._markers if (m.epoch, m.sample) < (block.epoch, block.end))
-        pinches = tuple(p for p in self._pinches if (p.epoch, p.end) <= (block.epoch, block.end))
+        end = block.epoch, block.end
+        markers = tuple(m for m in self._markers if (m.epoch, m.sample) < end)
+        pinches = tuple(p for p in self._pinches if (p.epoch, p.first_sample) < end)
         if not (len(block.data) or markers or pinches or predictions):
             return []
         self._markers = [m for m in self._markers if m not in markers]

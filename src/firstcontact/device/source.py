@@ -32,7 +32,7 @@ class Arrival:
         Markers of these samples. A marker whose own sample was lost comes with the newest unread
         samples, or with an empty block.
     pinches
-        Marks of the pinches that end in these samples, from a replayed recording.
+        Marks of the pinches that begin in these samples, from a replayed recording.
     predictions
         Contacts and estimates that the device predicted by itself, in the order received.
     """
@@ -51,19 +51,22 @@ class Health:
     Parameters
     ----------
     connected
-        True if the device is connected now.
+        True if the device is connected and has sent a usable sample within the last second.
     epoch
         Epoch of the newest sample.
-    samples, lost_samples
-        Number of received samples, and of samples that the device counted but the host did not
-        receive in usable form.
+    samples
+        Number of received samples.
+    lost_samples
+        Number of samples that the device counted but the host did not receive in usable form.
     overflow_samples
         Number of lost samples that the device itself dropped, by its report.
     unusable_samples
         Number of lost samples with a value that was NaN, infinite or beyond 32-bit integers, or
         with a time stamp that jumps.
-    lost_frames, bad_frames
-        Number of frames missing in the device's count, and of damaged frames, which are also lost.
+    lost_frames
+        Number of frames missing in the device's count.
+    bad_frames
+        Number of damaged frames, which are also lost.
     doubled_frames
         Number of ignored frames that were repeated or out of order.
     late_answers

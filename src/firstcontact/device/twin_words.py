@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 from firstcontact.core import Command, InputError
 from firstcontact.core.text import parse_float
 
@@ -21,8 +19,6 @@ ACCEPTED = f"{TWIN}told "
 PEAK, LOST = f"{TWIN}peak ", f"{TWIN}lost "
 #: Prefixes of the markers about the hand; other markers name an object.
 ABOUT_HAND = (PEAK, f"{TWIN}hand ", ACCEPTED, LOST)
-#: Answers to orders in recordings of earlier versions, which had no prefix.
-_ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
 
 
 def order_text(order: Command | None) -> str:
@@ -79,4 +75,4 @@ def held_object(text: str) -> str | None:
 
 
 def concerns_hand(text: str) -> bool:
-    return text.startswith(ABOUT_HAND) or _ANSWERED.fullmatch(text) is not None
+    return text.startswith(ABOUT_HAND)

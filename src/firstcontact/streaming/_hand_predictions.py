@@ -97,7 +97,7 @@ class HandPredictions:
             high=message.high,
             level=0.0,
             elapsed=message.samples / self._rate,
-            available=message.delay(self._rate),
+            available=(message.decided - message.contact) / self._rate + message.compute_time,
             out_of_range=message.out_of_range,
             model=self._model,
             contact=contact,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from firstcontact.core import Estimate, Label
 from firstcontact.device.twin_words import concerns_hand
@@ -42,74 +42,33 @@ class ObjectNames:
         return next((m.label for m in reversed(self._marks) if pinch.overlaps(m)), None)
 
 
-class ObjectCombiner:
+class ObjectCombiner(ObjectNames):
     """Pool of the final estimates of several pinches of one object."""
 
     def __init__(self) -> None:
-        self._names = ObjectNames()
+        super().__init__()
         self._estimates: deque[Estimate] = deque(maxlen=PINCHES)
         self._object: str | None = None  # "" for an object without a name; None if unmarked
-        self._last: PinchDone | None = None
-        self._is_new = False
-        self._has_labels = False
-        self._waits = False  # True while the last pinch waits for its label
+        self._is_new = self._has_labels = False
 
     def new_object(self) -> None:
         """Begin another object with the next pinch; may be called from any thread."""
         self._is_new = True
 
-    def add_markers(self, markers: Iterable[Marker]) -> None:
-        self._names.add_markers(markers)
-
-    def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
-        self._names.add_pinch(pinch)
-        self._last = pinch
-        self._waits = self._has_labels and self._names.label(pinch) is None
+    def pool(self, pinch: PinchDone) -> ObjectEstimate | None:
+        """Return the pooled estimate of the object of a pinch; None without a final estimate."""
+        self.add_pinch(pinch)
         if self._is_new:
             self._is_new = False
             self._estimates.clear()
             self._object = ""
-        if self._waits:
-            return None
-        for text in () if self._has_labels else self._names.markers(pinch):
-            self._rename(text)
-        self._relabel(pinch)
-        return self._pool(pinch)
-
-    def add_labels(self, marks: Sequence[PinchMark]) -> ObjectEstimate | None:
-        """Process labels of pinches in a replayed recording."""
-        self._names.add_labels(marks)
-        if not marks or self._last is None:
-            return None
-        was_alone = len(self._estimates) == 1
-        is_other = self._relabel(self._last)
-        if self._waits:
-            if self._names.label(self._last) is None:
-                return None
-            self._waits = False
-            return self._pool(self._last)
-        if not is_other:
-            return None
-        estimate = self._pool(self._last)
-        return None if was_alone else estimate
-
-    def _relabel(self, pinch: PinchDone) -> bool:
-        """Name the object by the label of a pinch. Return True if that begins another object."""
-        label = self._names.label(pinch)
-        name = None if label is None else label.specimen or label.object or None
-        if label is None or (name is None and not self._has_labels):
-            return False  # markers name the objects here, or nothing does
-        self._has_labels = True
-        return self._rename(name)
-
-    def _rename(self, name: str | None) -> bool:
-        is_other = name is None or name != self._object
-        if is_other:
-            self._estimates.clear()
-        self._object = name
-        return is_other
-
-    def _pool(self, pinch: PinchDone) -> ObjectEstimate | None:
+        label = self.label(pinch)
+        name = "" if label is None else label.specimen or label.object
+        self._has_labels |= bool(name)
+        for text in [name] if self._has_labels else self.markers(pinch):
+            if text != self._object:
+                self._estimates.clear()
+            self._object = text or None
         if self._object is None:
             self._estimates.clear()
         final = pinch.final

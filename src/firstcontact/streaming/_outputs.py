@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import logging
 import math
-import os
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Protocol, TextIO
+from typing import Protocol
 
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
@@ -73,19 +72,6 @@ class Sink(Protocol):
 
     def close(self) -> None:
         """Close the output. The session always calls this once."""
-
-
-def write_now(stream: TextIO, text: str) -> None:
-    try:
-        stream.write(text)
-        stream.flush()
-    except OSError:
-        # Python flushes standard output when it ends, and would print the error again.
-        with suppress(OSError, ValueError):
-            null = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(null, stream.fileno())
-            os.close(null)
-        raise
 
 
 class _Feeder:

@@ -33,7 +33,25 @@ class Verdict(StrEnum):
     NONE = "none"
 
 
-class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
+class _Reported(msgspec.Struct, frozen=True):
+    """Base of the events."""
+
+    @property
+    def known_sample(self) -> int:
+        """Number of the last sample that was needed to report this event."""
+        match self:
+            case ContactEvent():
+                return self.contact.decided
+            case ContactWithdrawn() | NoEstimate():
+                return self.complete
+            case PinchDone() | ObjectEstimate():
+                return self.end - 1
+            case HandPrediction():
+                return self.event.known_sample
+        return int(self.sample)  # type: ignore[attr-defined]
+
+
+class ClosingStart(_Reported, frozen=True, tag="closing_start"):
     """Start of a closing. Contacts are reported from this sample on.
 
     Parameters
@@ -45,13 +63,8 @@ class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
     sample: int
     epoch: int
 
-    @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.sample
 
-
-class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
+class ContactEvent(_Reported, frozen=True, tag="contact"):
     """Contact of one finger.
 
     Parameters
@@ -72,13 +85,8 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
     epoch: int
     host: float
 
-    @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.contact.decided
 
-
-class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
+class ContactWithdrawn(_Reported, frozen=True, tag="contact_withdrawn"):
     """Withdrawal of a first contact, whose signal turned out to be a click of the gears.
 
     The contact, all later contacts and all estimates of the closing so far are invalid. The closing
@@ -98,13 +106,8 @@ class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
     complete: int
     epoch: int
 
-    @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.complete
 
-
-class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
+class NoEstimate(_Reported, frozen=True, tag="no_estimate"):
     """Report that a closing has no valid estimate, with the reason.
 
     Parameters
@@ -124,11 +127,6 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
     complete: int
     epoch: int
 
-    @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.complete
-
 
 def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) -> Estimate:
     in_time = (offset is None or estimate.available < offset) if real_time else None
@@ -137,7 +135,7 @@ def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) 
     return msgspec.structs.replace(estimate, in_time=in_time)
 
 
-class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
+class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
     """Finished closing with all its contacts and estimates.
 
     Parameters
@@ -194,11 +192,6 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         msgspec.structs.force_setattr(self, "verdict", verdict)
 
     @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.end - 1
-
-    @property
     def final(self) -> Estimate | None:
         """Last estimate, however late it was; None if there is none."""
         return self.estimates[-1] if self.estimates else None
@@ -224,7 +217,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         return mark.epoch == self.epoch and mark.first_sample < self.end and self.start < mark.end
 
 
-class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_estimate"):
+class ObjectEstimate(_Reported, frozen=True, kw_only=True, tag="object_estimate"):
     """Pooled estimate from all pinches of one object so far.
 
     Parameters
@@ -258,13 +251,8 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
     end: int
     epoch: int
 
-    @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.end - 1
 
-
-class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
+class HandCommand(_Reported, frozen=True, tag="hand_command"):
     """Request that the driven hand carried out, or release of the hand without a request.
 
     Parameters
@@ -283,13 +271,8 @@ class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
     sample: int
     epoch: int
 
-    @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.sample
 
-
-class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
+class HandPrediction(_Reported, frozen=True, tag="hand_prediction"):
     """Contact or estimate of a device that predicts by itself.
 
     Parameters
@@ -306,11 +289,6 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
     def epoch(self) -> int:
         """Epoch of the samples."""
         return self.event.epoch
-
-    @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.event.known_sample
 
 
 class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
@@ -331,7 +309,7 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
     lost: bool = False
 
 
-class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
+class HandPinch(_Reported, frozen=True, kw_only=True, tag="hand_pinch"):
     """Predictions of a device for one pinch; the event follows 0.3 s after the first contact.
 
     Parameters
@@ -360,11 +338,6 @@ class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
     check: HandCheck | None
     sample: int
     epoch: int
-
-    @property
-    def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
-        return self.sample
 
 
 Event = (

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TextIO
+from dataclasses import fields
+from typing import TextIO, get_type_hints
 
 import msgspec
 
 from firstcontact.core import Finger, finger_name
-from firstcontact.device import Descriptor
+from firstcontact.device import Descriptor, Health
 from firstcontact.device.descriptor import DevicePredictor
 from firstcontact.recording import Marker
-from firstcontact.streaming._outputs import FailureNews, Update, write_now
+from firstcontact.streaming._outputs import FailureNews, Update
 
 FORMAT = "firstcontact-live"
 #: Version of the format, raised when a field changes its meaning or disappears.
@@ -106,44 +107,19 @@ class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
     text: str
 
 
-class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
-    """State of the connection to the device, written whenever it changes.
-
-    Counts begin when the device is opened.
-
-    Parameters
-    ----------
-    connected
-        True if the device is connected and has sent a usable sample within the last second.
-    epoch
-        Epoch of the newest sample.
-    lost_samples
-        Number of samples missing in the device's count, for any reason.
-    overflow_samples
-        Number of lost samples that the device itself dropped, by its report.
-    unusable_samples
-        Number of lost samples that were NaN, infinite or out of range, or whose time stamp jumps.
-    lost_frames, bad_frames, doubled_frames
-        Number of lost, damaged, and repeated frames.
-    late_answers
-        Number of predictions that the device skipped because the next one was due.
-    unheard_samples
-        Number of samples that the device sent but its own model missed.
-    reconnects
-        Number of reconnections of the device.
-    """
-
-    connected: bool = True
-    epoch: int = 0
-    lost_samples: int = 0
-    overflow_samples: int = 0
-    unusable_samples: int = 0
-    lost_frames: int = 0
-    bad_frames: int = 0
-    doubled_frames: int = 0
-    late_answers: int = 0
-    unheard_samples: int = 0
-    reconnects: int = 0
+#: State of the connection to the device: the fields of ``Health`` that do not change all the time.
+LinkLine = msgspec.defstruct(
+    "LinkLine",
+    [
+        (field.name, get_type_hints(Health)[field.name], field.default)
+        for field in fields(Health)
+        if field.name not in ("samples", "host_rate", "losses_known", "ended")
+    ],
+    tag="link",
+    frozen=True,
+    kw_only=True,
+)
+LinkLine.__doc__ = """State of the connection to the device, written whenever it changes."""
 
 
 class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
@@ -178,7 +154,7 @@ class JsonLinesSink:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._link = LinkLine()
+        self._link: msgspec.Struct = LinkLine(connected=True)
         self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
@@ -201,4 +177,5 @@ class JsonLinesSink:
         """Close the sink. All lines have already been written."""
 
     def _write(self, lines: Sequence[str]) -> None:
-        write_now(self._stream, "".join(line + "\n" for line in lines))
+        self._stream.write("".join(line + "\n" for line in lines))
+        self._stream.flush()

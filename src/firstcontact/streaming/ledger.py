@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+
+import numpy as np
 
 from firstcontact.core import Estimate
 from firstcontact.core.text import percent
@@ -84,18 +86,9 @@ class Ledger:
             figures["delay"] = self.delay
         for name, times in self._times.items():
             if times:
-                figures[f"{name}_p50"] = _quantile(times, 0.5)
-                figures[f"{name}_p99"] = _quantile(times, 0.99)
-                figures[f"{name}_max"] = max(times)
+                p50, p99, longest = np.quantile(times, (0.5, 0.99, 1.0)).tolist()
+                figures |= {f"{name}_p50": p50, f"{name}_p99": p99, f"{name}_max": longest}
         return figures
-
-
-def _quantile(values: Collection[float], share: float) -> float:
-    ordered = sorted(values)
-    place = share * (len(ordered) - 1)
-    low = int(place)
-    high = min(low + 1, len(ordered) - 1)
-    return ordered[low] + (place - low) * (ordered[high] - ordered[low])
 
 
 def ledger_lines(

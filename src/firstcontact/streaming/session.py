@@ -277,6 +277,7 @@ class LiveSession:
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
         self._objects.add_markers(arrival.markers)
+        self._objects.add_labels(arrival.pinches)
         if self.grasping is not None:
             self.grasping.on_samples(block, host)
         event_count = len(self._events)
@@ -285,10 +286,7 @@ class LiveSession:
             self._events += self._hand_predictions.update(arrival.predictions, block, host)
         if self.grasping is not None:
             self._events += self.grasping.after_block(block)
-        is_urgent = bool(arrival.markers) or len(self._events) > event_count
-        corrected = self._objects.add_labels(arrival.pinches)
-        self._events += [] if corrected is None else [corrected]
-        return is_urgent
+        return bool(arrival.markers) or len(self._events) > event_count
 
     def _act(self, events: Iterable[Event]) -> None:
         """Pass each event to the hand's policy immediately, and keep it for the outputs."""
@@ -300,7 +298,7 @@ class LiveSession:
                 self.pinches += 1
                 if self._hand_predictions is not None:
                     self._hand_predictions.add_pinch(event)
-                combined = self._objects.add_pinch(event)
+                combined = self._objects.pool(event)
                 self._events += [] if combined is None else [combined]
 
     def _close_source(self) -> None:
@@ -361,14 +359,11 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
     markers = tuple(m for a in arrivals for m in a.markers)
     pinches = tuple(p for a in arrivals for p in a.pinches)
     predictions = tuple(t for a in arrivals for t in a.predictions)
-    last = len(blocks) - 1
     return tuple(
         Arrival(
             block,
             hosts[block.epoch, block.end],
-            markers if i == 0 else (),
-            pinches if i == last else (),
-            predictions if i == last else (),
+            *((markers, pinches, predictions) if i == 0 else ()),
         )
         for i, block in enumerate(blocks)
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from typing import TextIO
 
@@ -10,8 +9,8 @@ from firstcontact.core import Estimate, finger_name
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.source import LinkNews
 from firstcontact.device.twin_words import held_object, lost_object
-from firstcontact.streaming._objects import WAITING, ObjectNames
-from firstcontact.streaming._outputs import FailureNews, Update, write_now
+from firstcontact.streaming._objects import ObjectNames
+from firstcontact.streaming._outputs import FailureNews, Update
 from firstcontact.streaming.events import (
     HandCheck,
     HandCommand,
@@ -36,7 +35,6 @@ class TextSink:
         self._health = Health(connected=True)
         self._shore_a = shore_a
         self._names = ObjectNames()
-        self._unnamed: deque[PinchDone] = deque(maxlen=WAITING)
         self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
@@ -57,13 +55,10 @@ class TextSink:
         for arrival in update.arrivals:
             self._names.add_markers(arrival.markers)
             self._names.add_labels(arrival.pinches)
-        late = [(pinch, name) for pinch in self._unnamed if (name := self._label(pinch))]
         for event in update.events:
             if isinstance(event, PinchDone):
                 self._names.add_pinch(event)
                 name = self._name(event)
-                if not name:
-                    self._unnamed.append(event)
                 line = pinch_line(event, self._alone)
                 self._write(f"{line}, {name}" if name else line)
             elif isinstance(event, HandCommand):
@@ -75,9 +70,6 @@ class TextSink:
                     f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
                     f"({event.low:.0f} to {event.high:.0f})"
                 )
-        for pinch, name in late:
-            self._unnamed.remove(pinch)
-            self._write(f"  pinch {pinch.number} was {name}")
 
     def close(self) -> None:
         """Write a line about lost samples, if some were not reported yet."""
@@ -88,16 +80,14 @@ class TextSink:
         for text in reversed(self._names.markers(pinch)):
             object_ = held_object(text)
             return f'marked "{text}"' if object_ is None else text + _shore(self._shore_a(object_))
-        return self._label(pinch)
-
-    def _label(self, pinch: PinchDone) -> str:
         label = self._names.label(pinch)
         if label is None or not label.object:
             return ""
         return f"labelled {label.object}{_shore(label.shore_a)}"
 
     def _write(self, line: str) -> None:
-        write_now(self._stream, f"{line}\n")
+        self._stream.write(f"{line}\n")
+        self._stream.flush()
 
 
 def _shore(shore_a: float | None) -> str:

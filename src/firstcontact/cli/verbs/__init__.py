@@ -35,12 +35,8 @@ def verb_places() -> dict[str, str]:
 
 def configuration(verb: str) -> type[Any]:
     """Import and return the dataclass of a verb."""
-    name = _module(verb)
-    if verb == _verb(name) and name in (module.name for module in iter_modules(__path__)):
-        place = f"{__name__}.{name}:{_class(name)}"
-    elif verb in verb_places():
-        place = verb_places()[verb]
-    else:
+    place = verb_places().get(verb)
+    if place is None:
         raise InputError(f"{verb!r} is not a command: choose one of {', '.join(verb_places())}")
     module, _, attribute = place.partition(":")
     try:
@@ -92,10 +88,6 @@ def overview(width: int) -> str:
     lines += ["", "Options of a command: firstcontact COMMAND --help"]
     lines += ["Log of its steps on standard error: --verbose"]
     return "\n".join([*lines, "Version of firstcontact: firstcontact --version"])
-
-
-def _module(verb: str) -> str:
-    return "import_" if verb == "import" else verb.replace("-", "_")
 
 
 def _verb(module: str) -> str:

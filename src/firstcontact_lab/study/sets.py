@@ -3,56 +3,273 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, TypeVar
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, make_detector
-from firstcontact.core import Dataset, Record
+from firstcontact.contact import DETECTORS, Detector, make_detector
+from firstcontact.contact.closing_start import cut_closings
+from firstcontact.contact.contacts import judge_windows
+from firstcontact.core import Block, Contact, Dataset, InputError, Layout, Record
 from firstcontact.core.jobs import Serial
 from firstcontact.core.text import percent
 from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.alignment import detect_alignment, found_as_live
 from firstcontact.models.training import DURATION, Fit, fit_model, labelled_windows
+from firstcontact.recording import load_dataset, read_recording
+from firstcontact.recording.dataset import find_recordings
+from firstcontact.recording.table import read_rows
+from firstcontact.signal import resample_dataset
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.page import Page, Section
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.run import Job, run_steps
+from firstcontact_lab.report.run import RESULTS, Job, run_steps
 from firstcontact_lab.report.tables import (
     Cell,
     Row,
     Table,
     Value,
-    lifted,
     matrix,
     optional,
     row_table,
 )
-from firstcontact_lab.study.detection_scores import Delays, DetectionScores, score_detector
-from firstcontact_lab.study.part import Part, Subjects
-from firstcontact_lab.study.parts.short_windows import SHOWN_MS
-from firstcontact_lab.study.set_scores import (
-    OTHERS,
-    TWIN,
-    UNTRAINED,
-    DetectorScores,
-    RealSet,
-    SetResults,
-    score_set,
+from firstcontact_lab.study.detection import trigger_delays
+from firstcontact_lab.study.detection_scores import (
+    Delays,
+    DetectionScores,
+    judge_pinches,
+    quantiles,
+    score_detector,
 )
+from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.part import Part, Subjects
+from firstcontact_lab.study.parts.contacts import CONTACT
+from firstcontact_lab.study.parts.hardness import HARDNESS
+from firstcontact_lab.study.parts.short_windows import REAL, SHOWN_MS
 
-R = TypeVar("R")
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RealSet:
+    name: str
+    dataset: Dataset
+    noise: tuple[Block, ...]
+    front_ends: dict[str, str]
+    study: SubjectResults | None
+    early: float
+
+    @property
+    def layout(self) -> Layout:
+        return self.dataset.layout
+
+
+def find_sets(folder: Path) -> list[RealSet]:
+    if not folder.is_dir():
+        raise InputError(
+            f"{folder} is not a folder: give the folder that has a subfolder for each set"
+        )
+    places = sorted(p for p in folder.iterdir() if (p / "recordings").is_dir())
+    if not places:
+        raise InputError(
+            f"{folder} contains no set: import recordings into {folder / 'NAME' / 'recordings'}"
+        )
+    return [_read(place) for place in places]
+
+
+def _read(place: Path) -> RealSet:
+    noise: list[Block] = []
+    dataset = load_dataset(place / "recordings")
+    if (place / "noise").is_dir():
+        for file in find_recordings(place / "noise"):
+            recording = read_recording(file)
+            if recording.header.layout != dataset.layout:
+                raise InputError(
+                    f"{file}: its layout differs from that of the set's recordings: import both "
+                    "in the same way"
+                )
+            noise += recording.stretches
+    ends = {}
+    if (place / "front_ends.csv").exists():
+        rows = read_rows(place / "front_ends.csv", ["session", "front_end"])
+        ends = {row["session"]: row["front_end"] for _, row in rows}
+    study, early = None, 0.0
+    if (place / RESULTS).exists():
+        results = read_study(place / RESULTS)
+        study = results.about
+        early = 1e-3 * (study[CONTACT].about.early_ms or 0.0)
+    return RealSet(place.name, dataset, tuple(noise), ends, study, early)
+
+
+#: Largest distance of a placed contact from its label, s.
+WITHIN = 0.002
+#: Training data of a detector: simulated pinches, the set's other specimens, or none.
+TWIN, OTHERS, UNTRAINED = "twin", "others", "nothing"
+
+Firsts = list[Contact | None]
+
+
+class DetectorScores(Record, frozen=True, kw_only=True):
+    """Placement of a detector's first triggers, on recordings that were not resampled."""
+
+    n: int
+    placed_2_ms: float
+    early_triggers: int
+    delay_ms: Delays | None = None
+    late: int
+    missed: int
+    noise_false_alarms_per_minute: float | None = None
+
+
+class SetResults(Record, frozen=True, kw_only=True):
+    n: int
+    placed_2_ms: float | None = None
+    early_triggers: int | None = None
+    noise_false_alarms_per_minute: float | None = None
+    delay_ms: Delays | None = None
+    sensor: str
+    rate_hz: float
+    front_end: str
+    pinches: int
+    materials: int
+    training: str | None = None
+    early_ms: float = 0.0
+    noise_seconds: float = 0.0
+    detectors: dict[str, dict[str, DetectorScores]] | None = None
+    order_rho: float | None = None
+    order_p: float | None = None
+    class_held_out: dict[str, float] | None = None
+    chance: float | None = None
+
+
+def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[str]]:
+    heard = cut_closings(recorded_set.dataset)
+    has_contact = np.array([p.first is not None for p in heard.pinches])
+    if not has_contact.any():
+        return _about(recorded_set), []
+    labelled = heard.take(has_contact)
+    learned = cut_closings(resample_dataset(twin, recorded_set.layout.rate))
+    detectors: dict[str, dict[str, DetectorScores]] = {}
+    firsts: dict[tuple[str, str], Firsts] = {}
+    left_out = []
+    for name, kind in DETECTORS.items():
+        for training in (TWIN, OTHERS) if kind.learns else (UNTRAINED,):
+            try:
+                found, fitted = _judged(name, training, labelled, learned, recorded_set.early)
+            except InputError as error:
+                left_out.append(f"{kind.title}, trained on {training}: {error}.")
+                continue
+            firsts[name, training] = found
+            scores = _scored(labelled, found, recorded_set, fitted)
+            detectors.setdefault(name, {})[training] = scores
+    main = DETECTORS.default
+    results = replace(_about(recorded_set), n=len(labelled), detectors=detectors or None)
+    trainings = [training for training in (OTHERS, TWIN, UNTRAINED) if (main, training) in firsts]
+    if not trainings:
+        return results, left_out
+    training = trainings[0]
+    best = detectors[main][training]
+    return replace(
+        results,
+        training=training,
+        placed_2_ms=best.placed_2_ms,
+        early_triggers=best.early_triggers,
+        delay_ms=best.delay_ms,
+        noise_false_alarms_per_minute=best.noise_false_alarms_per_minute,
+    ), left_out
+
+
+def _judged(
+    name: str, training: str, labelled: Dataset, twin: Dataset, early: float
+) -> tuple[Firsts, list[Detector]]:
+    """Return each pinch's first trigger, from a detector not trained on the pinch's specimen."""
+
+    def firsts(detector: Detector, pinches: Dataset) -> Firsts:
+        return [decision.first for decision in judge_pinches(detector, pinches)]
+
+    if training != OTHERS:
+        detector = make_detector(name)
+        detector = detector.fit(twin) if training == TWIN else detector
+        return firsts(detector, labelled), [detector]
+    out: Firsts = [None] * len(labelled)
+    specimens = labelled.specimens
+    fitted = []
+    if len(np.unique(specimens)) < 2:
+        raise InputError(
+            "the set has only one specimen, so no specimen is left for training: add pinches of "
+            "another one"
+        )
+    for one in np.unique(specimens):
+        left_out = specimens == one
+        detector = make_detector(name).fit(labelled.take(~left_out), early)
+        fitted.append(detector)
+        decided = firsts(detector, labelled.take(left_out))
+        for place, first in zip(np.flatnonzero(left_out), decided, strict=True):
+            out[place] = first
+    return out, fitted
+
+
+def _scored(
+    labelled: Dataset, firsts: Firsts, recorded_set: RealSet, detectors: Sequence[Detector]
+) -> DetectorScores:
+    places, delays = trigger_delays(labelled, firsts)
+    alarms = None
+    if recorded_set.noise:
+        minutes = sum(len(b.data) for b in recorded_set.noise) / recorded_set.layout.rate / 60.0
+        alarms = max(_alarms(d, recorded_set.noise, recorded_set) for d in detectors) / minutes
+    early = recorded_set.early + WITHIN
+    with np.errstate(invalid="ignore"):
+        good = (places >= -early) & (places <= WITHIN)
+    return DetectorScores(
+        n=len(places),
+        placed_2_ms=float(good.mean()),
+        early_triggers=int((places < -early).sum()),
+        delay_ms=quantiles(1e3 * delays[good]) if good.any() else None,
+        late=int((places > WITHIN).sum()),
+        missed=int(np.isnan(places).sum()),
+        noise_false_alarms_per_minute=alarms,
+    )
+
+
+def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -> int:
+    """Return the number of false alarms in noise. Successive windows that fire are one alarm."""
+    alarms = 0
+    for number, block in enumerate(noise):
+        numbered = Block(block.data, block.first_sample, number)
+        decisions = judge_windows(detector, recorded_set.layout, numbered)
+        fired = np.array(decisions.fired.any(axis=1))
+        fired[1:] &= ~fired[:-1].copy()
+        alarms += int(fired.sum())
+    return alarms
+
+
+def _about(recorded_set: RealSet) -> SetResults:
+    """Return what is known of a set without its detectors, also from an earlier study of it."""
+    order = real = None
+    if recorded_set.study:
+        order = recorded_set.study[HARDNESS]
+        real = next(iter((recorded_set.study[REAL] or {}).values()), None)
+    ends = dict.fromkeys(recorded_set.front_ends.values())
+    return SetResults(
+        n=0,
+        sensor=", ".join(dict.fromkeys(str(c.sensor) for c in recorded_set.layout.vibration)),
+        rate_hz=recorded_set.layout.rate,
+        front_end=", ".join(ends) or "not said",
+        pinches=len(recorded_set.dataset),
+        materials=len(set(recorded_set.dataset.objects.tolist()) - {""}),
+        early_ms=1e3 * recorded_set.early,
+        noise_seconds=sum(len(b.data) for b in recorded_set.noise) / recorded_set.layout.rate,
+        order_rho=order.spectral_centroid.rho if order else None,
+        order_p=order.spectral_centroid.p if order else None,
+        class_held_out=real.material_held_out if real else None,
+        chance=real.chance if real else None,
+    )
+
 
 #: Header text that names the noise of the pinches (``simulate --noise``).
 SAID = "noise of "
-_TRAINING = {
-    TWIN: "the twin, resampled",
-    OTHERS: "the set's other specimens",
-    UNTRAINED: "learns nothing",
-}
 
 
 class NoiseScores(Record, frozen=True, kw_only=True):
@@ -69,11 +286,17 @@ NOISE = Field.optional("noise", NoiseScores)
 
 
 def run_sets(
-    out: Path,
-    sets: Sequence[RealSet],
-    twin: Dataset,
-    noises: Sequence[tuple[str, Dataset]],
-) -> dict[str, SubjectResults]:
+    out: Path, sets: Sequence[RealSet], twin: Dataset, noises: Sequence[tuple[str, Dataset]]
+) -> Subjects:
+    names = [name for name, _ in noises]
+    for name, dataset in noises:
+        if names.count(name) > 1:
+            raise InputError(f"two folders of --noises are called {name}: rename one")
+        if dataset.layout != twin.layout:
+            raise InputError(
+                f"{name} of --noises has other channels or another sampling rate than --twin: "
+                "simulate both in the same way"
+            )
     scorer = cache(lambda: noise_scorer(twin))
 
     def score_noise(name: str, dataset: Dataset) -> PartResult:
@@ -90,7 +313,7 @@ def run_sets(
     state = State(
         settings={"seed": 0},
         options={"verb": "sets"},
-        parts={"set": SET_PART, "noise": NOISE_PART},
+        parts={"noise": NOISE_PART},
         page=sets_page,
     )
     run_steps(out, state, 1, lambda runner: jobs)
@@ -128,39 +351,13 @@ def _root(squares: NDArray[np.float64]) -> float | None:
     return float(np.sqrt(squares.mean())) if len(squares) else None
 
 
-def _quantile_rows(
-    median: str, p95: str, delays: Callable[[R], Delays | None]
-) -> tuple[Row[R], Row[R]]:
-    """Return two row definitions: median and 95th percentile of times, ms."""
-    return (
-        Row(median, optional(delays, lambda d: d.median), "ms"),
-        Row(p95, optional(delays, lambda d: d.p95), "ms"),
-    )
-
-
-_PLACED = Row[Any]("found within 2 ms", lambda s: s.placed_2_ms, "share")
-_EARLY = Row[Any]("early", lambda s: s.early_triggers)
-_ALARMS = Row[DetectorScores](
-    "false alarms a minute of noise", lambda s: s.noise_false_alarms_per_minute, "rate"
-)
-_DELAYS: Sequence[Row[Any]] = _quantile_rows(
-    "delay, median", "delay, 95th percentile", lambda s: s.delay_ms
-)
-_DETECTOR_ROWS: Sequence[Row[DetectorScores]] = (
-    Row("contacts", lambda s: s.n),
-    _PLACED,
-    _EARLY,
-    Row("late", lambda s: s.late),
-    Row("missed", lambda s: s.missed),
-    _ALARMS,
-    *_DELAYS,
-)
 _NOISE_ROWS: Sequence[Row[DetectionScores]] = (
     Row("pinches", lambda s: s.n),
     Row("placed within 3 ms", lambda s: s.pinch_success, "share"),
     Row("decided within 3 ms", lambda s: s.decided_within_3_ms, "share"),
     Row("false alarms a minute", lambda s: s.false_alarms_per_minute, "rate"),
-    *_quantile_rows("delay, median", "95th percentile", lambda s: s.delay_ms),
+    Row("delay, median", optional(lambda s: s.delay_ms, lambda d: d.median), "ms"),
+    Row("95th percentile", optional(lambda s: s.delay_ms, lambda d: d.p95), "ms"),
 )
 _ERROR_ROWS: Sequence[Row[NoiseScores]] = (
     Row("15 ms: RMSE, Shore A", lambda s: s.rmse, "shore"),
@@ -168,7 +365,7 @@ _ERROR_ROWS: Sequence[Row[NoiseScores]] = (
 )
 
 
-def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
+def _set_rows() -> list[Row[SubjectResults]]:
     def lookup(value: Callable[[SetResults], Value]) -> Callable[[SubjectResults], Value]:
         return optional(lambda results: results[SET], value)
 
@@ -180,11 +377,8 @@ def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         shares = scores.class_held_out or {}
         return " / ".join(percent(shares[ms]) for ms in SHOWN_MS if ms in shares) or None
 
-    def default(results: SubjectResults) -> DetectorScores | None:
-        scores = results[SET]
-        if scores is None or scores.training is None:
-            return None
-        return (scores.detectors or {})[DETECTORS.default][scores.training]
+    def delay(value: Callable[[Delays], Value]) -> Callable[[SubjectResults], Value]:
+        return optional(lambda r: None if (s := r[SET]) is None else s.delay_ms, value)
 
     return [
         Row("sensor", lookup(lambda s: s.sensor)),
@@ -192,7 +386,15 @@ def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         Row("front end", lookup(lambda s: s.front_end)),
         Row("contacts", lookup(contacts)),
         Row("label late by up to", lookup(lambda s: s.early_ms or None), "ms"),
-        *(lifted(row, "", default) for row in (_PLACED, _EARLY, _ALARMS, *_DELAYS)),
+        Row("found within 2 ms", lookup(lambda s: s.placed_2_ms), "share"),
+        Row("early", lookup(lambda s: s.early_triggers)),
+        Row(
+            "false alarms a minute of noise",
+            lookup(lambda s: s.noise_false_alarms_per_minute),
+            "rate",
+        ),
+        Row("delay, median", delay(lambda d: d.median), "ms"),
+        Row("delay, 95th percentile", delay(lambda d: d.p95), "ms"),
         Row("noise", lookup(lambda s: s.noise_seconds or None), "s"),
         Row("order of hardness: ρ", lookup(lambda s: s.order_rho), "rho"),
         Row("– its two-sided p", lookup(lambda s: s.order_p), "p"),
@@ -211,21 +413,11 @@ def overview(subjects: Subjects) -> Table:
         "Order: Spearman's correlation over materials between hardness and a score without "
         "training. Hardness class: balanced accuracy."
     )
-    return row_table(set_rows(sets), sets, caption)
+    return row_table(_set_rows(), sets, caption)
 
 
 def _detector_title(name: str) -> str:
     return DETECTORS[name].title if name in DETECTORS else name
-
-
-def _trainings_table(results: SubjectResults) -> Table | None:
-    scores = results[SET]
-    entries = [
-        (Cell(_detector_title(name), _TRAINING[training]), entry, False)
-        for name, trainings in ((scores and scores.detectors) or {}).items()
-        for training, entry in trainings.items()
-    ]
-    return matrix("Every detector, by its training.", _DETECTOR_ROWS, entries)
 
 
 def noise_tables(subjects: Subjects) -> list[Table | None]:
@@ -250,18 +442,14 @@ def noise_tables(subjects: Subjects) -> list[Table | None]:
     return [detection, matrix(caption, _ERROR_ROWS, entries)]
 
 
-SET_PART = Part(
-    "set",
-    "Detectors on each set",
-    text=lambda subjects: (
-        "No detector was tuned or trained on the data on which it is tested: if it was trained on "
-        "the set, the tested specimen was left out."
-    ),
-    tables=[_trainings_table],
-    rows=set_rows,
-)
 NOISE_PART = Part(
     "noise", "The twin with other noises", tables=lambda results: noise_tables({"here": results})
+)
+
+
+_SETS = (
+    "No detector was tuned or trained on the data on which it is tested: if it was trained on the "
+    "set, the tested specimen was left out."
 )
 
 
@@ -273,7 +461,7 @@ def sets_page(state: State) -> Page:
         intro="Recordings by others, with other sensors. A number is missing where a set does not "
         "permit it.",
         badges=["Real recordings", state.started, state.elapsed],
-        sections=[Section("sets", "The sets", "", table=table)] if table.lines else [],
+        sections=[Section("sets", "The sets", _SETS, table=table)] if table.lines else [],
         how=[("Time", [state.elapsed])],
         several=True,
     )

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from firstcontact.cli import Option
-from firstcontact.core import InputError
 from firstcontact.core.installation import require_modules
-
-if TYPE_CHECKING:
-    from firstcontact.core import Dataset
 
 
 @dataclass(frozen=True)
@@ -34,31 +29,12 @@ class Sets:
         require_modules("study", "jinja2")
         from firstcontact.recording import load_dataset
         from firstcontact_lab.report.tables import plain_lines
-        from firstcontact_lab.study.set_scores import find_sets
-        from firstcontact_lab.study.sets import overview, run_sets
+        from firstcontact_lab.study.sets import find_sets, overview, run_sets
 
         sets = find_sets(self.folder)
         twin = load_dataset(self.twin)
         noises = [(path.name, load_dataset(path)) for path in self.noises]
-        _check_alike(twin, noises)
         subjects = run_sets(self.folder, sets, twin, noises)
         for line in plain_lines(overview(subjects)):
             print(line)
         print(self.folder / "report.html")
-
-
-def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
-    """Raise an InputError unless all noise folders have distinct names and known contacts."""
-    names = [name for name, _ in noises]
-    for name, dataset in noises:
-        if names.count(name) > 1:
-            raise InputError(f"two folders of --noises are called {name}: rename one")
-        if dataset.layout != twin.layout:
-            raise InputError(
-                f"{name} of --noises has other channels or another sampling rate than --twin: "
-                "simulate both in the same way"
-            )
-        if not any(p.first is not None for p in dataset.pinches):
-            raise InputError(
-                f"{name} of --noises has no known contact: make it with `firstcontact simulate`"
-            )

@@ -6,8 +6,7 @@ from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.page import Column, Section, render
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.report.tables import Cell, Line, Table, beside
-from firstcontact_lab.study.set_scores import SetResults
-from firstcontact_lab.study.sets import SET, SET_PART, sets_page
+from firstcontact_lab.study.sets import SET, SetResults, sets_page
 from partial import study_state
 
 
@@ -45,7 +44,6 @@ def test_no_page_holds_a_control_character() -> None:
         n=1, sensor=hostile, rate_hz=5000.0, front_end=hostile, pinches=1, materials=1
     )
     findings = [Findings(f"set {hostile}", NOTHING.replace([SET(entry)]))]
-    parts = {"set": SET_PART}
-    displayed = render(study_state(command=hostile, parts=parts, page=sets_page, findings=findings))
+    displayed = render(study_state(command=hostile, parts={}, page=sets_page, findings=findings))
     assert all(c in "\n\t" or c.isprintable() for c in displayed)
     assert displayed.count(r"\u001b[31m") == 4

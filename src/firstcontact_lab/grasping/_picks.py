@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from firstcontact.core import Block, Command, Estimate
 from firstcontact.grasp import POLICIES, Grip, Policy
 from firstcontact.grasp.household_policies import ByStiffness, FinalForce
@@ -128,24 +125,17 @@ class FullJob:
 
 @dataclass(frozen=True, slots=True)
 class FullRow:
-    """Outcome of a full closing. ``steady``: time to a steady grasp, s; None if there is none."""
+    """Outcome of a full closing.
+
+    ``steady`` is the time to a steady grasp, s, or None. ``largest`` is the largest force, N.
+    """
 
     job: FullJob
     dropped: bool
     damaged: bool
     steady: float | None
     estimates: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Course:
-    plant: GraspPlant
-    forces: NDArray[np.float64]
-    row: FullRow
-
-
-def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
-    return play(job, hands).row
+    largest: float
 
 
 def household_policy(kind: type[Policy], name: str, settings: Mapping[str, float]) -> FinalForce:
@@ -160,7 +150,7 @@ def household_policy(kind: type[Policy], name: str, settings: Mapping[str, float
     return policy
 
 
-def play(job: FullJob, hands: OwnHands) -> Course:
+def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
     """Simulate a full closing, with the live pipeline and the grasp loop."""
     plant = make_plant(job.pick, lift=LIFTS[job.lift])
     policy = household_policy(POLICIES[job.policy], job.pick.kind, job.settings)
@@ -177,6 +167,12 @@ def play(job: FullJob, hands: OwnHands) -> Course:
         grasping.after_block(block)
         if watch is not None and watch.slips(plant):
             grasping.loop.slipped(plant.now)
-    outcome, estimates = plant.outcome, grasping.loop.counts.estimates
-    row = FullRow(job, outcome.dropped, outcome.broken, outcome.time_to_grasp, estimates)
-    return Course(plant, plant.forces, row)
+    outcome = plant.outcome
+    return FullRow(
+        job,
+        outcome.dropped,
+        outcome.broken,
+        outcome.time_to_grasp,
+        grasping.loop.counts.estimates,
+        float(plant.forces.max()),
+    )

@@ -1,8 +1,7 @@
-"""Report of the grasp study, made from its results and film."""
+"""Report of the grasp study, made from its results."""
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import median
@@ -19,7 +18,6 @@ from firstcontact_lab.grasping.results import (
     FIRMEST,
     USED,
     Between,
-    Filmed,
     FrontPoints,
     Household,
     ObjectErrors,
@@ -47,7 +45,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 HOUSEHOLD = Field.optional("household", Household)
-FILM = Field.optional("film", Filmed)
 
 #: Approximate Shore A of the firmest object in the training of the network.
 MET = 80.0
@@ -301,20 +298,8 @@ def fronts_figure(household: Household) -> Figure:
     )
 
 
-def film_figure(filmed: Filmed, film: Path) -> Figure:
-    return Figure(
-        "film",
-        f"{' and '.join(filmed.objects).capitalize()}, picked up by the same hand",
-        "Left: without stiffness; right: with it. Both policies were tuned without the families of "
-        f"these objects. Hand {filmed.hand}, specimen {filmed.specimen}. Dotted line: second "
-        "contact; dashed line: the object is lifted, 450 ms after the first contact.",
-        f"data:image/gif;base64,{base64.b64encode(film.read_bytes()).decode()}",
-    )
-
-
 GRASP_PARTS: Mapping[str, Part] = {
     "household": Part("household", "What stiffness saves", tables=household_tables),
-    "film": Part("film", "Film"),
 }
 
 

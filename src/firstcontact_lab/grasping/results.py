@@ -15,12 +15,6 @@ USED = "used"
 FIRMEST = 70.0
 
 
-class Filmed(Record, frozen=True, kw_only=True):
-    objects: list[str]
-    hand: int
-    specimen: int
-
-
 class Between(Record, frozen=True, kw_only=True):
     """Number and bounds of its 95 % interval."""
 

@@ -1,30 +1,368 @@
-"""Run of a whole grasp study: closings, tuned policies, and files."""
+"""Run of a whole grasp study: its settings, closings, tuned policies, results and files."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from msgspec import structs
+from numpy.typing import NDArray
+
 from firstcontact.core.jobs import Runner
-from firstcontact_lab.grasping._film import KINDS, PICTURES, film
-from firstcontact_lab.grasping._household import HouseholdStudy
+from firstcontact.grasp import POLICIES
+from firstcontact.grasp.household_policies import APPROACH, BOOST
+from firstcontact.twin.household import HOUSEHOLD as OBJECTS
+from firstcontact.twin.household import household_named
+from firstcontact_lab.grasping._hands import OwnHands, own_hand
+from firstcontact_lab.grasping._judgement import (
+    FULL,
+    Judged,
+    Judgement,
+    Tables,
+    baseline,
+    between,
+    candidate,
+    ceiling,
+    drops,
+    fewer,
+    fewer_as_bold,
+    judgement,
+    permuted,
+    resample_weights,
+    sensitivity,
+)
+from firstcontact_lab.grasping._picks import FullJob, FullRow, Pick, full_closing
+from firstcontact_lab.grasping._table import Branches, Branching, ClosingTable, Values, branches
+from firstcontact_lab.grasping._tuning import DAMAGE, FAMILIES, TUNED, Front, family, folds
 from firstcontact_lab.grasping.page import (
-    FILM,
     GRASP_PARTS,
     HOUSEHOLD,
-    film_figure,
     fronts_figure,
     fronts_picture,
     grasp_page,
 )
-from firstcontact_lab.grasping.settings import GraspStudySettings
+from firstcontact_lab.grasping.results import (
+    CEILING,
+    FIRMEST,
+    USED,
+    Between,
+    ChosenSettings,
+    Estimates,
+    FrontPoints,
+    Household,
+    ObjectErrors,
+    RealClosings,
+    Reflexes,
+    ReflexSuccess,
+    TunedOn,
+)
 from firstcontact_lab.report.findings import PartResult, State
 from firstcontact_lab.report.run import Job, run_steps
 
+TARGET = 0.35
+WINDOWS = (0.003, 0.005, 0.008, 0.015)
+#: Tolerance for the length of a window, s, because windows have whole numbers of samples.
+HALF = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class GraspStudySettings:
+    tuning_hands: int = 3
+    judged_hands: int = 4
+    tuning_specimens: tuple[int, ...] = (1,)
+    judged_specimens: tuple[int, ...] = (2, 3)
+    blocks: int = 10
+    speeds: tuple[float, ...] = APPROACH.tried
+    boosts: tuple[float, ...] = BOOST.tried
+    forces: tuple[float, ...] = (1.0, 1.41, 2.0, 2.83, 4.0, 5.66, 8.0, 12.0)
+    folds: int = 6
+    budget: int = 512
+    few: bool = False
+    permutations: int = 40
+    kinds: tuple[str, ...] = tuple(item.name for item in OBJECTS)
+    seed: int = 0
+    workers: int = 2
+
+    def hand_seeds(self) -> tuple[list[int], list[int]]:
+        """Return the seeds of the hands for tuning, and of the hands for judging."""
+        first = 1000 * (self.seed + 1)
+        tuning = [first + 100 + n for n in range(self.tuning_hands)]
+        return tuning, [first + 200 + n for n in range(self.judged_hands)]
+
+    def quick(self) -> GraspStudySettings:
+        """Return the settings of a quick trial. Do not quote its numbers."""
+        return replace(
+            self,
+            tuning_hands=1,
+            judged_hands=2,
+            judged_specimens=(2,),
+            blocks=6,
+            speeds=APPROACH.few,
+            boosts=BOOST.few,
+            forces=(1.0, 2.0, 4.0, 8.0, 12.0),
+            folds=3,
+            budget=32,
+            few=True,
+            permutations=4,
+            kinds=self.kinds[::4],
+        )
+
+
+class HouseholdStudy:
+    hands: OwnHands
+    tuning: list[Branches]
+    rows: list[Branches]
+    tables: Tables
+    weights: Values
+    judgement: Judgement
+    full: list[FullRow]
+
+    def __init__(self, settings: GraspStudySettings, runner: Runner) -> None:
+        self.settings, self._runner = settings, runner
+        self._how = Branching(settings.speeds, settings.forces, settings.boosts)
+        self.tuning_hands, self.judged_hands = settings.hand_seeds()
+
+    def adapt_hands(self) -> None:
+        seeds = (*self.tuning_hands, *self.judged_hands)
+        hands = [(h, v) for h in seeds for v in self._how.speeds]
+        made = self._runner.map(own_hand, hands, self.settings.blocks)
+        self.hands = dict(zip(hands, made, strict=True))
+
+    def simulate_tuning(self) -> None:
+        self.tuning = self._closings(self.tuning_hands, self.settings.tuning_specimens)
+
+    def simulate_judged(self) -> None:
+        self.rows = self._closings(self.judged_hands, self.settings.judged_specimens)
+
+    def _closings(self, seeds: Sequence[int], specimens: Sequence[int]) -> list[Branches]:
+        picks = [Pick(k, h, s) for k in self.settings.kinds for h in seeds for s in specimens]
+        jobs = [(p, v) for p in picks for v in self._how.speeds]
+        return self._runner.map(branches, jobs, self.hands, self._how)
+
+    def tune(self) -> None:
+        settings = self.settings
+        self.tables = Tables(
+            ClosingTable.from_branches(self.tuning, self._how),
+            ClosingTable.from_branches(self.rows, self._how),
+            settings.folds,
+            settings.budget,
+            settings.few,
+            settings.seed,
+        )
+        self.weights = resample_weights(self.tables.judged, settings.seed)
+        self.judgement = judgement(self.tables)
+
+    def close(self) -> None:
+        """Simulate full closings of every pick for judging, without the table of closings."""
+        chosen = self.judgement.chosen()
+        jobs = [
+            FullJob(
+                pick, kind.name, chosen[kind.name](pick.kind),
+                *(FULL if kind.has_reflex() else ("abrupt", None)),
+            )
+            for kind in (baseline(), candidate(), baseline(True), candidate(True))
+            for pick in self.tables.judged.picks
+        ]  # fmt: skip
+        self.full = self._runner.map(full_closing, jobs, self.hands)
+
+    def results(self) -> Household:
+        tables, table, weights = self.tables, self.tables.judged, self.weights
+        judged, seed = self.judgement, self.tables.seed
+        blind, ours, everyone = judged.blind, judged.ours, judged.everyone
+        best = ceiling(table)
+        between_of = {name: drops(policy, weights) for name, policy in everyone.items()}
+        full = dict.fromkeys(row.job.policy for row in self.full)
+        closings = {name: self._shares(name, everyone[name]) for name in full}
+        successes = {name: _success(policy) for name, policy in everyone.items()}
+        count = self.settings.permutations
+        return Household(
+            objects=len(set(table.kinds)),
+            hands=len(set(table.hands.tolist())),
+            picks=len(table.picks),
+            damage=DAMAGE,
+            success={
+                **successes,
+                **{name: policy.success for name, policy in closings.items()},
+                CEILING: 1 - float((best.dropped + best.damaged).min()),
+            },
+            drops_at_10_damage={
+                **{name: policy.value for name, policy in between_of.items()},
+                CEILING: float(best.drop_share()),
+            },
+            drops_between=between_of,
+            fewer_drops_than_blind=fewer(ours, blind, weights),
+            fewer_drops_as_bold=fewer_as_bold(ours, blind, weights),
+            success_gain=self._success_gain(),
+            fewer={n: fewer(f, blind, weights) for n, f in judged.plain.items() if f is not blind},
+            target=TARGET,
+            controls={
+                "mass_permuted": permuted(tables, count, True, False, seed),
+                "damage_permuted": permuted(tables, count, False, True, seed),
+                "both_permuted": permuted(tables, count, True, True, seed),
+            },
+            slip_reflex={n: _reflexes(b, s, weights) for n, (b, s) in judged.reflexes.items()},
+            sensitivity=sensitivity(tables),
+            fronts={
+                **{name: _points(policy.front) for name, policy in everyone.items()},
+                CEILING: _points(best),
+            },
+            closings=closings,
+            estimates=self._estimates(),
+            by_object=self._by_object(),
+            tuned={name: _chosen(policy, judged.fold_of) for name, policy in everyone.items()},
+            tuned_on=self._picks_of(tables.tuning),
+            judged_on=self._picks_of(table),
+        )
+
+    def _picks_of(self, table: ClosingTable) -> TunedOn:
+        return TunedOn(
+            hands=sorted(set(table.hands.tolist())),
+            specimens=sorted({pick.specimen for pick in table.picks}),
+            picks=len(table.picks),
+            budget=self.tables.budget,
+            folds=self.tables.folds,
+            families=[list(words) for words in FAMILIES],
+        )
+
+    def _success_gain(self) -> Between:
+        """Return the share of successes with stiffness minus the share without, on equal picks."""
+        ours, blind = (
+            np.array([not (r.dropped or r.damaged) for r in self.full if r.job.policy == k.name])
+            for k in (candidate(), baseline())
+        )
+        return self._share(ours.astype(float) - blind.astype(float))
+
+    def _share(self, flags: Values | NDArray[np.bool_]) -> Between:
+        """Return the mean over picks with its bootstrap interval."""
+        drawn = flags.astype(np.float64) @ self.weights / self.weights.sum(axis=0)
+        return between(float(flags.mean()), drawn)
+
+    def _shares(self, name: str, judged: Judged) -> RealClosings:
+        rows = [row for row in self.full if row.job.policy == name]
+        damaged = np.array([r.damaged for r in rows])
+        # A damaged object that also falls counts as damaged only.
+        dropped = np.array([r.dropped for r in rows]) & ~damaged
+        fine = ~(dropped | damaged)
+        outcomes = judged.outcomes
+        alike = fine == (np.maximum(outcomes.dropped[TUNED], outcomes.damaged[TUNED]) < 1)
+        deadline = POLICIES[name].deadline
+        times = [1e3 * r.steady for r in rows if r.steady is not None]
+        shares = {
+            "success": self._share(fine),
+            "dropped": self._share(dropped),
+            "damaged": self._share(damaged),
+        }
+        return RealClosings(
+            n=len(rows),
+            **{outcome: share.value for outcome, share in shares.items()},
+            steady=len(times) / len(rows),
+            steady_ms=float(np.mean(times)) if times else None,
+            as_table=float(alike.mean()),
+            in_time=None if deadline is None else float(np.mean([r.estimates > 0 for r in rows])),
+            intervals={outcome: (share.low, share.high) for outcome, share in shares.items()},
+        )
+
+    def _approaches(self) -> list[Branches]:
+        """Return one closing of each pick, at the approach speed that was tuned for its object."""
+        judged = self.judgement
+        speeds = [chosen.settings["approach"] for chosen in judged.ours.chosen]
+        fold_of = folds(sorted(set(self.tables.judged.kinds)), self.tables.folds)
+        return [row for row in self.rows if row.speed == speeds[fold_of[row.pick.kind]]]
+
+    def _estimates(self) -> Estimates:
+        rows = self._approaches()
+        within = [r for r in rows if _label(r) <= FIRMEST]
+        longest = [max((a.elapsed for a in r.answers), default=0.0) for r in rows]
+        hands = sorted({(r.pick.hand, r.speed) for r in rows})
+        return Estimates(
+            rmse=_rmse(_errors(rows)),
+            bearing=_rmse(_errors(within)),
+            decided={f"{1e3 * w:g}": float(np.mean([d >= w - 5e-4 for d in longest]))
+                     for w in WINDOWS},
+            block_rmse=float(np.sqrt(np.mean([self.hands[h].rmse ** 2 for h in hands]))),
+            unanswered=float(np.mean([r.estimate is None for r in rows])),
+            heard=float(np.mean([r.heard is not None for r in rows])),
+        )  # fmt: skip
+
+    def _by_object(self) -> dict[str, ObjectErrors]:
+        """Return for each object the errors of its estimates, and its drops and damage."""
+        policies = {baseline().name: self.judgement.blind, candidate().name: self.judgement.ours}
+        by_kind: dict[str, list[Branches]] = {}
+        for row in self._approaches():
+            by_kind.setdefault(row.pick.kind, []).append(row)
+        out = {}
+        for kind, rows in by_kind.items():
+            errors = _errors(rows)
+            of_kind = self.tables.judged.kinds == kind
+            numbers = household_named(kind).numbers
+            outcomes = {name: policy.outcomes for name, policy in policies.items()}
+            out[kind] = ObjectErrors(
+                shore_a=numbers.shore_a.value,
+                family=family(kind),
+                fragile=numbers.limit is not None,
+                n=len(rows),
+                answered=len(errors[USED]),
+                rmse=_rmse(errors),
+                bias=float(np.mean(errors[USED])) if errors[USED] else None,
+                drops={n: float(o.dropped[TUNED, of_kind].mean()) for n, o in outcomes.items()},
+                damage={n: float(o.damaged[TUNED, of_kind].mean()) for n, o in outcomes.items()},
+            )
+        return out
+
+
+def _label(row: Branches) -> float:
+    return household_named(row.pick.kind).numbers.shore_a.value
+
+
+def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
+    """Return lists of errors of estimates, in Shore A."""
+    errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
+    errors[USED] = []
+    for row in rows:
+        label = _label(row)
+        for window in WINDOWS:
+            complete = [a for a in row.answers if abs(a.elapsed - window) < 5e-4 + HALF]
+            if complete:
+                nearest = min(complete, key=lambda a: abs(a.elapsed - window))
+                errors[f"{1e3 * window:g}"].append(nearest.value - label)
+        if row.estimate is not None:
+            errors[USED].append(row.estimate.value - label)
+    return errors
+
+
+def _rmse(errors: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    return {w: float(np.sqrt(np.mean(np.square(e)))) for w, e in errors.items() if len(e)}
+
+
+def _success(judged: Judged) -> float:
+    outcomes = judged.outcomes
+    return float(1 - np.maximum(outcomes.dropped[TUNED], outcomes.damaged[TUNED]).mean())
+
+
+def _points(front: Front) -> FrontPoints:
+    return FrontPoints(dropped=front.dropped.tolist(), damaged=front.damaged.tolist())
+
+
+def _reflexes(blind: Judged, ours: Judged, weights: Values) -> Reflexes:
+    return Reflexes(
+        blind=drops(blind, weights),
+        stiffness=drops(ours, weights),
+        fewer=fewer(ours, blind, weights),
+        success=ReflexSuccess(blind=_success(blind), stiffness=_success(ours)),
+    )
+
+
+def _chosen(judged: Judged, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
+    return [
+        structs.replace(one, left_out=[kind for kind, of in fold_of.items() if of == fold])
+        for fold, one in enumerate(judged.chosen)
+    ]
+
 
 def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool) -> Path:
-    """Run a grasp study. Write its report, results, film and figure, and return the report."""
+    """Run a grasp study. Write its report, results and figure, and return the report."""
     sizes = asdict(settings)
     state = State(
         settings=sizes,
@@ -33,11 +371,10 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool) -> Pat
         page=grasp_page,
         quick=quick,
     )
-    pictures = PICTURES // 3 if quick else PICTURES
-    return run_steps(out, state, settings.workers, lambda r: _jobs(settings, out, pictures, r))
+    return run_steps(out, state, settings.workers, lambda runner: _jobs(settings, out, runner))
 
 
-def _jobs(settings: GraspStudySettings, out: Path, pictures: int, runner: Runner) -> list[Job]:
+def _jobs(settings: GraspStudySettings, out: Path, runner: Runner) -> list[Job]:
     household = HouseholdStudy(settings, runner)
 
     def judge() -> PartResult:
@@ -45,22 +382,14 @@ def _jobs(settings: GraspStudySettings, out: Path, pictures: int, runner: Runner
         fronts_picture(results, out / "grasp.png")
         return PartResult([HOUSEHOLD(results)], [fronts_figure(results)])
 
-    def make_film() -> PartResult:
-        kinds = [k for k in KINDS if k in settings.kinds] or [settings.kinds[0], settings.kinds[-1]]
-        hand, specimen = household.judged_hands[0], settings.judged_specimens[0]
-        path = out / "film.gif"
-        filmed = film(path, kinds, hand, specimen, household.filmed(), household.hands, pictures)
-        return PartResult([FILM(filmed)], [film_figure(filmed, path)])
-
-    def job(part: str, title: str, run: Callable[[], PartResult | None], cost: float) -> Job:
-        return Job("twin", part, title, lambda: run() or PartResult(), vital=True, cost=cost)
+    def job(title: str, run: Callable[[], PartResult | None], cost: float) -> Job:
+        return Job("twin", "household", title, lambda: run() or PartResult(), vital=True, cost=cost)
 
     return [
-        job("household", "own hands", household.adapt_hands, 20),
-        job("household", "closings to tune on", household.simulate_tuning, 25),
-        job("household", "closings to judge", household.simulate_judged, 60),
-        job("household", "tuning", household.tune, 15),
-        job("household", "full closings", household.close, 20),
-        job("household", "controls", judge, 30),
-        job("film", "film", make_film, 10),
+        job("own hands", household.adapt_hands, 20),
+        job("closings to tune on", household.simulate_tuning, 25),
+        job("closings to judge", household.simulate_judged, 60),
+        job("tuning", household.tune, 15),
+        job("full closings", household.close, 20),
+        job("controls", judge, 30),
     ]

@@ -15,7 +15,7 @@ class GraspStudy:
     """Simulate how hands pick up household objects with every policy, and write a report."""
 
     out: Path = Path("firstcontact-grasp-study")
-    """Folder for report, results and film; for this study only."""
+    """Folder for report and results; for this study only."""
     quick: bool = False
     """Run each part on little data; do not quote its numbers."""
     seed: int = 0
@@ -31,8 +31,7 @@ class GraspStudy:
 
         require_modules("study", "matplotlib", "jinja2")
         check_seed(self.seed)
-        from firstcontact_lab.grasping.run import run_grasp_study
-        from firstcontact_lab.grasping.settings import GraspStudySettings
+        from firstcontact_lab.grasping.run import GraspStudySettings, run_grasp_study
 
         settings = GraspStudySettings(seed=self.seed, workers=worker_count(self.workers))
         if self.quick:

@@ -11,7 +11,7 @@ import pytest
 from firstcontact.core import Block, Contact, Estimate, Finger
 from firstcontact.streaming import ContactEvent, ContactWithdrawn, Event, Pipeline
 from firstcontact_lab.grasping._hands import OwnHand, SlipWatch, own_hand
-from firstcontact_lab.grasping._picks import FullJob, Pick, approached, play
+from firstcontact_lab.grasping._picks import FullJob, Pick, approached, full_closing
 from firstcontact_lab.grasping._table import Branching, branches
 
 HOW = Branching((0.10,), (1.0, 3.0), (2.0,))
@@ -39,12 +39,12 @@ def test_a_policy_in_the_loop_ends_as_the_table_says(
     pick = Pick(kind, HAND, 2)
     row = branches((pick, 0.10), hands_by_pick, HOW)
     settings = {"force": 3.0, "approach": 0.10}
-    computed = play(FullJob(pick, "blind", settings), hands_by_pick)
-    assert computed.row.damaged == bool(row.peak[1] > row.limit)
-    if not computed.row.damaged:
-        assert computed.forces.max() == pytest.approx(row.peak[1], abs=1e-9)
+    computed = full_closing(FullJob(pick, "blind", settings), hands_by_pick)
+    assert computed.damaged == bool(row.peak[1] > row.limit)
+    if not computed.damaged:
+        assert computed.largest == pytest.approx(row.peak[1], abs=1e-9)
         needed = row.mass * 9.80665 / row.friction
-        assert computed.row.dropped == bool(row.hold[1] < needed)
+        assert computed.dropped == bool(row.hold[1] < needed)
 
 
 def test_the_estimate_is_one_from_before_the_second_contact(

@@ -11,12 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.core import Contact, Dataset, InputError, Label, Pinch, Role
+from firstcontact.core import Dataset, InputError, Label, Pinch, Role
 from firstcontact.core.jobs import Serial
 from firstcontact.core.records import to_tree
-from firstcontact.models.training import DURATION
-from firstcontact.signal import samples_in
-from firstcontact.signal.windowing import Conditioner
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.report.run import run_jobs
@@ -27,9 +24,7 @@ from firstcontact_lab.study.parts.contacts import CONTACT, contacts
 from firstcontact_lab.study.parts.hardness import HARDNESS, hardness
 from firstcontact_lab.study.parts.inference import inference
 from firstcontact_lab.study.parts.objects import objects
-from firstcontact_lab.study.parts.second_contact import samples_to_spare
 from firstcontact_lab.study.parts.waveforms import PEAK, waveforms
-from firstcontact_lab.study.parts.window_length import window_length
 from firstcontact_lab.study.run import plan
 from partial import study_state
 
@@ -140,20 +135,6 @@ def test_too_little_quiet_for_the_svm_leaves_the_known_contacts(
     assert tree["blocks"]["windows"]["with_window"] == 36
 
 
-def test_the_second_contact_is_looked_for_where_the_window_is(shore: Dataset) -> None:
-    length = samples_in(DURATION, shore.layout.rate)
-    subject = Subject("x", shore)
-    pinch = shore.pinches[0]
-    assert pinch.first is not None
-    assert pinch.second is not None
-    for end, room in ((pinch.second.sample, 0), (pinch.second.sample + 1, -1)):
-        start = end - length - Conditioner(shore.layout).lookahead
-        subject.detections = (Contact(pinch.first.finger, start, start), *[None] * (len(shore) - 1))
-        spare = samples_to_spare(subject)
-        assert spare[0] == room
-        assert np.isnan(spare[1:]).all()
-
-
 # -- hardly anything -----------------------------------------------------------------------
 
 
@@ -169,7 +150,6 @@ def test_no_window_at_all(make_shore: Callable[..., Dataset], ranks: Dataset) ->
     for outcome in (
         blocks(subject, SMALL, Serial(), MODELS),
         objects(subject, SMALL, Serial(), MODELS),
-        window_length(subject, SMALL, Serial()),
         inference(subject, SMALL, Serial()),
         waveforms(subject),
         hardness(Subject("x", cut(ranks, 0, 510)), SMALL, Serial()),

@@ -21,8 +21,6 @@ PARTS: Registry[Part] = Registry(
         "waveforms": f"{_HERE}.waveforms:PART",
         "blocks": f"{_HERE}.blocks:PART",
         "objects": f"{_HERE}.objects:PART",
-        "window_length": f"{_HERE}.window_length:PART",
-        "second_contact": f"{_HERE}.second_contact:PART",
         "hardness": f"{_HERE}.hardness:PART",
         "short_windows": f"{_HERE}.short_windows:PART",
         "answer_time": f"{_HERE}.answer_time:PART",

@@ -20,12 +20,12 @@ SHOWN = {
     "shore_a": ("Shore A", 1.0),
     "mass": ("mass, g", 1e3),
     "friction": ("friction", 1.0),
-    "limit": ("limit, N", 1.0),
-    "weibull": ("Weibull", 1.0),
+    "limit": ("damage limit, N", 1.0),
+    "weibull": ("Weibull modulus", 1.0),
     "radius": ("radius, mm", 1e3),
-    "thickness": ("thick, mm", 1e3),
-    "bulk": ("bulk, N/mm", 1e-3),
-    "loss": ("loss", 1.0),
+    "thickness": ("thickness, mm", 1e3),
+    "bulk": ("stiffness, N/mm", 1e-3),
+    "loss": ("loss factor", 1.0),
 }
 
 

@@ -154,8 +154,8 @@ def test_the_estimates_by_object() -> None:
     well = [name for name, e in errors.items() if e <= 5]
     nearly = {name: e for name, e in errors.items() if 5 < e < 10}
     says(
-        f"Of the {len(entry)} objects up to {FIRMEST:g} Shore A, {len(well)} have that or less, "
-        f"and {WORDS[len(nearly)]} more {max(nearly.values()):.1f} or less",
+        f"Of the {len(entry)} objects up to {FIRMEST:g} Shore A, {len(well)} have an RMSE of 5 or "
+        f"less, and {WORDS[len(nearly)]} more {max(nearly.values()):.1f} or less",
         f"blueberry (RMSE {errors['blueberry']:.0f})",
     )
     assert {*errors} - {*well, *nearly} == {"blueberry"}

@@ -122,12 +122,12 @@ def policies_table(household: Household) -> Table:
         return household.drops_at_10_damage[name] if between is None else between.bounded
 
     return _table(
-        "Share of objects that each policy drops if its forces are scaled until "
-        f"{percent(household.damage)} are damaged. In the last column the forces are not scaled. "
-        "The intervals come from drawing hands, and kinds of object within each group (soft or "
-        "firm, fragile or robust), with replacement. In rows with a reflex the hand lifts "
-        "gradually, and a slip is detected after 100 ms. A label with noise is the true Shore A "
-        "plus a normal error of the stated RMSE.",
+        "Share of objects that each policy drops. For a fair comparison, the forces of each policy "
+        f"are scaled until {percent(household.damage)} of the objects are damaged; in the last "
+        "column they are not scaled. Brackets hold 95 % intervals over hands and kinds of object. "
+        "In rows with a label, the policy gets the true Shore A instead of the estimate, with or "
+        "without a random error. In rows with a reflex the hand lifts gradually, and a slip is "
+        "detected after 100 ms. The ceiling has the best force for each single specimen.",
         {name: policy_title(name) for name in household.drops_at_10_damage},
         [
             Row("Dropped", drops, "whole"),
@@ -140,10 +140,10 @@ def policies_table(household: Household) -> Table:
 def reflex_table(household: Household) -> Table:
     reflexes = household.slip_reflex
     return _table(
-        "Drops and success of policies with a slip reflex: alone, and with the stiffness "
-        "estimate. Drops are at equal damage. The support disappears immediately (abrupt) or "
-        "within a second (gradual). After the stated latency of the detection, the brake needs "
-        "20 ms and the force must build up.",
+        "Share of objects that a hand with a slip reflex drops, without and with an estimate of "
+        "stiffness, at equal damage. Success means neither dropped nor damaged. Rows state how "
+        "the support disappears (abrupt: at once; gradual: within a second), and how long the "
+        "detection of a slip takes. Then the brake needs 20 ms, and the force must build up.",
         {name: name for name in reflexes},
         [
             Row("Reflex alone", _of(reflexes, lambda r: r.blind.bounded), "whole"),
@@ -164,9 +164,9 @@ def _gains(
 
 def controls_table(household: Household) -> Table:
     return _gains(
-        "Controls: reduction of drops if each object gets the weight or the damage limit of "
-        "another object, drawn at random. Both policies are tuned again. Mean and middle 95 % of "
-        "the permutations.",
+        "Reduction of drops if each object gets the weight or the damage limit of another object, "
+        "drawn at random. Stiffness then says nothing about it. Both policies are tuned again. "
+        "Mean and middle 95 % of the random draws.",
         household.controls,
         "gain",
         {name: CONTROLS.get(name, name) for name in household.controls},
@@ -175,9 +175,9 @@ def controls_table(household: Household) -> Table:
 
 def sensitivity_table(household: Household) -> Table:
     return _gains(
-        "Reduction of drops if the estimated numbers of the household have other values. Both "
-        "policies are tuned again. The last row has the smallest and the largest value of its "
-        "draws instead of an interval.",
+        "Reduction of drops by stiffness, if the estimated numbers of the household objects were "
+        "different. Both policies are tuned again. Brackets of the last row hold the smallest and "
+        "the largest value of its draws.",
         household.sensitivity,
         "whole",
         {name: name[0].upper() + name[1:] for name in household.sensitivity},
@@ -219,8 +219,9 @@ def estimates_table(household: Household) -> Table:
         )
     ]
     return Table(
-        f"Live estimates of the judged pinches. {_firm(household)}On held-out pinches of the "
-        f"hands' own blocks the RMSE is {estimates.block_rmse:.1f}. "
+        f"Errors of the estimates by time after the contact, and of the used ones. "
+        f"{_firm(household)}On held-out pinches of the hands' own blocks the RMSE is "
+        f"{estimates.block_rmse:.1f}. "
         f"{percent(estimates.unanswered)} of pinches had no estimate before the second contact, "
         f"and {percent(estimates.heard)} of second contacts were detected.",
         ("", *map(_window_title, estimates.rmse)),

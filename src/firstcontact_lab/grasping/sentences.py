@@ -44,11 +44,12 @@ def headline(household: Household) -> str:
     why = ": the interval includes zero" if gain.low <= 0 else ""
     doubt = ": not significant" if gain.low <= 0 <= gain.high else ""
     return (
-        f"Knowing stiffness gives {fewer(gain)} drops{doubt}. A hand with a stiffness estimate "
-        f"drops {percent(ours)} of the picks, the best hand without one {percent(blind)}, where "
-        f"both damage {percent(household.damage)}. The target of {percent(household.target)} with "
-        f"an interval above zero is {verdict}{why}. Each of the {household.objects} objects "
-        f"is judged with settings tuned without its family, on {household.hands} other hands."
+        f"An estimate of stiffness gives {fewer(gain)} drops{doubt}. The hand with it drops "
+        f"{percent(ours)} of the objects, the best hand without it {percent(blind)}, where both "
+        f"damage {percent(household.damage)}. The target, {percent(household.target)} with an "
+        f"interval above zero, is {verdict}{why}. Each of the {household.objects} objects is "
+        f"judged on {household.hands} hands, with settings tuned on other hands and on other "
+        "kinds of object."
     )
 
 
@@ -58,8 +59,9 @@ def reflex_sentence(household: Household) -> str:
         for name, reflex in household.slip_reflex.items()
     ]
     return (
-        "With a slip reflex, knowing stiffness changes the drops as follows (kind of lift, "
-        f"latency of the slip detection): {', '.join(parts)}."
+        "If the hand also presses harder on a slip, stiffness changes the share of drops as "
+        "follows (in brackets: kind of lift, and time to detect the slip): "
+        f"{', '.join(parts)}."
     )
 
 
@@ -90,12 +92,12 @@ def sentences(household: Household) -> list[str]:
     return [
         headline(household),
         reflex_sentence(household),
-        "For the intervals, objects and hands are resampled, and the forces of both policies are "
-        f"scaled each time until {percent(household.damage)} of the objects are damaged. If the "
-        "forces are not scaled again, and damage above this share counts as drops, the gain is "
-        f"{ends(household.fewer_drops_as_bold)}.",
-        "In full closings with tuned settings, stiffness raises the share without drop or damage "
-        f"by {ends(household.success_gain, True)}.",
-        "Control: if each object has the weight and the damage limit of another one, no gain is "
-        f"possible. The measured gain is {ends(household.controls['both_permuted'], True)}.",
+        "The intervals are bootstrap intervals over objects and hands. In each resample, the "
+        f"forces of both policies are scaled until {percent(household.damage)} of the objects are "
+        "damaged. Without this scaling, and with damage above this share counted as drops, the "
+        f"gain is {ends(household.fewer_drops_as_bold)}.",
+        "Without any scaling of forces, stiffness raises the share of closings without drop or "
+        f"damage by {ends(household.success_gain, True)}.",
+        "As a check, each object gets the weight and the damage limit of another one, so that no "
+        f"gain is possible. The measured gain is {ends(household.controls['both_permuted'], True)}.",
     ]

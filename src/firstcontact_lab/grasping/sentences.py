@@ -99,5 +99,6 @@ def sentences(household: Household) -> list[str]:
         "Without any scaling of forces, stiffness raises the share of closings without drop or "
         f"damage by {ends(household.success_gain, True)}.",
         "As a check, each object gets the weight and the damage limit of another one, so that no "
-        f"gain is possible. The measured gain is {ends(household.controls['both_permuted'], True)}.",
+        "gain is possible. The measured gain is "
+        f"{ends(household.controls['both_permuted'], True)}.",
     ]

@@ -25,6 +25,7 @@ from firstcontact.core import (
 )
 from firstcontact.device import Descriptor
 from firstcontact.device.serial_source import SerialSource
+from firstcontact.grasp._printing import PrintHand
 from firstcontact.recording import read_recording
 from firstcontact.streaming import Event, Pipeline, Update
 from firstcontact.streaming.session import LiveSession
@@ -64,6 +65,7 @@ class SlowActor:
     """Handler of a hand that delays the session."""
 
     requests = None
+    hand = PrintHand()
 
     def __init__(self, source: SerialSource) -> None:
         self._source = source

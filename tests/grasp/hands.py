@@ -40,6 +40,7 @@ class RecordingHand:
 
     name = "recording"
     begins = Begins.OTHERS
+    position_rate, position_resolution = 0.0, 1e-5
 
     def __init__(self, limits: HandLimits | None = None) -> None:
         self.limits = limits or HandLimits(speed=0.1, force=5.0, rate=1000.0, watchdog=inf)

@@ -26,9 +26,9 @@ MODULE = """
 from collections import deque
 from math import inf
 from firstcontact.core._errors import InputError
-from firstcontact.grasp.hand import Begins, HandError, HandLimits
+from firstcontact.grasp.hand import Begins, Hand, HandError, HandLimits
 
-class FileHand:
+class FileHand(Hand):
     name = "file"
     begins = Begins.US
     limits = HandLimits(speed=0.1, force=5.0, rate=100.0, watchdog=inf)

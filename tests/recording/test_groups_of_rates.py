@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -23,8 +24,10 @@ from firstcontact.core import (
 )
 from firstcontact.device.replay import ReplaySource
 from firstcontact.recording import (
+    EXPORTERS,
     Header,
     RecordingWriter,
+    export,
     load_dataset,
     read_recording,
     write_dataset,
@@ -82,6 +85,12 @@ def test_pinch_has_the_group_samples_of_its_time(tmp_path: Path) -> None:
         assert times[0] == pytest.approx(1.01 - first / 2200)
         assert np.diff(times) == pytest.approx(0.01)
         assert np.array_equal(values, 0.5 * slow(101, 49).data)
+    export(dataset, EXPORTERS["hdf5"], tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5") as file:
+        for name, expected in zip(
+            ("time_s", "values"), dataset[0].group("electrodes"), strict=True
+        ):
+            assert np.array_equal(file[f"groups/electrodes/{name}"][0], expected)
     # And on into recordings of their own.
     (tmp_path / "b").mkdir()
     write_dataset(dataset, tmp_path / "b", Header(LAYOUT))
@@ -91,6 +100,15 @@ def test_pinch_has_the_group_samples_of_its_time(tmp_path: Path) -> None:
 
 def test_incomplete_group_is_dropped_from_the_pinch(recording_path: Path) -> None:
     assert "electrodes" not in load_dataset(recording_path).pinches[0].groups
+
+
+def test_recordings_with_and_without_a_group_load_together(recording_path: Path) -> None:
+    pinch = Pinch(fast(0, 1100).data, replace(LAYOUT, groups=()))
+    with RecordingWriter(
+        recording_path.with_name("a.mcap"), Header(pinch.layout, "real")
+    ) as writer:
+        writer.pinch(pinch)
+    assert len(load_dataset(recording_path.parent)) == 2
 
 
 def test_damaged_first_chunk_keeps_the_groups(recording_path: Path) -> None:

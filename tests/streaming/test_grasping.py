@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 from example_events import ANSWER, FINAL, FIRST_EVENT, START
 from msgspec.structs import replace
@@ -18,7 +19,7 @@ from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.models import WindowPredictor
 from firstcontact.streaming import ClosingStart, ContactEvent, Event, PinchDone, Pipeline
 from firstcontact.streaming.events import Estimate
-from firstcontact.streaming.grasping import Grasping
+from firstcontact.streaming.grasping import Grasping, PositionTrack
 from firstcontact.streaming.predictors import WindowLadder
 
 LAYOUT = fingertip_layout()
@@ -143,6 +144,49 @@ def test_samples_that_came_late_make_an_estimate_late(
     assert prompt.misses == 0
     assert stalled.estimates == 0
     assert stalled.misses == 1
+
+
+class ReportingHand(PrintHand):
+    """Hand whose positions lie on a line through 0.1 m at 10 s, at uneven times."""
+
+    position_rate = 100.0
+
+    def __init__(self) -> None:
+        super().__init__(out=io.StringIO())
+        self.times: list[float] = []
+
+    def positions(self) -> list[tuple[float, float]]:
+        return [(at, 0.1 + 0.05 * (at - 10.0)) for at in self.times[-60:]]
+
+
+@pytest.mark.parametrize("dtype", ["int16", "float32"])
+def test_positions_are_kept_at_even_times_except_where_the_hand_was_silent(dtype: str) -> None:
+    hand, rng = ReportingHand(), np.random.default_rng(0)
+    track = PositionTrack(hand, dtype, epoch=3, start=10.0)
+    assert track.read(0.0) == []
+    even = 10.0 + np.arange(-5, 200) / 100
+    times = even + rng.uniform(-0.004, 0.004, len(even))
+    blocks: list[Block] = []
+    for last in (10.2, 10.201, 10.5, 10.9, 11.4, 12.0):
+        hand.times = [t for t in times if t < last and not 10.6 < t < 10.8]
+        blocks += track.read(0.0)
+    numbers = np.concatenate([b.first_sample + np.arange(len(b.data)) for b in blocks])
+    assert set(np.diff(numbers)) - {1} == {np.diff(numbers).max()}
+    assert numbers[0] == 1000
+    assert numbers[-1] >= 1197
+    silent = (numbers > 1062) & (numbers < 1078)
+    assert not silent.any()
+    values = np.concatenate([b.data[:, 0] for b in blocks]) * hand.position_resolution
+    assert values == pytest.approx(0.1 + 0.05 * (numbers / 100 - 10.0), abs=5.1e-6)
+    assert {(b.epoch, str(b.data.dtype)) for b in blocks} == {(3, dtype)}
+
+
+def test_positions_beyond_the_samples_are_clipped() -> None:
+    hand = ReportingHand()
+    track = PositionTrack(hand, "int16", epoch=0, start=100.0)
+    hand.times = [100.0, 100.01]
+    (block,) = track.read(0.0)
+    assert block.data.tolist() == [[32767], [32767]]
 
 
 def test_an_estimate_out_of_range_is_as_none(hand: PrintHand) -> None:

@@ -23,10 +23,13 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.device.replay import ReplaySource
+from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp.registry import live_policy
 from firstcontact.models import WindowPredictor
 from firstcontact.models.in_context import InContextModel
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.streaming import Event, Pipeline, Update
+from firstcontact.streaming.grasping import Grasping
 from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
 from firstcontact.streaming.session import LiveSession
 from firstcontact.twin import TwinStream
@@ -36,8 +39,16 @@ LAYOUT = fingertip_layout()
 SECONDS = 12
 
 
+class TooFast(PrintHand):
+    """Hand that reports positions faster than any sensor of the fingertips."""
+
+    position_rate = 1e4
+
+
 class Actor:
     """Stand-in for a hand's policy that does nothing."""
+
+    hand = PrintHand()
 
     def on_event(self, event: Event) -> None:
         """Ignore the call."""
@@ -246,6 +257,18 @@ def test_a_shape_that_a_viewer_tells_holds_for_one_object(
         assert pipeline.radius == np.inf
         with pytest.raises(InputError):
             LiveSession(source, Pipeline(LAYOUT, detector), shape="flat")
+
+
+def test_positions_faster_than_the_samples_are_refused(
+    recorded: Path, detector: Detector, tmp_path: Path
+) -> None:
+    with ReplaySource(recorded, float("inf")) as source:
+        pipeline = Pipeline(LAYOUT, detector)
+        grasping = Grasping(live_policy("none"), TooFast(), LAYOUT)
+        session = LiveSession(source, pipeline, grasping, recordings=tmp_path)
+        with pytest.raises(InputError) as refused:
+            session.start_recording()
+    assert refused.value.parameter == "hand"
 
 
 def test_recordings_that_begin_in_one_second_have_names_of_their_own(

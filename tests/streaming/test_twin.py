@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import firstcontact as fc
@@ -15,7 +16,7 @@ from firstcontact.device import Arrival, Descriptor, Source
 from firstcontact.device._twin_source import TwinSource
 from firstcontact.device.twin_words import held_object
 from firstcontact.grasp import Hand, HandError
-from firstcontact.recording import Marker
+from firstcontact.recording import Marker, load_dataset, read_recording
 from firstcontact.streaming.twin import SHIPPED_HAND, TwinHand, default_model, twin_model
 
 #: A source that is silent for so long is dead, s.
@@ -108,6 +109,33 @@ def test_its_positions_tell_the_closing_speed() -> None:
     assert 0.08 < speed.speed < 0.2
     assert 0.001 < speed.error < 0.01
     assert hand.closing_speed(contact / FINGERTIP_RATE, math.nan) is None
+
+
+def test_a_recording_keeps_its_positions(tmp_path: Path) -> None:
+    """The positions so far are in the file at any time, so also after a kill."""
+    so_far, copy = [], tmp_path / "copy.mcap"
+    with fc.open("twin", speed=8.0, seed=4) as source:
+        for event in fc.live(source, hand="twin", pinches=2, record=tmp_path / "made"):
+            if isinstance(event, fc.PinchDone):
+                (path,) = (tmp_path / "made").iterdir()
+                copy.write_bytes(path.read_bytes())
+                so_far.append(len(read_recording(copy).hand_positions[0]))
+    recording = read_recording(path)
+    assert recording.skipped == ()
+    times, travel = recording.hand_positions
+    assert 0 < so_far[0] < so_far[1] <= len(times)
+    assert np.diff(times) == pytest.approx(1 / TwinHand.position_rate)
+    for mark, pinch in zip(recording.pinches, load_dataset(path), strict=True):
+        assert mark.closing_speed is not None
+        first = mark.truth[0].sample / FINGERTIP_RATE
+        measured = fc.closing_speed(times, travel, first)
+        assert measured is not None
+        assert measured.speed == pytest.approx(
+            mark.closing_speed.speed, abs=mark.closing_speed.error
+        )
+        at, values = pinch.group("hand")
+        begin = pinch.first_sample / FINGERTIP_RATE
+        assert np.allclose(values[:, 0], np.interp(at + begin, times, travel))
 
 
 def test_what_is_gone_takes_no_command_and_needs_no_release() -> None:

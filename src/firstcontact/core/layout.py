@@ -70,6 +70,7 @@ class ChannelKind(StrEnum):
     VIBRATION = "vibration"
     FORCE = "force"
     STRIP = "strip"
+    POSITION = "position"
 
     @classmethod
     def _missing_(cls, value: object) -> ChannelKind | None:

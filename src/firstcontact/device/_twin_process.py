@@ -163,9 +163,9 @@ class TwinProcess(TerminalDevice):
             line += byte
         answer = "done"
         match line.split():
-            case [b"speed", sample]:
-                speed = self._stream.positions.speed(int(sample))
-                answer = f"{speed.speed!r} {speed.error!r}" if speed else "unknown"
+            case [b"positions", since]:
+                pairs = (f"{at!r},{x!r}" for at, x in self._stream.positions.since(float(since)))
+                answer = " ".join([answer, *pairs])
             case [b"unplug"]:
                 self._terminal.unplug()
                 self._wire = b""

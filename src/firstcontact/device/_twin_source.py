@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Self
 
-from firstcontact.core import ClosingSpeed, InputError
+from firstcontact.core import InputError
 from firstcontact.core.children import Child
 from firstcontact.core.installation import kernels
 from firstcontact.core.layout import FINGERTIP_RATE
@@ -69,10 +69,10 @@ class TwinDevice:
     def pid(self) -> int:
         return self._child.pid
 
-    def closing_speed(self, sample: int) -> ClosingSpeed | None:
-        """Return the closing speed before a contact, as the twin's hand measures it."""
-        answer = self._ask(f"speed {sample}")
-        return None if answer == "unknown" else ClosingSpeed(*map(float, answer.split()))
+    def positions_since(self, since: float) -> list[tuple[float, float]]:
+        """Return time, s of samples, and travel, m, of the hand's positions after a time."""
+        _, *pairs = self._ask(f"positions {since!r}").split()
+        return [(float(at), float(x)) for at, x in (pair.split(",") for pair in pairs)]
 
     def unplug(self) -> None:
         self._ask("unplug")
@@ -137,8 +137,8 @@ class TwinSource(SerialSource):
         if speed > 1.0:  # the device waits for the reader, so that orders take effect soon
             self.most = round(AHEAD * FINGERTIP_RATE)
 
-    def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        return None if self.device is None else self.device.closing_speed(sample)
+    def positions_since(self, since: float) -> list[tuple[float, float]]:
+        return [] if self.device is None else self.device.positions_since(since)
 
     def __enter__(self) -> Self:
         self.device = self._make()

@@ -23,7 +23,7 @@ JOINED_SAMPLES = 500
 QUEUED = 40_000
 #: Time between two checks of whether to wait any longer, s.
 POLL = 0.05
-_Piece = Block | Marker | PinchMark
+_Piece = Block | Marker | PinchMark | tuple[str, Block]
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +102,16 @@ class Recorder:
                 self._changed.wait(POLL)
 
     def mark(self, mark: PinchMark) -> None:
+        self._add(mark)
+
+    def put_group(self, name: str, block: Block) -> None:
+        """Queue samples of a slower group."""
+        self._add((name, block))
+
+    def _add(self, piece: _Piece) -> None:
         with self._changed:
             if self._path is not None and not self._closing:
-                self._queue.append(mark)
+                self._queue.append(piece)
                 self._changed.notify_all()
 
     def stop(self) -> None:
@@ -158,6 +165,9 @@ class Recorder:
         elif isinstance(piece, PinchMark):
             writer.mark(piece)
             writer.flush()  # the caller reports the pinch, so it must survive a kill
+        elif isinstance(piece, tuple):
+            name, block = piece
+            writer.write(block, name)
         else:
             writer.write(piece)
             with self._changed:

@@ -90,6 +90,9 @@ class ResampledSource(Source):
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
         return self._source.closing_speed(round(sample / self._share), epoch)
 
+    def positions_since(self, since: float) -> list[tuple[float, float]]:
+        return self._source.positions_since(since)
+
     def mark(self, text: str) -> None:
         self._source.mark(text)
 

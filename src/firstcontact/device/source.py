@@ -187,6 +187,10 @@ class Source(ABC):
         """Return the closing speed just before a contact at ``sample``; None if not measured."""
         return None
 
+    def positions_since(self, since: float) -> list[tuple[float, float]]:
+        """Return time, s of samples, and travel, m, of a simulated hand's later positions."""
+        return []
+
     @abstractmethod
     def close(self) -> None:
         """Stop the device and release it. Closing twice is fine."""

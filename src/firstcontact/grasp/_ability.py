@@ -106,6 +106,7 @@ class AbilityHand(Hand):
     simulated_port = SIMULATED
     separate = True
     begins = Begins.US
+    position_rate = limits.rate
 
     def __init__(self, port: str | None = None) -> None:
         self._port = check(port)

@@ -6,7 +6,7 @@ import atexit
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import inf, isfinite
@@ -165,6 +165,8 @@ class SafeHand(Hand):
         self.name = hand.name  # type: ignore[misc]  # same as the wrapped hand
         self.limits = hand.limits
         self.begins = hand.begins  # type: ignore[misc]
+        self.position_rate = hand.position_rate  # type: ignore[misc]
+        self.position_resolution = hand.position_resolution  # type: ignore[misc]
         self._hand = hand
         self._clock = clock
         self._pacer = Pacer(hand.limits, silence)
@@ -223,6 +225,12 @@ class SafeHand(Hand):
         measured: list[ClosingSpeed | None] = []
         self._do(lambda: measured.append(self._hand.closing_speed(sample_time, host_time)))
         return measured[0]
+
+    def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
+        """Return the positions of the hand after a time."""
+        reports: list[tuple[float, float]] = []
+        self._do(lambda: reports.extend(self._hand.positions_since(since, host_zero)))
+        return reports
 
     def release(self) -> None:
         """Open the hand now, and keep it open until the next command."""

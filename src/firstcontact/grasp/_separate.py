@@ -42,6 +42,8 @@ class SeparateHand(Hand):
         hand: Hand = kind(port)
         self.name = hand.name  # type: ignore[misc]  # same as the driven hand
         self.begins = hand.begins  # type: ignore[misc]
+        self.position_rate = hand.position_rate  # type: ignore[misc]
+        self.position_resolution = hand.position_resolution  # type: ignore[misc]
         self.limits = replace(hand.limits, watchdog=min(hand.limits.watchdog, silence))
         self._arguments = [kind.__module__, kind.__qualname__, str(self.limits.watchdog)]
         self._arguments += [] if port is None else [port]

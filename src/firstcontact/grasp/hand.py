@@ -71,6 +71,10 @@ class Hand(ABC):
     begins: ClassVar[Begins] = Begins.OTHERS
     #: Name of the source whose simulated hand this is; None for a hand with a port of its own.
     of_source: ClassVar[str | None] = None
+    #: Rate, Hz, at which recordings keep the reported positions; 0 to keep none.
+    position_rate: ClassVar[float] = 0.0
+    #: Resolution of the reported positions, m.
+    position_resolution: ClassVar[float] = 1e-5
 
     @classmethod
     def needs_live_samples(cls, port: str | None) -> bool:
@@ -99,8 +103,7 @@ class Hand(ABC):
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
         """Return the closing speed just before a contact; None if it is not known.
 
-        The base class computes it from :meth:`positions`, by ``host_time``. Override it for a hand
-        whose positions have sample times.
+        The base class computes it from :meth:`positions_since`.
 
         Parameters
         ----------
@@ -113,19 +116,27 @@ class Hand(ABC):
         # Before the first contact, and not in the process of a separate hand, which needs no NumPy.
         from firstcontact.signal import closing_speed
 
-        positions = self.positions()
+        positions = self.positions_since(sample_time - 0.1, host_time - sample_time)
         if not positions:
             return None
         times, travel = zip(*positions, strict=True)
-        return closing_speed(times, travel, host_time)
+        return closing_speed(times, travel, sample_time)
 
     def positions(self) -> Sequence[tuple[float, float]]:
-        """Return the newest positions that the hand reported. They cover at least the last 0.1 s.
+        """Return the newest positions that the hand reported. They cover at least the last 0.5 s.
 
         Each is a time by ``time.monotonic()``, s, and the travel of the fingertip from any zero, m.
         An estimate waits for this call, so return stored positions and send no request to the hand.
         """
         return ()
+
+    def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
+        """Return the positions after ``since``, with times on the clock of the samples, s.
+
+        ``host_zero`` is the time of sample 0 by ``time.monotonic()``; NaN if unknown. Override
+        this method for a hand whose positions have sample times.
+        """
+        return [(at - host_zero, x) for at, x in self.positions() if at - host_zero > since]
 
     @abstractmethod
     def close(self) -> None:

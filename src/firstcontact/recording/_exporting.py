@@ -134,8 +134,21 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
                     f"{name} of a pinch has a character 0, which no text in HDF5 can have: {remedy}"
                 )
             file.create_dataset(name, data=column, dtype=h5py.string_dtype() if is_text else None)
+        for name in dict.fromkeys(name for pinch in dataset for name in pinch.groups):
+            parts = [p.group(name) if name in p.groups else (np.zeros(0),) * 2 for p in dataset]
+            file[f"groups/{name}/time_s"] = _padded([times for times, _ in parts])
+            file[f"groups/{name}/values"] = _padded([values for _, values in parts])
         file.attrs.update(of_file)
     path.write_bytes(image.getbuffer())
+
+
+def _padded(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return arrays of several lengths as one array, with NaN after the end of each."""
+    longest = max(parts, key=len)
+    out = np.full((len(parts), *longest.shape), math.nan)
+    for row, part in zip(out, parts, strict=True):
+        row[: len(part)] = part
+    return out
 
 
 def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
@@ -231,4 +244,4 @@ def _physical(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
 
 CSV = Exporter("csv", _write_csv)
 PARQUET = Exporter("parquet", _write_parquet, extra="parquet", modules=("pyarrow",))
-HDF5 = Exporter("hdf5", _write_hdf5, extra="files", modules=("h5py",))
+HDF5 = Exporter("hdf5", _write_hdf5, extra="files", modules=("h5py",), groups=True)

@@ -12,12 +12,14 @@ from typing import TypeVar
 
 import numpy as np
 from mcap.records import Channel, McapRecord, Message
+from numpy.typing import NDArray
 
 from firstcontact.core import Block, InputError, merge_blocks
 from firstcontact.core.files import AnyPath
 from firstcontact.core.text import counted
 from firstcontact.recording._chunks import read_chunks
 from firstcontact.recording.messages import (
+    HAND,
     LARGEST,
     LAST_SAMPLE,
     Header,
@@ -80,6 +82,20 @@ class Recording:
     def duration(self) -> float:
         """Duration of the samples that could be read, s."""
         return self.samples / self.header.layout.rate
+
+    @property
+    def hand_positions(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Times, s, and travel of the fingertip, m, as the hand reported them; may be empty.
+
+        A time is a sample number divided by the rate, and starts again with each epoch.
+        """
+        group = next((g for g in self.header.layout.groups if g.name == HAND), None)
+        blocks = () if group is None else self.groups[HAND]
+        if group is None or not blocks:
+            return np.zeros(0), np.zeros(0)
+        numbers = [b.first_sample + np.arange(len(b.data)) for b in blocks]
+        travel = [group.layout.physical(b.data, (0,))[:, 0] for b in blocks]
+        return np.concatenate(numbers) / group.layout.rate, np.concatenate(travel)
 
 
 def read_recording(path: AnyPath) -> Recording:

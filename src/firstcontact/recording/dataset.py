@@ -200,7 +200,7 @@ def find_recordings(path: Path) -> list[Path]:
 def _check_same_kind(first: Path, a: Header, path: Path, b: Header) -> None:
     for field, one, two in (
         ("rate", f"{a.layout.rate:g} Hz", f"{b.layout.rate:g} Hz"),
-        ("layout", a.layout, b.layout),
+        ("layout", a.layout.channels, b.layout.channels),
         ("source", a.source, b.source),
     ):
         if one != two:

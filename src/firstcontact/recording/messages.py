@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 from firstcontact.core import (
     Block,
     Calibration,
+    Channel,
+    ChannelKind,
     ClosingSpeed,
     Contact,
     Finger,
+    Group,
     InputError,
     Label,
     Layout,
@@ -48,6 +51,9 @@ _OLD_ASSUMPTION = "no session column: all pinches were taken as one session"
 _CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 #: Encoding, first sample, epoch, channels, number of values.
 _PREFIX = struct.Struct("<4sQIHxxI")
+
+#: Name of the group with the positions of the hand.
+HAND = "hand"
 
 Sample = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 Epoch = Annotated[int, Meta(ge=0, lt=1 << 32)]
@@ -97,6 +103,12 @@ class Header:
         if not self.session_assumed:
             del tree["session_assumed"]
         return {**tree, "layout": self.layout.to_json()}
+
+
+def hand_group(rate: float, resolution: float) -> Group:
+    """Return the group of a hand's positions, given their rate, Hz, and resolution, m."""
+    travel = Channel("hand_travel", ChannelKind.POSITION, None, "m", resolution)
+    return Group(HAND, Layout((travel,), rate))
 
 
 @dataclass(frozen=True, slots=True)

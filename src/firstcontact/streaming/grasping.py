@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from threading import Lock
+
+import numpy as np
 
 from firstcontact.contact import SlipDetector
 from firstcontact.core import Block, Command, Estimate, InputError, Layout
@@ -27,6 +30,9 @@ from firstcontact.streaming.events import (
 
 #: Name of the origin of a release that follows a silence of the samples or of this program.
 SILENCE = "silence"
+#: Longest time between two reports of a position over which it is interpolated, in periods of the
+#: hand's rate.
+PAUSE = 2.5
 
 _log = logging.getLogger("firstcontact.streaming")
 
@@ -100,6 +106,41 @@ class HandRequests:
             self.opening = True
             self._waiting.append(request)
         self._release()
+
+
+class PositionTrack:
+    """Positions of a hand at the even times of a group in a recording, within one epoch."""
+
+    def __init__(self, hand: Hand, dtype: str, epoch: int, start: float) -> None:
+        self.epoch = epoch
+        self._hand, self._rate, self._dtype = hand, hand.position_rate, np.dtype(dtype)
+        self._next = math.ceil(start * self._rate)
+        self._reports: list[tuple[float, float]] = []  # the newest report
+
+    def read(self, host_zero: float) -> list[Block]:
+        """Return the steps of the group up to the newest report, interpolated between reports."""
+        since = self._reports[0][0] if self._reports else (self._next - PAUSE) / self._rate
+        self._reports += self._hand.positions_since(since, host_zero)
+        if len(self._reports) < 2:
+            return []
+        times, travel = np.array(self._reports).T
+        self._reports = self._reports[-1:]
+        first = max(self._next, math.ceil(times[0] * self._rate))
+        numbers = np.arange(first, math.floor(times[-1] * self._rate) + 1)
+        if not len(numbers):
+            return []
+        self._next = int(numbers[-1]) + 1
+        at = numbers / self._rate
+        after = np.searchsorted(times, at)
+        known = times[after] - times[np.maximum(after - 1, 0)] <= PAUSE / self._rate
+        steps = np.interp(at, times, travel) / self._hand.position_resolution
+        if self._dtype.kind == "i":
+            limits = np.iinfo(self._dtype)
+            steps = np.clip(np.rint(steps), limits.min, limits.max)
+        data, numbers = steps.astype(self._dtype)[known, np.newaxis], numbers[known]
+        cuts = np.flatnonzero(np.diff(numbers) > 1) + 1
+        runs = zip(np.split(numbers, cuts), np.split(data, cuts), strict=True)
+        return [Block(run, int(n[0]), self.epoch) for n, run in runs if len(n)]
 
 
 class Grasping:
@@ -242,6 +283,11 @@ class Grasping:
         if self._slip is not None:
             self._slip.release()
         self.hand.release()
+
+    @property
+    def host_zero(self) -> float:
+        """Host's time of sample 0, s; NaN if unknown."""
+        return math.nan if self._transport is None else self._transport.least
 
     @property
     def _releases(self) -> int:

@@ -17,19 +17,21 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import Calibration, Contact, InputError, merge_blocks
+from firstcontact.core import Block, Calibration, Contact, InputError, merge_blocks
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.device.source import drain
+from firstcontact.grasp import HandError
 from firstcontact.models import Model
 from firstcontact.models.touches import parse_radius, radius_text
 from firstcontact.recording import PinchMark
+from firstcontact.recording.messages import HAND, hand_group
 from firstcontact.streaming._hand_predictions import HandPredictions
 from firstcontact.streaming._objects import ObjectCombiner
 from firstcontact.streaming._outputs import Fanout, Sink, Update
 from firstcontact.streaming._pipeline import Pipeline
 from firstcontact.streaming.events import Ask, Event, PinchDone
-from firstcontact.streaming.grasping import Grasping, HandRequests
+from firstcontact.streaming.grasping import Grasping, HandRequests, PositionTrack
 
 #: Longest wait for samples, s. It limits the time until a stop is noticed.
 WAIT = 0.05
@@ -99,6 +101,7 @@ class LiveSession:
             else HandPredictions(device.model, pipeline.layout.rate, checked=is_checked)
         )
         self._figures: Mapping[str, float] = {}
+        self._track: PositionTrack | None = None  # positions of the hand in the recording
         if shape:
             self.set_shape(shape)
 
@@ -194,6 +197,18 @@ class LiveSession:
         now = datetime.now().astimezone()
         created = now.isoformat(timespec="seconds")
         header = self.source.descriptor.header(created=created, calibration=self._calibration)
+        hand = None if self.grasping is None else self.grasping.hand
+        if hand is not None and hand.position_rate > 0:
+            group = hand_group(hand.position_rate, hand.position_resolution)
+            layout = replace(header.layout, groups=(*header.layout.groups, group))
+            try:
+                header = replace(header, layout=layout)
+            except ValueError as error:
+                raise InputError(
+                    f"positions of the hand {hand.name!r} cannot be recorded, because {error}: "
+                    "declare another rate",
+                    parameter="hand",
+                ) from error
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -315,9 +330,12 @@ class LiveSession:
         path = self.recording.path
         if path != self._noted:
             self._noted, self._number, self._start = path, 0, None
+            self._track = None
         if self._start is None and arrivals:
             self._start = (arrivals[0].block.epoch, arrivals[0].block.first_sample)
         self._recorder.put(arrivals)
+        if path is not None and arrivals:
+            self._record_positions(arrivals[-1].block)
         self._recorder.wait(self._hurries)
         for pinch in pinches:
             self._note(pinch)
@@ -328,6 +346,20 @@ class LiveSession:
             health = replace(health, connected=self._was_connected)
         state = health, self.recording, self._figures, self.fanout.failed
         self.fanout.put(Update(arrivals, events, *state))
+
+    def _record_positions(self, block: Block) -> None:
+        """Record the positions of the hand up to a block. They wait while estimates are due."""
+        hand = None if self.grasping is None else self.grasping.hand
+        if self.grasping is None or hand is None or not hand.position_rate > 0:
+            return
+        if self._track is None or self._track.epoch != block.epoch:
+            start = block.first_sample / self.pipeline.layout.rate
+            dtype = self.source.descriptor.dtype
+            self._track = PositionTrack(hand, dtype, block.epoch, start)
+        if not self.pipeline.is_predicting:
+            with suppress(HandError):  # a hand that has failed ends the session by itself
+                for steps in self._track.read(self.grasping.host_zero):
+                    self._recorder.put_group(HAND, steps)
 
     def _note(self, pinch: PinchDone) -> None:
         is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start

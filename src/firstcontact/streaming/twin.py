@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from importlib.metadata import version
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from firstcontact.core import ClosingSpeed, Command, InputError
+from firstcontact.core import Command, InputError
 from firstcontact.core.files import cache_path, make_once
+from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device import Source
 from firstcontact.device.twin_words import CLOSE_ORDER, order_text
 from firstcontact.grasp import Hand, HandError, HandLimits
 from firstcontact.grasp.hand import Begins
-from firstcontact.twin.drive import Drive
+from firstcontact.twin.drive import EVERY, Drive
 
 if TYPE_CHECKING:
     from firstcontact.models import Model
@@ -40,6 +42,7 @@ class TwinHand(Hand):
     real = False
     begins = Begins.OTHERS | Begins.HURRY
     of_source = name
+    position_rate = FINGERTIP_RATE / EVERY
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -51,13 +54,12 @@ class TwinHand(Hand):
     def start(self) -> None:
         self._order(CLOSE_ORDER)
 
-    def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
-        """Return the closing speed before a contact, from the positions of the twin's drives."""
+    def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
+        """Return the positions of the twin's drives after a time."""
         if not self._open:
-            return None
-        rate = self._source.descriptor.layout.rate
+            return ()
         try:
-            return self._source.closing_speed(round(sample_time * rate), epoch=0)
+            return self._source.positions_since(since)
         except InputError as error:
             raise HandError(str(error)) from error
 

@@ -72,6 +72,13 @@ def _limits(make: Callable[[], Hand]) -> None:
     assert limits.watchdog > 1 / limits.rate, (
         "the hand's watchdog is shorter than the time between commands"
     )
+    hand = make()
+    assert hand.position_rate == 0 or 1 <= hand.position_rate <= 2000, (
+        f"{hand.position_rate} Hz is not plausible for positions"
+    )
+    assert 1e-9 <= hand.position_resolution <= 1e-2, (
+        f"{hand.position_resolution} m is not plausible as the resolution of positions"
+    )
 
 
 def _takes_while_open(make: Callable[[], Hand]) -> None:

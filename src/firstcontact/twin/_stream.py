@@ -305,6 +305,7 @@ class TwinStream:
             key = f"{coming.label.specimen} {coming.number}"
             draw = draw_pinch(self._seed, self._condition, SESSION, coming.specimen, key)
             self._tips.take(draw)
+            self.positions.zero()  # the fingers are farther apart than they opened
             self.pinches.append(StreamPinch(self._tips.sample, coming.label))
             lead = round(LEAD * FINGERTIP_RATE)
             run = PinchRun(draw, LONGEST, lead, self._drive, at_rest=True)

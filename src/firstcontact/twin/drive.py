@@ -97,8 +97,9 @@ class DriveReference:
 EVERY = 25
 #: Standard deviation of a position at the fingertip, m: 0.06 degrees of a finger of 0.1 m.
 NOISE = 1e-4
-#: Number of past positions that are kept in memory: those of 0.5 s.
-REMEMBERED = 100
+#: Number of past positions that are kept in memory: those of 10 s. The twin may run many times
+#: faster than real time.
+REMEMBERED = 2000
 
 
 class Positions:
@@ -116,9 +117,18 @@ class Positions:
             self._samples.append((first_sample + place, position))
         self._travel = float(travel[-1])
 
+    def zero(self) -> None:
+        """Count the travel from here."""
+        self._travel = 0.0
+
     def speed(self, sample: int) -> ClosingSpeed | None:
         """Return the closing speed before a contact at this sample; None if it is unknown."""
         if not self._samples:
             return None
         samples, positions = zip(*self._samples, strict=True)
         return closing_speed(np.array(samples) / FINGERTIP_RATE, positions, sample / FINGERTIP_RATE)
+
+    def since(self, time: float) -> list[tuple[float, float]]:
+        """Return time, s of samples, and position, m, of those after a time."""
+        timed = ((sample / FINGERTIP_RATE, position) for sample, position in self._samples)
+        return [(at, position) for at, position in timed if at > time]

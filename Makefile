@@ -5,8 +5,6 @@
 PYTHON ?= python3
 VENV   ?= .venv
 OUT    ?= firstcontact-study
-# What models cost on the hand, for the report: make embedded writes another.
-BOARD  ?= docs/results/embedded.json
 # Delays of live estimates: benchmarks/live.py --out writes another.
 DELAYS ?= docs/results/live.json
 BIN    := $(VENV)/bin
@@ -73,10 +71,10 @@ constraints: $(VENV)/.dev ## add what constraints.txt lacks, and write requireme
 all: study generalise grasp real ## all studies, one after the other
 
 study: $(VENV)/.study ## the full study at paper size: firstcontact-study/report.html
-	$(BIN)/firstcontact study --board $(BOARD) --delays $(DELAYS) --out $(OUT)
+	$(BIN)/firstcontact study --delays $(DELAYS) --out $(OUT)
 
 quick: $(VENV)/.study ## the same study, small (a minute or two): firstcontact-study/quick/report.html
-	$(BIN)/firstcontact study --quick --board $(BOARD) --delays $(DELAYS) --out $(OUT)/quick
+	$(BIN)/firstcontact study --quick --delays $(DELAYS) --out $(OUT)/quick
 
 generalise: $(VENV)/.study ## estimators on six rigs off the training blocks, and on rigs of another structure: firstcontact-study/generalise/report.html
 	$(BIN)/firstcontact study --parts generalise structure --out $(OUT)/generalise

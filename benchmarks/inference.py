@@ -15,7 +15,7 @@ from firstcontact.models import Task, make_estimator
 from firstcontact.recording import load_dataset
 from firstcontact.signal import contact_windows
 from firstcontact.twin import simulate
-from firstcontact_lab.study.timing import time_inference
+from firstcontact_lab.study.parts.inference import time_inference
 
 
 def main() -> dict[str, float]:

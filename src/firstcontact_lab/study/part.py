@@ -45,7 +45,6 @@ class StudySettings:
     detector: str = DETECTORS.default
     early: float = 0.0
     rig_seeds: tuple[int, ...] = (601, 602, 603, 604, 605, 606)
-    board: str = ""
     delays: str = ""
     parts: tuple[str, ...] = ()
     seed: int = 0

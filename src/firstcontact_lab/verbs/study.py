@@ -31,8 +31,6 @@ class Study:
     """Further scikit-learn estimators to score, as PACKAGE:NAME."""
     early_ms: Annotated[float, Option(advanced=True)] = 0.0
     """Longest time by which a contact may precede its label, ms."""
-    board: Annotated[Path | None, Option(advanced=True)] = None
-    """File `embedded.json` with the costs of models on the hand, for the report."""
     delays: Annotated[Path | None, Option(advanced=True)] = None
     """File of `benchmarks/live.py --out`, to score estimates in force."""
     seed: int = 0
@@ -48,7 +46,6 @@ class Study:
         from firstcontact.models.training_runs import check_seed
         from firstcontact_lab.study.part import StudySettings
         from firstcontact_lab.study.parts.in_force import read_delays
-        from firstcontact_lab.study.parts.inference import read_board
 
         require_modules("study", "matplotlib", "jinja2")
         check_seed(self.seed)
@@ -62,13 +59,10 @@ class Study:
             workers=worker_count(self.workers),
             detector=DETECTORS.find(self.detector_type).name,
             early=1e-3 * self.early_ms,
-            board="" if self.board is None else str(self.board),
             delays="" if self.delays is None else str(self.delays),
         )
         for name in self.estimator:
             ESTIMATORS.include(name)
-        if self.board is not None:
-            read_board(self.board)
         if self.delays is not None:
             read_delays(self.delays)
         if self.quick:

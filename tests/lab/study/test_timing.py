@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from firstcontact_lab.study.timing import Timed, timed
+from firstcontact_lab.study.parts.inference import Timed, timed
 
 
 def test_preempted_calls_are_apart() -> None:

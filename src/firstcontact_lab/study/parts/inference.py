@@ -1,29 +1,31 @@
-"""Time of one estimate, on this machine and on the microcontroller."""
+"""Time of one estimate on this machine, compared with the training library."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import Annotated
+import os
+import resource
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
-import msgspec
 import numpy as np
-from msgspec.structs import asdict, astuple
+from msgspec.structs import asdict, replace
+from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Record
-from firstcontact.core.files import read_regular
+from firstcontact.core import Record
 from firstcontact.core.installation import missing_modules
 from firstcontact.core.jobs import Runner, one_thread
 from firstcontact.core.physics import is_same_rate
-from firstcontact.core.records import LONGEST, Name, read_record
-from firstcontact.export.budget import microseconds
 from firstcontact.models import (
     ESTIMATORS,
     LabelledTouches,
     LabelledWindows,
+    Reference,
     Task,
     Touches,
     WindowModel,
+    Windows,
     make_estimator,
 )
 from firstcontact.models.model_file import pretrained
@@ -32,65 +34,112 @@ from firstcontact.models.training import DURATION, Fit, fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing
-from firstcontact_lab.report.names import NETWORK_TITLES
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import ABSENT, Cell, Row, Table, Value, lifted, matrix
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.anytime import conditioned_model, conditioning_contacts
-from firstcontact_lab.study.timing import InferenceTime, time_calls, time_inference
+
+#: Number of calls before the measurement, which fill caches.
+WARM_UP = 200
+#: Divisor of the number of calls to the slow reference: a tenth of them is enough for percentiles.
+REFERENCE_SHARE = 10
+
+Call = Callable[[Any], object]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timed:
+    """Times of single calls. Arrays have the shape (calls,)."""
+
+    microseconds: NDArray[np.float64]
+    preempted: NDArray[np.bool_]
+
+    @property
+    def uninterrupted(self) -> NDArray[np.float64]:
+        """Times of the calls that were not preempted; if all were preempted, of all calls."""
+        return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
+
+
+def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Timed:
+    """Return the times of ``calls`` single calls over the windows in turn, after a warm-up."""
+    for i in range(min(WARM_UP, calls)):
+        call(windows[i % len(windows)])
+    spent = np.empty(calls)
+    preempted = np.zeros(calls, dtype=np.bool_)
+    # Preemptions of this thread alone, if the system counts them.
+    whose = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)
+    switches = resource.getrusage(whose).ru_nivcsw
+    for i in range(calls):
+        window = windows[i % len(windows)]
+        began = time.perf_counter_ns()
+        call(window)
+        spent[i] = time.perf_counter_ns() - began
+        before, switches = switches, resource.getrusage(whose).ru_nivcsw
+        preempted[i] = switches > before
+    return Timed(spent / 1e3, preempted)
+
+
+class InferenceTime(Record, frozen=True, kw_only=True):
+    """Time to predict one window on one thread, µs."""
+
+    p50: float
+    p99: float
+    p99_with_preempted: float
+    calls: int
+    preempted: int
+    load: float
+    cores: int
+    reference: str | None = None
+    reference_p50: float | None = None
+    reference_p99: float | None = None
+    reference_calls: int | None = None
+    speedup: float | None = None
+    support_vectors: int | None = None
+
+
+def time_inference(
+    model: WindowModel, X: Windows, reference: Reference | None, calls: int
+) -> InferenceTime:
+    """Return the time to predict one window on one thread, by the model and another library."""
+    import threadpoolctl
+
+    times = replace(
+        time_calls(model.predict_one, X, calls), support_vectors=model.notes.get("support_vectors")
+    )
+    if reference is None:
+        return times
+    with threadpoolctl.threadpool_limits(1):
+        theirs = timed(reference.call, reference.inputs, max(1, calls // REFERENCE_SHARE))
+    return replace(
+        times,
+        reference=reference.name,
+        reference_p50=float(np.percentile(theirs.uninterrupted, 50)),
+        reference_p99=float(np.percentile(theirs.uninterrupted, 99)),
+        reference_calls=len(theirs.microseconds),
+        speedup=float(np.percentile(theirs.uninterrupted, 50)) / times.p50,
+    )
+
+
+def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
+    """Return the time of single calls on one thread, over the inputs in turn."""
+    import threadpoolctl
+
+    load = os.getloadavg()[0]  # runnable processes in the last minute
+    with threadpoolctl.threadpool_limits(1):
+        times = timed(call, inputs, calls)
+    return InferenceTime(
+        p50=float(np.percentile(times.uninterrupted, 50)),
+        p99=float(np.percentile(times.uninterrupted, 99)),
+        p99_with_preempted=float(np.percentile(times.microseconds, 99)),
+        calls=calls,
+        preempted=int(times.preempted.sum()),
+        load=load,
+        cores=os.cpu_count() or 1,
+    )
 
 
 class InferenceTimes(InferenceTime, frozen=True, kw_only=True):
     classification: InferenceTime | None = None
-
-
-_Rate = Annotated[float, msgspec.Meta(gt=0)]
-
-
-_Positive = Annotated[int, msgspec.Meta(gt=0)]
-
-
-class BoardTime(Record, frozen=True, kw_only=True):
-    estimator: Name
-    task: Name
-    samples: _Positive
-    rate_hz: _Rate
-    instructions: _Positive
-
-    @property
-    def signal_ms(self) -> float:
-        """Duration of the samples that the form takes, ms."""
-        return 1e3 * self.samples / self.rate_hz
-
-    @property
-    def microseconds(self) -> float:
-        """Time of a prediction on the board, us."""
-        return microseconds(self.instructions)
-
-
-class _Row(msgspec.Struct):
-    # The entry of a detector has no estimator. The entry of a model that is too large for the board
-    # has no instructions.
-    estimator: Name | None = None
-    task: Name | None = None
-    samples: _Positive | None = None
-    rate_hz: _Rate | None = None
-    instructions: _Positive | None = None
-
-
-class _Board(msgspec.Struct):
-    models: dict[Name, _Row]
-
-
-def read_board(path: Path) -> dict[str, BoardTime]:
-    remedy = "give the embedded.json of `make embedded` of this version"
-    rows = read_record(read_regular(path, LONGEST), _Board, str(path), remedy).models
-    times_by_model = {
-        name: BoardTime(**asdict(row)) for name, row in rows.items() if None not in astuple(row)
-    }
-    if not times_by_model:
-        raise InputError(f"{path} has no models whose instructions are counted: {remedy}")
-    return times_by_model
 
 
 #: Number of contacts for the network's timing, in turn.
@@ -129,9 +178,8 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
         else InferenceTimes(**asdict(by_task[Task.CLASSIFICATION]))
         for model, by_task in timed.items()
     }
-    board = read_board(Path(settings.board)) if settings.board else None
     running = _anytime(subject, settings)
-    return PartResult([INFERENCE(times_by_model), ANYTIME_TIME(running), BOARD(board)])
+    return PartResult([INFERENCE(times_by_model), ANYTIME_TIME(running)])
 
 
 def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
@@ -162,7 +210,6 @@ def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowM
 
 INFERENCE = Field.optional("inference_us", dict[str, InferenceTimes])
 ANYTIME_TIME = Field.optional("anytime_us", InferenceTime)
-BOARD = Field.optional("board", dict[str, BoardTime])
 #: Time of one window on a computer that the paper does not name (section IV).
 PUBLISHED = {"svm": "< 1 ms", "cnn": "1.4 ms"}
 #: Largest share of preempted calls, and largest load per core, at which times count. The
@@ -189,18 +236,21 @@ def inference_table(results: SubjectResults) -> Table | None:
     if not times:
         return None
     entries: list[tuple[Cell, InferenceTime | None, bool]] = []
-    for name, time in times.items():
+    for name, timed in times.items():
         title = names.estimator(name).title
-        entries.append((Cell(title, _remarks(time)), time, False))
-        classifier = time.classification
+        entries.append((Cell(title, _remarks(timed)), timed, False))
+        classifier = timed.classification
         if classifier:
             entries.append(
                 (Cell(f"{title}, classification", _remarks(classifier)), classifier, False)
             )
-    timed = [time for _, time, _ in entries if time]
-    busiest = max(timed, key=lambda time: time.load)
+    network = f"{names.estimator(RIG_ESTIMATOR.name).title}, first estimate"
+    entries.append((Cell(network), results[ANYTIME_TIME], False))
+    times_shown = [time for _, time, _ in entries if time]
+    busiest = max(times_shown, key=lambda time: time.load)
+    fewest = min(time.calls for time in times_shown)
     caption = (
-        f"One window at a time, one thread, this machine; {min(t.calls for t in timed):,} calls or "
+        f"One window at a time, one thread, this machine; {fewest:,} calls or "
         "more each. Calls that another process interrupted are not included, except where stated. "
         f"Load of the machine: {busiest.load:.1f} on {busiest.cores} cores."
     )
@@ -211,68 +261,6 @@ def _remarks(time: InferenceTime) -> str:
     vectors = "" if time.support_vectors is None else f"{time.support_vectors:,} support vectors"
     preempted = f"{time.preempted:,} calls preempted" if time.preempted else ""
     return "; ".join(filter(None, (vectors, preempted, time.reference)))
-
-
-_CAPTION = (
-    "Time from the contact to an estimate: samples, and computing on the emulated Cortex-M7 "
-    "(1.5 cycles per counted instruction at 600 MHz are assumed) or on this machine (p99). The "
-    "decision on the contact, cable and packets are not included. Of models with several forms, "
-    "the cheapest and the most expensive are shown."
-)
-
-
-def board_table(results: SubjectResults) -> Table | None:
-    board = results[BOARD]
-    if not board:
-        return None
-
-    def local(form: str) -> Value:
-        us = _local_p99(results, board[form])
-        return None if us is None else board[form].signal_ms + 1e-3 * us
-
-    columns: Sequence[Row[str]] = (
-        Row("Samples", lambda form: board[form].samples),
-        Row("Signal", lambda form: board[form].signal_ms, "ms"),
-        Row("Instructions", lambda form: board[form].instructions),
-        Row("Arithmetic", lambda form: board[form].microseconds, "us"),
-        Row(
-            "On the board",
-            lambda form: board[form].signal_ms + 1e-3 * board[form].microseconds,
-            "ms",
-        ),
-        Row("This machine, no cable", local, "ms"),
-    )
-    entries = [(Cell(_form_title(board[form]), form), form, False) for form in _ends(board)]
-    return matrix(_CAPTION, columns, entries)
-
-
-def _form_title(time: BoardTime) -> str:
-    title = NETWORK_TITLES.get(time.estimator, names.estimator(time.estimator).title)
-    return f"{title}, classification" if time.task == Task.CLASSIFICATION else title
-
-
-def _ends(board: Mapping[str, BoardTime]) -> list[str]:
-    """Return the names of each model's cheapest and most expensive form, in the given order."""
-    models: dict[tuple[str, str], list[str]] = {}
-    for form, time in board.items():
-        models.setdefault((time.estimator, time.task), []).append(form)
-    ends = {
-        end(forms, key=lambda form: board[form].instructions)
-        for forms in models.values()
-        for end in (min, max)
-    }
-    return [form for form in board if form in ends]
-
-
-def _local_p99(results: SubjectResults, time: BoardTime) -> float | None:
-    """Return the 99th percentile of the full model's time on this machine, us."""
-    network = results[ANYTIME_TIME]
-    if time.estimator in NETWORK_TITLES:
-        return None if network is None else network.p99
-    times = (results[INFERENCE] or {}).get(time.estimator)
-    if times is not None and time.task == Task.CLASSIFICATION:
-        return None if times.classification is None else times.classification.p99
-    return None if times is None else times.p99
 
 
 def _find_times(name: str) -> Callable[[SubjectResults], InferenceTimes | None]:
@@ -324,7 +312,7 @@ PART = Part(
     "time",
     "Time of one estimate",
     [Step("inference time", inference, late=True, cost=10)],
-    tables=[inference_table, board_table],
+    tables=[inference_table],
     rows=_rows,
     columns=("median",),
 )

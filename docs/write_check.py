@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -30,10 +29,10 @@ from firstcontact.recording import Marker
 from firstcontact.twin.bench import BenchStream
 from firstcontact.twin.faults import FAULTS
 from firstcontact.twin.sensor import DeviceFilter
+from firstcontact_lab.report.tables import fill, markdown_table
 
 RESULTS = Path(__file__).parent / "results" / "check.json"
 PAGE = Path(__file__).parent / "how-to" / "check-a-fingertip.md"
-TABLE = re.compile(r"(<!-- check: faults -->\n\n).*?(\n\n<!-- /check -->)", re.DOTALL)
 #: Healthy hands, hands of each fault, first random seed, and time for the drift, s.
 HEALTHY, HANDS, SEED, DRIFT = 200, 50, 2000, 30.0
 #: Least share of the faults and largest share of false verdicts that we aim for.
@@ -139,25 +138,20 @@ def measure(fault: str, seeds: Iterable[int], run: Callable[..., Any] = map) -> 
 
 def table(results: dict[str, dict[str, Any]]) -> str:
     """Return the rows of the results as Markdown."""
-    lines = ["| fault put into the circuit | check | found | other verdicts in these hands |"]
-    lines.append("|---|---|---|---|")
+    rows = []
     for fault, row in results.items():
         title, check = CHECKS[fault] if fault else ("**none**: false verdicts", "any")
-        others = row["others"]
-        words = ", ".join(f"{name} {count}" for name, count in others.items())
+        words = ", ".join(f"{name} {count}" for name, count in row["others"].items())
         share = row["found"] / row["hands"]
         missed = "" if (share >= FOUND if fault else share <= FALSE) else ", **misses the goal**"
-        lines.append(f"| {title} | {check} | {row['found']} of {row['hands']}{missed} | {words} |")
-    return "\n".join(lines)
+        rows.append((title, check, f"{row['found']} of {row['hands']}{missed}", words))
+    head = "fault put into the circuit | check | found | other verdicts in these hands"
+    return markdown_table(head, rows)
 
 
 def filled(text: str) -> str:
     """Return the page with the table of the stored results."""
-    results = json.loads(RESULTS.read_text("utf-8"))["faults"]
-    new, count = TABLE.subn(lambda m: m[1] + table(results) + m[2], text)
-    if count != 1:
-        raise ValueError(f"{PAGE} has {count} places for the table")
-    return new
+    return fill(text, "check", {"faults": table(json.loads(RESULTS.read_text("utf-8"))["faults"])})
 
 
 if __name__ == "__main__":

@@ -6,15 +6,12 @@ them with the data.
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from firstcontact.twin.household import HOUSEHOLD, HOUSEHOLD_SOURCES, Quantity
+from firstcontact_lab.report.tables import fill, markdown_table
 
 PAGE = Path(__file__).parent / "reference/household.md"
-TABLE = re.compile(
-    r"(?P<open><!-- household: (?P<name>\w+) -->\n).*?(?P<close><!-- /household -->)", re.DOTALL
-)
 #: How each quantity is shown: heading, factor, digits.
 SHOWN = {
     "shore_a": ("Shore A", 1.0),
@@ -40,29 +37,21 @@ def tables() -> dict[str, str]:
     """Return the table of objects, and the numbered list of sources."""
     marks = {key: i + 1 for i, key in enumerate(HOUSEHOLD_SOURCES)}
     heads = ["object", "group", "origin", *(title for title, _ in SHOWN.values())]
-    lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
-    for specimen in HOUSEHOLD:
-        cells = [_cell(getattr(specimen.numbers, n), f, marks) for n, (_, f) in SHOWN.items()]
-        lines.append(
-            "| " + " | ".join([specimen.name, specimen.group, specimen.origin, *cells]) + " |"
-        )
+    rows = []
+    for kind in HOUSEHOLD:
+        cells = [_cell(getattr(kind.numbers, name), f, marks) for name, (_, f) in SHOWN.items()]
+        rows.append((kind.name, kind.group, kind.origin, *cells))
     sources = [
         f"{marks[s.key]}. {s.authors} ({s.year}). *{s.title}*. {s.where}."
         for s in HOUSEHOLD_SOURCES.values()
     ]
-    return {"objects": "\n".join(lines) + "\n", "sources": "\n".join(sources) + "\n"}
+    return {"objects": markdown_table(" | ".join(heads), rows), "sources": "\n".join(sources)}
 
 
 def filled(text: str) -> str:
     """Return the page with its tables in place."""
-    made = tables()
-    return TABLE.sub(lambda m: f"{m['open']}\n{made[m['name']]}\n{m['close']}", text)
-
-
-def main() -> None:
-    """Write the tables."""
-    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    return fill(text, "household", tables())
 
 
 if __name__ == "__main__":
-    main()
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -21,9 +21,9 @@ from firstcontact.streaming.json_lines import (
     LinkLine,
     MarkerLine,
 )
+from firstcontact_lab.report.tables import fill, markdown_table
 
 PAGE = Path(__file__).parent / "reference" / "live-output.md"
-TABLES = re.compile(r"(?P<open><!-- json lines -->\n).*(?P<close><!-- /json lines -->)", re.DOTALL)
 #: Types of lines, in the order of the page, and the records inside them.
 LINES = (DescriptorLine, *get_args(Event), MarkerLine, LinkLine, FailedLine)
 PARTS = {"channels of the descriptor": ChannelLine, "check of a hand_pinch": HandCheck}
@@ -35,7 +35,7 @@ def section(kind: type, heading: str = "") -> str:
     summary, _, details = text.partition("\n\n")
     config = getattr(kind, "__struct_config__", None)
     tag = None if config is None else config.tag
-    rows = [f"| `type` | `{tag}` |"] if tag else []
+    rows = [("`type`", f"`{tag}`")] if tag else []
     documented = parameters(details)
     if kind is LinkLine:
         health = parameters(inspect.cleandoc(Health.__doc__ or ""))
@@ -45,9 +45,9 @@ def section(kind: type, heading: str = "") -> str:
         assert fields == [field.name for field in msgspec.structs.fields(kind)], kind
     for names, meaning in documented.items():
         words = ", ".join(f"`{name}`" for name in names.split(", "))
-        rows.append(f"| {words} | {meaning} |")
-    table = "\n".join(["| field | meaning |", "|---|---|", *rows])
-    return f"### {heading or tag}\n\n{plain(summary)}.\n\n{table}\n"
+        rows.append((words, meaning))
+    table = markdown_table("field | meaning", rows)
+    return f"### {heading or tag}\n\n{plain(summary)}.\n\n{table}"
 
 
 def parameters(text: str) -> dict[str, str]:
@@ -68,12 +68,11 @@ def plain(text: str) -> str:
     return text.replace("``", "`").rstrip(".")
 
 
-def page() -> str:
+def filled(text: str) -> str:
     """Return the page with new tables."""
     parts = [section(kind, heading) for heading, kind in PARTS.items()]
-    tables = "\n".join([*map(section, LINES), *parts])
-    return TABLES.sub(rf"\g<open>\n{tables}\n\g<close>", PAGE.read_text(encoding="utf-8"))
+    return fill(text, "live", {"lines": "\n".join([*map(section, LINES), *parts])})
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import re
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
@@ -31,13 +30,10 @@ from firstcontact.models import Rig, Touches
 from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
 from firstcontact.signal import resample, samples_in
-from firstcontact_lab.report.tables import markdown_lines
+from firstcontact_lab.report.tables import fill, markdown_table
 
 RESULTS = Path(__file__).parent / "results" / "out_of_range.json"
 PAGE = Path(__file__).parent / "reference" / "lab-notes.md"
-TABLE = re.compile(
-    r"(?P<open><!-- out_of_range -->\n).*?(?P<close><!-- /out_of_range -->)", re.DOTALL
-)
 #: Times after the contact, ms.
 TIMES = (3, 5, 15)
 #: Number of signals of each made-up kind, number of rigs of each family, and random seed.
@@ -238,7 +234,7 @@ def measured(data: Path | None) -> dict[str, Any]:
 def table(rows: dict[str, Any]) -> str:
     """Return the rows as Markdown."""
     head = ["", "n", *(f"{ms} ms" for ms in TIMES)]
-    lines = [head, ["---"] * len(head)]
+    lines = []
     for group, title in (
         ("touches", "**Touches of simulated rigs** (false)"),
         ("others", "**Other signals** (found)"),
@@ -247,13 +243,13 @@ def table(rows: dict[str, Any]) -> str:
         for name, row in rows[group].items():
             cells = [f"{100 * share:.1f} %" for share in row["rig"]]
             lines.append([name, str(row["n"]), *cells])
-    return markdown_lines(lines)
+    return markdown_table(" | ".join(head), lines)
 
 
 def filled(text: str) -> str:
     """Return the page with its table in place."""
-    made = table(json.loads(RESULTS.read_text(encoding="utf-8")))
-    return TABLE.sub(lambda m: f"{m['open']}\n{made}\n{m['close']}", text)
+    rows = json.loads(RESULTS.read_text(encoding="utf-8"))
+    return fill(text, "signals", {"out_of_range": table(rows)})
 
 
 def main() -> None:

@@ -28,8 +28,10 @@ from firstcontact_lab.report.tables import (
     Line,
     Row,
     Table,
+    fill,
     format_cell,
     markdown,
+    markdown_table,
     optional,
     row_table,
 )
@@ -42,10 +44,6 @@ from firstcontact_lab.study.sets import noise_tables, overview
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results"
-TABLE = re.compile(
-    r"(?P<open><!-- numbers: (?P<name>\w+) -->\n).*?(?P<close><!-- /numbers -->)", re.DOTALL
-)
-
 #: Tables of the grasp study, as its report has them.
 GRASP: Mapping[str, Callable[[Household], Table]] = {
     "grasp": grasp_page.policies_table,
@@ -141,22 +139,12 @@ def study_tables(path: Path) -> dict[str, str]:
 def ratio_table(path: Path) -> str:
     """Return the ratios of all benchmarks and the machine that they ran on."""
     run = json.loads(path.read_text(encoding="utf-8"))
-    lines = [
-        f"| `benchmarks/{program}.py` | {what} | {ratio:.{0 if ratio >= 10 else 2}f} |"
-        for program, what, ratio in (
-            (*name.split(": ", 1), ratio) for name, ratio in run["ratios"].items()
-        )
-    ]
+    rows = []
+    for name, ratio in run["ratios"].items():
+        program, what = name.split(": ", 1)
+        rows.append((f"`benchmarks/{program}.py`", what, f"{ratio:.{0 if ratio >= 10 else 2}f}"))
     machine = f"{run['cores']} cores of {run['machine']}, {sum(run['seconds'].values()):.0f} s"
-    return "\n".join(
-        [
-            f"One run on {machine}:\n",
-            "| program | what | times as fast |",
-            "|---|---|---|",
-            *lines,
-            "",
-        ]
-    )
+    return f"One run on {machine}:\n\n{markdown_table('program | what | times as fast', rows)}"
 
 
 def tables(results: Path) -> dict[str, str]:
@@ -207,19 +195,14 @@ def copy(source: Path, name: str) -> None:
 
 
 def filled(text: str, made: dict[str, str]) -> str:
-    """Return a page with its tables in place.
-
-    Raises
-    ------
-    KeyError
-        The page names a table that does not exist.
-    """
-    return TABLE.sub(lambda m: f"{m['open']}\n{made[m['name']]}\n{m['close']}", text)
+    """Return a page with its tables in place. A name that no table has is a KeyError."""
+    return fill(text, "numbers", made)
 
 
 def pages(root: Path) -> list[Path]:
-    """Return the pages that may contain tables."""
-    return [root / "README.md", *sorted(root.glob("docs/**/*.md"))]
+    """Return the pages with tables of results."""
+    pages = (root / "README.md", *sorted(root.glob("docs/**/*.md")))
+    return [page for page in pages if "<!-- numbers: " in page.read_text(encoding="utf-8")]
 
 
 def main() -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import mesh
 from dimensions import NOMINAL as D
-from markdown_tables import table
+
+from firstcontact_lab.report.tables import markdown_table
 
 PARTS = Path(__file__).resolve().parent / "mount"
 #: Density of PETG, g/mm³: 1.27 g/cm³ in data sheets.
@@ -51,14 +52,16 @@ def print_table() -> str:
         ),
         ("screws", "M2, 3 mm longer than your finger's plate is thick"),
     ]
-    parts = table("part | copies | size, mm | solid weight | measure, mm, each ± 0.1", rows)
-    return parts + "\n\n" + table("what | value", settings)
+    parts = markdown_table(
+        "part | copies | size, mm | solid weight | measure, mm, each ± 0.1", rows
+    )
+    return parts + "\n" + markdown_table("what | value", settings)
 
 
 def pour_table() -> str:
     """Return what a poured pad should be."""
     over = D.pad_thickness + D.dimple_height
-    return table(
+    return markdown_table(
         "check | should be | otherwise",
         [
             (
@@ -87,7 +90,7 @@ def fit_table() -> str:
     """Return what the glued fingertip should measure."""
     added = D.disc_thickness + D.board_glue
     least, most = (round((D.press_gap + sign * D.board_tolerance) / D.paper) for sign in (-1, 1))
-    return table(
+    return markdown_table(
         "check | should be",
         [
             ("board with its disc, thicker than the board alone by", f"{added:g} ± 0.05 mm"),

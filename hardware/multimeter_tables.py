@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 from circuit import CABLE, FINGERS, TEENSY, Kind, parts
-from markdown_tables import table
+
+from firstcontact_lab.report.tables import markdown_table
 
 PARTS = {part.reference: part for part in parts()}
 #: Where each net of a finger can be touched, on its connector, clamp, amplifier and the Teensy.
@@ -109,4 +110,4 @@ def _table(rows: list[tuple[str, ...]]) -> str:
         if value != other:
             raise ValueError(f"the fingers differ: {index}, {thumb}")
         cells.append((a, "the same" if a == b else b, value))
-    return table("index | thumb | should read", cells)
+    return markdown_table("index | thumb | should read", cells)

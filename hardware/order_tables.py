@@ -7,8 +7,9 @@ from boards import FOLDER
 from circuit import ACCESSORIES
 from fingertip_layout import FINGERTIP, THICKNESS
 from layout import CLEARANCE, DRILL, VIA, Layout
-from markdown_tables import table
 from sexpr import all_of, numbers, one_of, parse
+
+from firstcontact_lab.report.tables import markdown_table
 
 
 def _narrowest(layout: Layout) -> float:
@@ -39,10 +40,10 @@ def order_table() -> str:
         ("stencil", "optional, front only", "none: no solder paste"),
         ("impedance, gold fingers, castellated holes", "no", "no"),
     ]
-    return table("setting | amplifier | fingertip", rows)
+    return markdown_table("setting | amplifier | fingertip", rows)
 
 
 def accessories_table() -> str:
     """Return what belongs to the boards and is not soldered to them, as Markdown."""
     rows = ((name, str(count), what) for name, count, what in ACCESSORIES)
-    return table("what | how many | what for", rows)
+    return markdown_table("what | how many | what for", rows)

@@ -14,7 +14,6 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-import markdown_tables
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +21,7 @@ from firstcontact.collect.force_fit import Weighing, fit_force
 from firstcontact.core.calibration import ForceCurve
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, Finger
 from firstcontact.twin.mechanics import VelostatParameters
+from firstcontact_lab.report.tables import fill, markdown_table
 
 ROWS, COLUMNS = 3, 2
 SHEET = VelostatParameters()
@@ -123,14 +123,12 @@ def table(pinches: int = 2000, seed: int = 1) -> str:
         unloaded, total, distance = errors(method, pinches, seed)
         rows.append((method, f"{unloaded:.2f} N", f"{100 * total:.1f} %", f"{distance:.2f} mm"))
     head = "method | an unloaded taxel reads | error of the sum, RMS | error of the centre, RMS"
-    return markdown_tables.table(head, rows)
+    return markdown_table(head, rows)
 
 
 def filled(text: str) -> str:
     """Return the page with its table replaced."""
-    if (count := text.count("<!-- hardware: taxels -->")) != 1:
-        raise ValueError(f"{PAGE} has {count} places for the table")
-    return markdown_tables.fill(text, {"taxels": table()})
+    return fill(text, "hardware", {"taxels": table()})
 
 
 if __name__ == "__main__":

@@ -13,11 +13,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 from circuit import FINGERS, TEENSY, Kind, parts
-from markdown_tables import fill, table
 from mount_tables import fit_table, pour_table, print_table
 from multimeter_tables import resistors_table
 from order_tables import accessories_table, order_table
 from simulate import Board, check, measure, twin_response
+
+from firstcontact_lab.report.tables import fill, markdown_table
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD, CIRCUIT = (
@@ -48,7 +49,7 @@ def parts_table() -> str:
         mark = source if source == "paper" else f"**{source}**"
         purpose = purposes[value, number, source]
         cells.append((", ".join(names), value, number, purpose, mark))
-    return table("parts | value | number | what for | from", cells)
+    return markdown_table("parts | value | number | what for | from", cells)
 
 
 def pins_table() -> str:
@@ -64,7 +65,7 @@ def pins_table() -> str:
         if net in words:
             analog = f" (A{int(pin) - 14})" if int(pin) >= 14 else ""
             cells.append((f"{pin}{analog}", *words[net]))
-    return table("pin | finger | goes to", cells)
+    return markdown_table("pin | finger | goes to", cells)
 
 
 #: Table of the simulated circuit, filled from the fields of ``simulate.Board``.
@@ -109,7 +110,7 @@ def filled(text: str, board: Board) -> str:
         "fit": fit_table(),
         "resistors": resistors_table(),
     }
-    return fill(text, tables)
+    return fill(text, "hardware", tables)
 
 
 def read_results() -> Board:

@@ -74,10 +74,6 @@ def test_a_disc_on_a_sound_card_has_no_fingers() -> None:
         check_fingertips(source)
 
 
-def test_page_has_the_stored_results() -> None:
-    assert script.filled(script.PAGE.read_text("utf-8")) == script.PAGE.read_text("utf-8")
-
-
 def test_all_faults_are_measured_and_misses_are_marked() -> None:
     rows = json.loads(Path(script.RESULTS).read_text("utf-8"))["faults"]
     assert set(rows) == {"", *FAULTS}

@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-import write_household as script
 from pages import ROOT
 
 from firstcontact.twin.household import HOLD, LIGHT, LOOSE_HOLD, SCATTER
 from firstcontact_lab.grasping._judgement import FRICTIONS, LIMITS, MASSES
-
-
-def test_its_tables_are_those_of_the_data() -> None:
-    text = script.PAGE.read_text(encoding="utf-8")
-    assert script.TABLE.search(text)
-    assert text == script.filled(text), "run python docs/write_household.py"
 
 
 def test_its_scatters_and_variations_are_those_of_the_code() -> None:

@@ -1,4 +1,4 @@
-"""The force array as a network, the closed form that solves it, and the table of decision 0023."""
+"""The force array as a network, the closed form that solves it."""
 
 from __future__ import annotations
 
@@ -19,11 +19,6 @@ loads = st.lists(st.floats(0.0, 12.0), min_size=6, max_size=6)
 def in_siemens(volts: np.ndarray) -> np.ndarray:
     """Return the conductance of each taxel if it were alone in its column, S."""
     return volts / (ADC_VOLTS - volts) / SHEET.resistor
-
-
-def test_page_has_the_table() -> None:
-    page = taxels.PAGE.read_text(encoding="utf-8")
-    assert taxels.filled(page) == page
 
 
 def test_twin_calibration_and_board_have_one_divider() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -276,14 +277,26 @@ def lifted(
 
 
 def markdown(table: Table) -> str:
-    lines = [list(table.head), ["---"] * len(table.head)]
-    lines += [[_written(cell) for cell in line.cells] for line in table.lines]
-    return markdown_lines(lines)
+    rows = ([_written(cell) for cell in line.cells] for line in table.lines)
+    return markdown_table(" | ".join(table.head), rows)
 
 
-def markdown_lines(lines: Iterable[Sequence[str]]) -> str:
-    """Return lines of cells as Markdown. The second line separates the head from the rest."""
-    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+def markdown_table(head: str, rows: Iterable[Sequence[str]]) -> str:
+    """Return a table as Markdown. The head has its columns between bars."""
+    columns = head.split(" | ")
+    lines = (columns, ["---"] * len(columns), *rows)
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
+
+def fill(text: str, kind: str, made: Mapping[str, str]) -> str:
+    """Return a page with new text between each ``<!-- KIND: NAME -->`` and ``<!-- /KIND -->``."""
+    pattern = rf"(<!-- {kind}: (\w+) -->\n).*?(<!-- /{kind} -->)"
+    page, count = re.subn(
+        pattern, lambda m: f"{m[1]}\n{made[m[2]].rstrip()}\n\n{m[3]}", text, flags=re.DOTALL
+    )
+    if not count:
+        raise ValueError(f"the page has no place for a table: <!-- {kind}: NAME -->")
+    return page
 
 
 def plain_lines(table: Table, *, small: bool = False) -> list[str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from firstcontact.core.display import FAMILIAR
 from firstcontact.twin.household import HOUSEHOLD, HOUSEHOLD_SOURCES, Quantity
 from firstcontact_lab.report.tables import fill, markdown_table
 
@@ -34,7 +35,7 @@ def _cell(quantity: Quantity | None, factor: float, marks: dict[str, int]) -> st
 
 
 def tables() -> dict[str, str]:
-    """Return the table of objects, and the numbered list of sources."""
+    """Return the tables of objects, and the numbered list of sources."""
     marks = {key: i + 1 for i, key in enumerate(HOUSEHOLD_SOURCES)}
     heads = ["object", "group", "origin", *(title for title, _ in SHOWN.values())]
     rows = []
@@ -45,7 +46,11 @@ def tables() -> dict[str, str]:
         f"{marks[s.key]}. {s.authors} ({s.year}). *{s.title}*. {s.where}."
         for s in HOUSEHOLD_SOURCES.values()
     ]
-    return {"objects": markdown_table(" | ".join(heads), rows), "sources": "\n".join(sources)}
+    return {
+        "objects": markdown_table(" | ".join(heads), rows),
+        "sources": "\n".join(sources),
+        "familiar": markdown_table("object | Shore A | source", FAMILIAR),
+    }
 
 
 def filled(text: str) -> str:

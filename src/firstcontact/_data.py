@@ -114,6 +114,7 @@ def import_recordings(
     events: AnyPath | None = None,
     channels: AnyPath | None = None,
     labels: AnyPath | None = None,
+    find: bool = False,
 ) -> Dataset:
     """Convert files of another format into recordings.
 
@@ -131,8 +132,11 @@ def import_recordings(
         "piezo", "accelerometer", "microphone" or "hydrophone", for a format that does not store
         it.
     events, channels, labels
-        Tables: ``events`` lists the contacts in long files, ``channels`` names the signals, and
-        ``labels`` labels the files.
+        Tables: ``events`` lists the contacts in long files (columns file, onset_s and labels),
+        ``channels`` names the signals, and ``labels`` labels the files (columns file, object,
+        shore_a, session and others). A table ``labels.csv`` in the folder needs no name.
+    find
+        True to cut WAV and FLAC files into one pinch for each contact that is found in them.
 
     Returns
     -------
@@ -157,6 +161,7 @@ def import_recordings(
     >>> len(data), data.source
     (4, 'synthetic')
     """
+    from firstcontact.contact.finder import find_onsets
     from firstcontact.core import VibrationSensor
     from firstcontact.recording import import_path
 
@@ -165,7 +170,8 @@ def import_recordings(
             f"{sensor!r} must be one of {', '.join(VibrationSensor)}", parameter="sensor"
         )
     kind = None if sensor is None else VibrationSensor(sensor)
-    return import_path(path, out, rate, source, kind, events, channels, labels)
+    onsets = find_onsets if find else None
+    return import_path(path, out, rate, source, kind, events, channels, labels, onsets)
 
 
 def simulate(

@@ -224,14 +224,15 @@ def test_source_comes_from_the_file_or_the_option(
     import_path(make(tmp_path, {}, **settings), tmp_path / "o", source=option)
     dataset = load_dataset(tmp_path / "o")
     assert dataset.source == source
-    assert any("--source" in note for note in dataset.notes) == (source == "unknown")
+    assert any("source" in note for note in dataset.notes) == (source == "unknown")
 
 
 @MAKERS
 def test_wrong_sources_are_refused(tmp_path: Path, make: Maker) -> None:
     path = make(tmp_path, {}, source="real")
-    with pytest.raises(InputError, match=r"source .*real.*twin"):
+    with pytest.raises(InputError, match=r"real.*twin") as refused:
         import_path(path, tmp_path / "o", source="twin")
+    assert refused.value.parameter == "source"
     (tmp_path / "other").mkdir()
     with pytest.raises(InputError, match=r"'source' .*'martian'"):
         import_path(make(tmp_path / "other", {}, source="martian"), tmp_path / "o")

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from import_files import npz
 from scipy.io import wavfile
 
+import firstcontact as fc
 from firstcontact.cli.main import main
 from firstcontact.core import Finger
 from firstcontact.recording import import_path, load_dataset
@@ -81,7 +83,7 @@ def test_one_of_many_channels_is_selected(
     many = np.stack([np.arange(SAMPLES, dtype=np.int16) + k for k in range(4)], axis=1)
     wavfile.write(folder / "many.wav", RATE, many)
     path = folder / "many.wav"
-    check_refused(path, "4 channels", "column 'channel'", "--events")
+    check_refused(path, "4 channels", "column 'channel'")
     events = table(folder, "onset_sample", "9000")
     check_refused(path, "column 'channel'", events=events)
     events = table(folder, "onset_sample,channel", "9000,3")
@@ -146,10 +148,57 @@ def test_events_are_for_sound_files_only(
 ) -> None:
     events = table(folder, "onset_s", "1")
     (tmp_path / "some.npz").write_bytes(b"")
-    check_refused(tmp_path / "some.npz", "--events", events=events)
+    check_refused(tmp_path / "some.npz", "events", events=events)
     check_refused(folder / "mono.wav", "none.csv", events=tmp_path / "none.csv")
     other_events = table(folder, "file,onset_s", "stereo.wav,1")
     check_refused(folder / "mono.wav", "no row is for", "mono.wav", events=other_events)
+
+
+def taps(folder: Path, *names: str) -> Path:
+    """Write sound files of three taps each, in both channels within 20 ms."""
+    folder.mkdir()
+    rng = np.random.default_rng(0)
+    tap = 0.5 * np.exp(-np.arange(240) / 40) * np.sin(np.arange(240))
+    for name in names:
+        signal = rng.normal(0, 1e-3, (SAMPLES, 2))
+        for onset in TAPS:
+            signal[onset : onset + 240, 0] += tap
+            signal[onset + 150 : onset + 390, 1] += tap
+        wavfile.write(folder / name, RATE, signal.astype(np.float32))
+    return folder
+
+
+TAPS = (4000, 9000, 15000)
+
+
+def test_each_tap_found_becomes_a_pinch_that_nobody_confirmed(tmp_path: Path) -> None:
+    folder = taps(tmp_path / "in", "eraser.wav", "foam.wav")
+    dataset = fc.import_recordings(folder, tmp_path / "own", find=True)
+    assert dataset.objects.tolist() == ["eraser"] * 3 + ["foam"] * 3
+    assert [pinch.truth for pinch in dataset] == [()] * 6
+    table(folder, "file,shore_a", "eraser.wav,40", "foam.wav,20").rename(folder / "labels.csv")
+    dataset = fc.import_recordings(folder, tmp_path / "labelled", find=True)
+    assert dataset.shore_a.tolist() == [40.0] * 3 + [20.0] * 3
+    contacts = fc.detect(dataset)
+    assert {round(c.sample - p.first_sample, -2) for c, p in zip(contacts, dataset, strict=True)
+            if c is not None} == {600}  # fmt: skip
+    one = fc.import_recordings(folder / "foam.wav", tmp_path / "one", find=True)
+    assert len(one) == 3
+
+
+@pytest.mark.parametrize("kind", ["npz", "events", "silence"])
+def test_contacts_are_only_searched_in_sounds_that_have_some(tmp_path: Path, kind: str) -> None:
+    folder = taps(tmp_path / "in", "eraser.wav")
+    path, options = folder / "eraser.wav", {}
+    if kind == "npz":
+        path = npz(tmp_path)
+    elif kind == "events":
+        options = {"events": table(tmp_path, "onset_s", "1")}
+    else:
+        wavfile.write(path, RATE, np.zeros(SAMPLES, np.int16))
+    with pytest.raises(fc.InputError) as refused:
+        fc.import_recordings(path, tmp_path / "own", find=True, **options)
+    assert refused.value.parameter == ("" if kind == "silence" else "find")
 
 
 def flac(tmp_path: Path, subtype: str = "PCM_16") -> Path:

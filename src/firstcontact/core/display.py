@@ -1,4 +1,4 @@
-"""Colours of figures, and progress bars."""
+"""Colours of figures, familiar objects on the Shore A scale, and progress bars."""
 
 from __future__ import annotations
 
@@ -8,6 +8,17 @@ from contextlib import contextmanager
 # Distinct for colour-blind readers (Okabe and Ito 2008): https://jfly.uni-koeln.de/color/
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY, GREY, INK = "#CC79A7", "#56B4E9", "#8A94A0", "#1F2933"
+
+#: Approximate Shore A of objects that a person knows, the softest first, and its source.
+FAMILIAR = (
+    ("rubber band", 25.0, "chart 1"),
+    ("orange", 36.0, "readings of At First Contact"),
+    ("eraser", 40.0, "our estimate"),
+    ("tennis ball", 45.0, "readings of At First Contact"),
+    ("door seal", 55.0, "charts 1 and 2"),
+    ("tyre tread", 70.0, "chart 1"),
+    ("tap washer", 85.0, "chart 2"),
+)
 
 #: True for a bar on standard error; or a function that is called with the number of steps just
 #: finished; None or False for neither.

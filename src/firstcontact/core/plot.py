@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.display import FAMILIAR
 from firstcontact.core.files import replacing
 from firstcontact.core.installation import missing_modules
 from firstcontact.core.layout import ChannelKind, Finger, finger_name
@@ -75,6 +76,15 @@ def new_axes(figure: Figure) -> Axes:
     return axes
 
 
+def name_hardness(axes: Axes) -> None:
+    """Name familiar objects beside a vertical axis in Shore A."""
+    side = axes.secondary_yaxis("right")
+    names, values, _ = zip(*FAMILIAR, strict=True)
+    side.set_yticks(values, names)
+    side.tick_params(colors=_QUIET, labelsize=8)
+    side.spines[["right"]].set_visible(False)
+
+
 def draw_pinch(pinch: Pinch, figure: Figure, title: str = "") -> NDArray[Any]:
     """Draw all channels of a pinch, one axes for each kind of channel; return the axes."""
     kinds = [kind for kind in _HEIGHTS if pinch.layout.columns(kind)]
@@ -111,7 +121,10 @@ def draw_pinch(pinch: Pinch, figure: Figure, title: str = "") -> NDArray[Any]:
 
 
 def draw_dataset(data: Dataset, figure: Figure) -> Axes:
-    """Draw the vibration after the first contact of up to 60 pinches, coloured by hardness."""
+    """Draw the vibration after the first contact of up to 60 pinches, coloured by hardness.
+
+    If no contact is known, draw whole pinches.
+    """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -119,17 +132,18 @@ def draw_dataset(data: Dataset, figure: Figure) -> Axes:
     labels = data.shore_a[~np.isnan(data.shore_a)]
     ends = (labels.min(), labels.max()) if len(labels) else (0, 100)
     colours = ScalarMappable(Normalize(*ends), "viridis_r")
-    touched = [
-        (pinch, first)
-        for pinch in data
-        if (first := pinch.first) and first.finger in pinch.layout.vibration_fingers
-    ]
-    shown = touched[:: -(-len(touched) // MANY) or 1]
-    for pinch, first in shown:
-        rate, zero = pinch.layout.rate, first.sample - pinch.first_sample
-        column = list(pinch.layout.vibration_fingers).index(first.finger)
-        begin = max(zero - round(SHOWN[0] * rate), 0)
-        values = pinch.vibration()[begin : zero + round(SHOWN[1] * rate), column]
+    fingers, is_known = data.layout.vibration_fingers, any(pinch.first for pinch in data)
+    shown = [p for p in data if not is_known or (p.first and p.first.finger in fingers)]
+    shown = shown[:: -(-len(shown) // MANY) or 1]
+    for pinch in shown:
+        rate, first, values = pinch.layout.rate, pinch.first, pinch.vibration()
+        if first is None:
+            zero = begin = 0
+            values = values[:, np.ptp(values, axis=0).argmax()]
+        else:
+            zero = first.sample - pinch.first_sample
+            begin = max(zero - round(SHOWN[0] * rate), 0)
+            values = values[begin : zero + round(SHOWN[1] * rate), fingers.index(first.finger)]
         hardness = pinch.label.shore_a
         axes.plot(
             (begin - zero + np.arange(len(values))) / rate * 1e3, values, lw=0.6, alpha=0.6,
@@ -140,10 +154,9 @@ def draw_dataset(data: Dataset, figure: Figure) -> Axes:
     if shown:
         sensor = data.layout.vibration[0]
         axes.set_ylabel(f"{sensor.sensor} ({figure_label(sensor.unit, 12)})")
-    axes.set_xlabel("time since first contact (ms)")
-    axes.set_title(
-        f"{len(shown)} of {len(data)} pinches, the finger that touches first", loc="left"
-    )
+    axes.set_xlabel(f"time since {'first contact' if is_known else 'the start of the pinch'} (ms)")
+    which = "finger that touches first" if is_known else "louder finger; no contact is known"
+    axes.set_title(f"{len(shown)} of {len(data)} pinches, the {which}", loc="left")
     return axes
 
 

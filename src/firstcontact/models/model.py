@@ -181,7 +181,8 @@ class Model:
         out = Predictions.empty(firsts)
         for predictor in self.predictors:
             out = predictor.predict(resampled, firsts, latest).filled(out)
-        return replace(out, contacts=given, estimator=self.estimators[0])
+        target = "shore_a" if self.network else self.trained_on.target
+        return replace(out, contacts=given, estimator=self.estimators[0], target=target)
 
     def only(self, estimator: str) -> Model:
         """Return the model with only the predictors of this estimator.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from firstcontact.core.display import BLUE, GREY, ORANGE
-from firstcontact.core.plot import new_axes
+from firstcontact.core.plot import name_hardness, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
     from firstcontact.models._evaluate import Evaluation
     from firstcontact.models.predictions import Predictions
+
+
+#: Label of the axis for each target.
+NAMES = {"shore_a": "Shore A", "hardness_rank": "hardness rank"}
 
 
 def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
@@ -28,7 +32,10 @@ def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
             axes.errorbar(number[rows], value[rows], ends.clip(0), fmt="o", ms=3, lw=0.8,
                           color=colour, label=f"{label} and interval")  # fmt: skip
     axes.set_xlabel("pinch")
-    axes.set_ylabel("predicted value")
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.set_ylabel(NAMES.get(predictions.target, "predicted value"))
+    if predictions.target == "shore_a":
+        name_hardness(axes)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
     return axes
@@ -46,7 +53,8 @@ def draw_evaluation(evaluation: Evaluation, figure: Figure) -> Axes:
         low, high = np.array(ends, float).T
         axes.errorbar(times, values, [values - low, high - values], fmt="o-", ms=4, lw=1,
                       color=colour, label=f"{group.title}, {group.n} pinches")  # fmt: skip
-        axes.set_ylabel("root mean square error" if name == "rmse" else "accuracy")
+        unit = f" ({NAMES[evaluation.target]})"
+        axes.set_ylabel(f"root mean square error{unit}" if name == "rmse" else "accuracy")
     axes.set_xlabel("time since first contact (ms)")
     axes.set_ylim(bottom=0)
     axes.set_title(evaluation.predictor, loc="left")

@@ -44,6 +44,9 @@ class Predictions:
         one); empty if the predictions were made from single contacts.
     estimator
         Name of the estimator that predicted; "" if the predictions were made from single contacts.
+    target
+        "shore_a" or "hardness_rank": what ``value`` is; "" if the predictions were made from single
+        contacts.
 
     Examples
     --------
@@ -62,6 +65,7 @@ class Predictions:
     elapsed: Values
     contacts: Sequence[Contact | None] = ()
     estimator: str = ""
+    target: str = ""
 
     def __len__(self) -> int:
         return len(self.value)
@@ -69,7 +73,8 @@ class Predictions:
     def __repr__(self) -> str:
         """Return number, median and estimator, without the arrays."""
         made = self.value[~np.isnan(self.value)]
-        median = f", median {np.median(made):.3g}" if len(made) else ""
+        unit = " Shore A" if self.target == "shore_a" else ""
+        median = f", median {np.median(made):.3g}{unit}" if len(made) else ""
         by = f" by {self.estimator!r}" if self.estimator else ""
         return f"Predictions({len(made)} of {len(self)} pinches{median}{by})"
 

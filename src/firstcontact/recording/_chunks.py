@@ -94,7 +94,7 @@ def _not_ours(path: Path, start: bytes) -> InputError:
         )
     return InputError(
         f"{path} is not an MCAP file: give a recording, or convert files of other programs with "
-        "`firstcontact import`"
+        "`firstcontact import` (`import_recordings` in Python)"
     )
 
 

@@ -191,8 +191,8 @@ def find_recordings(path: Path) -> list[Path]:
     files = files_below(path, ".mcap")
     if not files:
         raise InputError(
-            f"{path} holds no recording (*.mcap): make some with `firstcontact simulate` or "
-            "`firstcontact import`"
+            f"{path} holds no recording (*.mcap): convert other files with `firstcontact import` "
+            "(`import_recordings` in Python), or make recordings with `firstcontact simulate`"
         )
     return files
 

@@ -33,7 +33,10 @@ from firstcontact.recording.untrusted import library_errors, quote
 BEFORE, AFTER = 0.080, 0.060
 SECONDS, SAMPLE, CHANNEL = "onset_s", "onset_sample", "channel"
 #: Note about a file without a table of contacts.
-NO_CONTACTS = "no contacts are known: give --events, or mark them with `firstcontact label`"
+NO_CONTACTS = (
+    "no contacts are known: import with `find` to cut long files at the contacts found, list the "
+    "contacts in a table of events, or mark them with `firstcontact label`"
+)
 #: Largest track, bytes: more than a hundred thousand labels.
 _LONGEST_TRACK = 1 << 24
 #: Prefix of lines with the frequency range of the label on the line before.

@@ -14,6 +14,7 @@ from firstcontact.core.installation import require_extra
 from firstcontact.recording._formats import IMPORTERS, Importer
 from firstcontact.recording.dataset import pinches_by_session, write_dataset
 from firstcontact.recording.messages import Header
+from firstcontact.recording.sound import Find
 
 _log = logging.getLogger("firstcontact.recording")
 
@@ -27,6 +28,7 @@ def import_path(
     events: AnyPath | None = None,
     channels: AnyPath | None = None,
     labels: AnyPath | None = None,
+    find: Find | None = None,
 ) -> Dataset:
     """Import a file or folder into a new folder of recordings.
 
@@ -45,6 +47,8 @@ def import_path(
         Table that maps the signals of a file to the names that firstcontact uses.
     labels
         Table of the labels of a folder's files, if it lies outside the folder.
+    find
+        Function that finds contacts; with it, each contact in a sound file becomes a pinch.
 
     Returns
     -------
@@ -60,16 +64,21 @@ def import_path(
     path, out = given_path(path), resolved(given_path(out, "out"))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise InputError(f"{out} exists and is not an empty folder: choose another one")
+            raise InputError(
+                f"{out} exists and is not an empty folder: choose another one, or load its "
+                "recordings"
+            )
     except OSError as error:
         raise _unwritable(out, error) from error
     named = {"events": events, "channels": channels, "labels": labels}
     tables = {name: Path(table) for name, table in named.items() if table is not None}
     importer = find_importer(path, rate, tables)
     if sensor is not None and "sensor" not in importer.options:
-        raise InputError(f"{path} states its sensor: leave --sensor out")
+        raise InputError(f"{path} states its sensor: leave this out", parameter="sensor")
+    if find is not None and "find" not in importer.options:
+        raise InputError(f"{path} is no sound: leave this out", parameter="find")
     require_extra(importer)
-    given = {"sensor": sensor, **dict.fromkeys(named), **tables}
+    given = {"sensor": sensor, "find": find, **dict.fromkeys(named), **tables}
     options = {name: value for name, value in given.items() if name in importer.options}
     _log.info("importing %s as %s", path, importer.name)
     with IMPORTERS.calling(importer.name):
@@ -113,17 +122,19 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
                 importer = IMPORTERS[name]
                 break
     if importer is None and tables:
-        options = " and ".join(f"--{name}" for name in tables)
+        options = " and ".join(tables)
         able = [i.title for i in IMPORTERS.values() if set(tables) <= set(i.options)]
         remedy = f"give {' or '.join(able)}, or leave {options} out" if able else "leave one out"
-        raise InputError(f"{options} does not apply to {path}: {remedy}")
+        raise InputError(f"{path} needs no table of {options}: {remedy}")
     if importer is None and path.is_dir():
         if not any(path.iterdir()):
             raise InputError(f"{path} is an empty folder: check the path")
         importer = next((i for i in IMPORTERS.values() if i.marker is not None), None)
     if rate is not None and (importer is None or "rate" not in importer.options):
         titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
-        raise InputError(f"{path} states its rate: leave --rate out (it is for {titles})")
+        raise InputError(
+            f"{path} states its rate: leave this out (it is for {titles})", parameter="rate"
+        )
     if importer is None:
         if path.suffix == ".mcap":
             raise InputError(f"{path} is already a recording: use it without importing it")
@@ -138,13 +149,13 @@ def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     """Return the dataset with its source: the one that the file states, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
         raise InputError(
-            f"{path} states the source {dataset.source}, but --source is {source}: leave "
-            "--source out, or correct the file"
+            f"{path} states {dataset.source}, not {source}: leave this out, or correct the file",
+            parameter="source",
         )
     dataset = replace(dataset, source=source or dataset.source)
     if dataset.source != "unknown":
         return dataset
-    note = "the source of the data is unknown: import them with --source to state it"
+    note = "the source of the data is unknown: state it with `source`"
     return replace(dataset, notes=(*dataset.notes, note))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -12,15 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, Layout, VibrationSensor
-from firstcontact.core.files import open_regular, read_regular
+from firstcontact.core import ChannelKind, Dataset, InputError, Layout, VibrationSensor
+from firstcontact.core.files import files_below, open_regular, read_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import make_dataset, note_unknown
 from firstcontact.recording.events import (
+    AFTER,
     CHANNEL,
     NO_CONTACTS,
+    Event,
     event_labels,
     find_events,
     read_events,
@@ -38,6 +40,8 @@ LONGEST = (1 << 32) - 1
 FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
 
 Sound = tuple[float, NDArray[Any]]
+#: Function that returns the contacts found in signals, shape (samples, channels), of a rate in Hz.
+Find = Callable[[NDArray[np.float64], float], Sequence[Any]]
 
 
 def import_wav(
@@ -45,23 +49,27 @@ def import_wav(
     rate: float | None = None,
     sensor: VibrationSensor | None = None,
     labels: Path | None = None,
+    find: Find | None = None,
 ) -> Dataset:
-    """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``."""
+    """Import every WAV file below a folder as one pinch, or as one for each contact found."""
     path = labels or folder / LABELS
+    notes = []
     if labels is None and not path.exists():
-        raise InputError(
-            f"{folder} has no {LABELS}: add it, name a table of labels elsewhere with --labels, or "
-            "a table of the contacts in long files with --events"
-        )
-    table = read_columns(path)
-    files = match_each_file(folder, table, ".wav")
+        files = files_below(folder, ".wav")
+        if not files:
+            raise InputError(f"{folder} holds no .wav file: check the path")
+        table = Table(path, {"object": [file.stem for file in files]}, range(len(files)), "file")
+        notes = [f"{folder.name} has no {LABELS}: the names of the files were taken as objects"]
+    else:
+        table = read_columns(path)
+        files = match_each_file(folder, table, ".wav")
     layout, signals = _alike(files, [read_sound(file) for file in files], sensor)
     for row, cell in enumerate(table.get("sample_rate_hz", [])):
         if check_rate(f"{path}: sample_rate_hz of {table.place(row)}", cell) != layout.rate:
             reason = f"but {files[row].name} has {layout.rate:g} Hz"
             raise table.refusal("sample_rate_hz", row, reason)
-    notes = note_unknown(table, set(table) - {"sample_rate_hz"})
-    return make_dataset(table, signals, layout, notes=notes)
+    notes += note_unknown(table, set(table) - {"sample_rate_hz"})
+    return _found(table, files, signals, layout, find, notes)
 
 
 def import_events(
@@ -69,12 +77,15 @@ def import_events(
     rate: float | None = None,
     sensor: VibrationSensor | None = None,
     events: Path | None = None,
+    find: Find | None = None,
 ) -> Dataset:
     """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files."""
     if events is None:
         layout, signals = _alike([path], [read_sound(path)], sensor)
         table = Table(path, {"session": [path.stem]}, [0], "pinch")
-        return make_dataset(table, signals, layout, notes=[NO_CONTACTS])
+        return _found(table, [path], signals, layout, find, [])
+    if find is not None:
+        raise InputError(f"{events} lists the contacts: leave this out", parameter="find")
     table = read_events(events)
     files, of_rows, notes = _files(path, table)
     sounds = [read_sound(file) for file in files]
@@ -91,6 +102,42 @@ def import_events(
         given["session"] = [files[event.file].stem for event in contacts]
         notes.append("the table names no sessions: each sound file was taken as one")
     return make_dataset(given, cuts, layout, notes=[*notes, *left_out])
+
+
+def _found(
+    table: Table,
+    files: Sequence[Path],
+    signals: Sequence[NDArray[Any]],
+    layout: Layout,
+    find: Find | None,
+    notes: list[str],
+) -> Dataset:
+    """Return one pinch for each file, or for each contact that ``find`` finds in the files."""
+    if find is None:
+        has_contacts = "first_contact" in table or "pre_trigger_samples" in table
+        notes += [] if has_contacts else [NO_CONTACTS]
+        return make_dataset(table, signals, layout, notes=notes)
+    columns, merged = layout.columns(ChannelKind.VIBRATION), AFTER * layout.rate
+    events: list[Event] = []
+    for number, signal in enumerate(signals):
+        for onset in find(layout.physical(signal, columns), layout.rate):
+            last = events[-1] if events else None
+            if last is None or last.file != number or onset.sample - last.sample > merged:
+                events.append(Event(number, number, None, onset.sample))
+    counts = [sum(event.file == number for event in events) for number in range(len(files))]
+    if 0 in counts:
+        raise InputError(
+            f"{files[counts.index(0)]} has no contact that is clearly louder than its noise: leave "
+            "it out, or list its contacts in a table of events"
+        )
+    starts, stops = spans(events, [len(signal) for signal in signals], layout.rate)
+    cuts = [signals[e.file][a:b] for e, a, b in zip(events, starts, stops, strict=True)]
+    each = " to ".join(map(str, sorted({min(counts), max(counts)})))
+    notes.append(
+        f"{counted(len(events), 'contact')} found in {counted(len(files), 'file')} "
+        f"({each} a file); no person has confirmed them"
+    )
+    return make_dataset(table.of_rows([e.row for e in events]), cuts, layout, notes=notes)
 
 
 def _files(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], list[str]]:
@@ -122,15 +169,14 @@ def _alike(
         if not 1 <= channels <= 2:
             raise InputError(
                 f"{file} has {channels} channels, but at most two (index finger and thumb) can be "
-                "imported: choose one in the column 'channel' of a table of contacts "
-                "(--events)"
+                "imported: choose one in the column 'channel' of a table of events"
             )
         if (other, data.dtype, channels) != (rate, first.dtype, width):
             raise InputError(
                 f"{file} has {counted(channels, 'channel')} of {data.dtype} at {other:g} Hz, "
                 f"but {files[0].name} has {width} of {first.dtype} at {rate:g} Hz: convert one, "
                 "import them separately, or choose one channel in the column 'channel' of a table "
-                "of contacts (--events)"
+                "of events"
             )
     check_rate(f"{files[0]}: the sample rate", rate)
     kind = sensor or VibrationSensor.MICROPHONE
@@ -205,12 +251,12 @@ WAV = Importer(
     f"a folder of WAV files with {LABELS}",
     import_wav,
     marker=LABELS,
-    options=("sensor", "labels"),
+    options=("sensor", "labels", "find"),
 )
 EVENTS = Importer(
     "events",
-    "a .wav or .flac file, or a folder of them with --events",
+    "a .wav or .flac file, or a folder of them with a table of events",
     import_events,
     suffixes=SUFFIXES,
-    options=("sensor", "events"),
+    options=("sensor", "events", "find"),
 )

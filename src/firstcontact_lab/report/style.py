@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Layout
 from firstcontact.core.display import INK
-from firstcontact.core.plot import PLAIN, figure_label
+from firstcontact.core.plot import PLAIN, figure_label, name_hardness
 from firstcontact.models.scores import Ends
 from firstcontact_lab.report.findings import Figure
 
@@ -153,6 +153,7 @@ def box_figure(
         ax.hlines(truths, places - 0.46, places + 0.46, color=INK, lw=2.5, label="true value")
         ax.set_xticks(places, list(groups), rotation=30, ha="right")
         ax.set(xlabel=axis, ylabel="Estimated Shore A")
+        name_hardness(ax)
         ax.grid(axis="x", visible=False)
         ax.legend(loc="upper left")
         return Figure(key, title, caption, uri(figure))

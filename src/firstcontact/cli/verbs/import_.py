@@ -51,6 +51,9 @@ class Import:
     labels: Annotated[Path | None, UNSTORED] = None
     """CSV file with a row of labels per file; labels.csv by default."""
 
+    find: Annotated[bool, UNSTORED] = False
+    """Cut sound files into one pinch for each contact found in them."""
+
     def run(self) -> None:
         """Import the files. Print their content, and assumptions about them."""
         from firstcontact import import_recordings
@@ -64,6 +67,7 @@ class Import:
             events=self.events,
             channels=self.channels,
             labels=self.labels,
+            find=self.find,
         )
         layout = dataset.layout
         sessions = len(set(dataset.sessions.tolist()))

@@ -46,10 +46,11 @@ def tables() -> dict[str, str]:
         f"{marks[s.key]}. {s.authors} ({s.year}). *{s.title}*. {s.where}."
         for s in HOUSEHOLD_SOURCES.values()
     ]
+    familiar = [(name, f"{shore_a:g}", source) for name, shore_a, source in FAMILIAR]
     return {
         "objects": markdown_table(" | ".join(heads), rows),
         "sources": "\n".join(sources),
-        "familiar": markdown_table("object | Shore A | source", FAMILIAR),
+        "familiar": markdown_table("object | Shore A | source", familiar),
     }
 
 

@@ -16,7 +16,7 @@ FAMILIAR = (
     ("eraser", 40.0, "our estimate"),
     ("tennis ball", 45.0, "readings of At First Contact"),
     ("door seal", 55.0, "charts 1 and 2"),
-    ("tyre tread", 70.0, "chart 1"),
+    ("car tyre", 70.0, "chart 1"),
     ("tap washer", 85.0, "chart 2"),
 )
 

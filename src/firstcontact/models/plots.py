@@ -32,7 +32,7 @@ def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
             axes.errorbar(number[rows], value[rows], ends.clip(0), fmt="o", ms=3, lw=0.8,
                           color=colour, label=f"{label} and interval")  # fmt: skip
     axes.set_xlabel("pinch")
-    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.locator_params(axis="x", integer=True)
     axes.set_ylabel(NAMES.get(predictions.target, "predicted value"))
     if predictions.target == "shore_a":
         name_hardness(axes)

@@ -22,7 +22,6 @@ SHOWN = [
     *(ROOT / "docs").rglob("*.md"),
     *(ROOT / "docs").rglob("*.py"),
     *(ROOT / "benchmarks").rglob("*.py"),
-    *(ROOT / "tests" / "plugins" / "example").rglob("*.py"),
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
 ]

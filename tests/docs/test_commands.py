@@ -1,4 +1,4 @@
-"""Documented commands run: here, or in the place that ``ELSEWHERE`` names.
+"""Documented commands run, or have the options, targets and scripts that they name.
 
 The fences of a page run one after the other, in one folder that holds only ``examples/``. A page
 stops at the first failure. A comment on the line before a ``sh`` fence states when it runs:
@@ -8,7 +8,7 @@ stops at the first failure. A comment on the line before a ``sh`` fence states w
 - ``<!-- slow -->``: with ``make test-slow``;
 - ``<!-- data -->``: with the normal tests, if the real impacts exist (``FIRSTCONTACT_DATA``);
 - ``<!-- disc -->``: by ``test_two_euro_disc.py``, if there is a sound input;
-- ``<!-- elsewhere -->``: not here; each of its commands has a line in ``ELSEWHERE``.
+- ``<!-- elsewhere -->``: not here, because it builds an environment, takes long or needs hardware.
 
 Python in ``python`` fences runs too, each fence separately.
 
@@ -33,94 +33,6 @@ import forked
 from firstcontact.cli.options import parse_options
 from firstcontact.cli.verbs import configuration
 
-#: Commands that build an environment or take long, and what runs them.
-ELSEWHERE = {
-    "firstcontact live --device twin --hand twin --page": "tests/cli/test_live.py",
-    "git clone ADDRESS firstcontact": "by hand: the reader knows the address",
-    "cd firstcontact": "as above",
-    "firstcontact label long --out labelled": "tests/collect/test_label_page.py",
-    "firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-object 0": (
-        "tests/docs/test_docstrings.py, which also runs the examples"
-    ),
-    "python examples/biotac_tables.py biotac_hold/data labels.csv channels.csv": (
-        "tests/recording/test_recording_mat.py, where the recordings are"
-    ),
-    "firstcontact import biotac_hold/data --labels labels.csv --channels channels.csv "
-    "--source real --out held": "tests/recording/test_recording_mat.py, where the recordings are",
-    "my-trigger | firstcontact live --device /dev/ttyACM0 --model model --hand ability "
-    "--hand-port /dev/ttyUSB0": "tests/cli/test_live.py",
-    "sudo adduser $USER dialout": "by hand, once on a machine with a device",
-    "firstcontact replay pinches/blocks-01.mcap --link fingertip": "tests/cli/test_replay.py",
-    "firstcontact pretrain --out network --work pretraining": (
-        "by hand: it makes the weights of the package; small: tests/lab/verbs/test_pretrain.py"
-    ),
-    "firstcontact simulate --out twin --condition everyday --pinches-per-block 60 "
-    "--pinches-per-object 30 --seed 7": "by hand: the pinches of the package's detector",
-    "firstcontact train twin --out detector --detector-only": (
-        "by hand: it makes the detector of the package"
-    ),
-    'python docs/write_out_of_range.py --measure --data "$FIRSTCONTACT_DATA"': (
-        "by hand before a release: it makes the table of out-of-range signals"
-    ),
-    "firstcontact flash-model model --device /dev/ttyACM0": "tests/firmware/test_flash_model.py",
-    "firstcontact live --device /dev/ttyACM0 --model model": "tests/firmware/test_hand_answers.py",
-    "make study": "by hand before a release: it makes docs/results/study.json",
-    "firstcontact grasp-study": "by hand before a release: it makes docs/results/grasp.json",
-    "make real": "by hand before a release: it makes docs/results/real.json",
-    "make embedded": "by hand before a release: it makes docs/results/embedded.json",
-    "make quick-embedded": ".ci/run",
-    "make readme-numbers": "by hand before a release; its script: tests/docs/test_tables.py",
-    "make test": ".ci/run",
-    "make lint": ".ci/run",
-    "make types": ".ci/run",
-    "make layers": ".ci/run",
-    "make docs": ".ci/run",
-    "make quick": ".ci/run",
-    "make test-slow": "by hand before a release",
-    "make fuzz": "by hand: tests/fuzz runs some hundred inputs",
-    "make mutation": "by hand: it takes an hour",
-    "make soak": "by hand: tests/soak runs two minutes with the slow tests",
-    "make bench": "by hand: its numbers are in docs/reference/lab-notes.md",
-    "make wheel": "by hand before a release; wheels: tests/cli/test_install.py",
-    "make install": "each other target runs its recipe",
-    "make format": "by hand",
-    "make constraints": "by hand, when versions are raised",
-    ".ci/run": "itself",
-    "make -C firmware sketch-folder": "tests/firmware/test_sketch.py",
-    "make -C firmware sketch": "tests/firmware/test_sketch.py",
-    "make -C firmware native": "tests/firmware/conftest.py",
-    "make -C firmware size": "by hand: it makes the table of docs/reference/firmware.md",
-    "make -C firmware test": "make test runs these, too",
-    "firmware/build/firstcontact-device --scans twin.scans": "tests/firmware/test_native_device.py",
-    "firmware/build/firstcontact-device --scans twin.scans --models models.flash": (
-        "tests/firmware/test_flash_model.py"
-    ),
-    "make -C firmware sketch-native": "tests/firmware/test_teensy.py",
-    (
-        "firmware/build/firstcontact-teensy --scans twin.scans --flash teensy.flash --unread yes "
-        "--serial1 lines.txt"
-    ): "tests/firmware/test_teensy.py",
-    "apt install gcc g++ libc6-dev make": ".ci/run, where they are missing",
-    "apt install --no-install-recommends gcc-arm-none-eabi libnewlib-arm-none-eabi": (
-        ".ci/run, where they are missing"
-    ),
-    "apt install --no-install-recommends qemu-system-arm": ".ci/run, where it is missing",
-    "pip install .": "tests/cli/test_install.py",
-    "pip install '.[foxglove]'": "make test, in editable form",
-    "firstcontact live --device twin --foxglove": "tests/streaming/test_foxglove.py",
-    "pip install '.[audio,live]'": "make test, in editable form",
-    "sudo apt install libportaudio2": ".ci/run, where it is missing",
-    "pip install '.[live]'": "tests/cli/test_install.py",
-    "pip install '.[study,live]'": "make test, in editable form",
-    "pip install torch --index-url https://download.pytorch.org/whl/cpu": "make, where it can",
-    "make test-install": ".ci/run",
-    "make test-oldest": "by hand, when a lower bound changes",
-    "pip install '.[study,cluster]'": "make test, in editable form",
-    "dask scheduler --host 10.0.0.1 --port 8786": "tests/dask_cluster.py",
-    "dask worker tcp://10.0.0.1:8786 --nworkers auto --nthreads 1": "tests/dask_cluster.py",
-    "firstcontact study --cluster tcp://10.0.0.1:8786": "tests/cli/test_cluster.py",
-    "make live": "tests/cli/test_live.py runs its command",
-}
 MARKS = {"", "slow", "data", "disc", "elsewhere"}
 LANGUAGES = {"sh", "python", "pycon", "text", "json", "toml", ""}
 ALL = [fence for page in PAGES for fence in fences(page)]
@@ -288,22 +200,14 @@ def test_no_command_hides_in_another_fence() -> None:
         assert not hidden, f"{name(fence.page)}:{fence.line}: {hidden}"
 
 
-def test_what_runs_elsewhere_is_listed_and_the_list_has_no_more() -> None:
-    displayed = {c for f in ALL if f.mark == "elsewhere" for c in f.commands}
-    assert displayed - set(ELSEWHERE) == set()
-    assert {c for c, place in ELSEWHERE.items() if c not in displayed} == set()
+def test_make_targets_and_scripts_exist() -> None:
+    commands = {c for f in ALL if f.language == "sh" for c in f.commands}
+    for words in map(str.split, commands):
+        if words[0] == "make":
+            process = subprocess.run(
+                [*words, "--dry-run"], cwd=ROOT, capture_output=True, text=True
+            )
+            assert process.returncode == 0, process.stderr
+        elif words[0] == "python" and words[1].endswith(".py"):
+            assert (ROOT / words[1]).is_file() or (ROOT / "examples" / words[1]).is_file(), words
     assert set(LONG_PAGES) <= {name(page) for page in pages_with("")}
-
-
-@pytest.mark.parametrize("command", [c for c in ELSEWHERE if c.startswith("make ")])
-def test_make_targets_exist(command: str) -> None:
-    process = subprocess.run(
-        [*command.split(), "--dry-run"], cwd=ROOT, capture_output=True, text=True
-    )
-    assert process.returncode == 0, process.stderr
-
-
-@pytest.mark.parametrize("command", [c for c, place in ELSEWHERE.items() if place == ".ci/run"])
-def test_ci_runs_what_it_is_said_to_run(command: str) -> None:
-    lines = (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
-    assert any(line.split()[: len(command.split())] == command.split() for line in lines)

@@ -6,7 +6,7 @@ import ast
 import re
 import sys
 import tomllib
-from collections.abc import Iterator
+from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -32,14 +32,17 @@ def normal(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def imported() -> Iterator[tuple[str, Path]]:
+@cache
+def imported() -> dict[str, Path]:
     """Return each package that is imported in ``src``, with a file that imports it."""
+    modules: dict[str, Path] = {}
     for file in sorted((ROOT / "src").rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.Import):
-                yield from ((alias.name.partition(".")[0], file) for alias in node.names)
+                modules |= {alias.name.partition(".")[0]: file for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                yield node.module.partition(".")[0], file
+                modules[node.module.partition(".")[0]] = file
+    return modules
 
 
 def declared() -> set[str]:
@@ -54,7 +57,7 @@ def test_every_module_that_is_imported_is_declared() -> None:
     of_module = packages_distributions()
     declared_names = declared()
     missing = set()
-    for module, file in imported():
+    for module, file in imported().items():
         if module in sys.stdlib_module_names or module == "firstcontact":
             continue
         assert module in of_module, f"{file.relative_to(ROOT)} imports {module}: run make install"
@@ -64,5 +67,5 @@ def test_every_module_that_is_imported_is_declared() -> None:
 
 
 def test_an_import_that_is_not_declared_is_seen() -> None:
-    assert {"numpy", "joblib", "websockets"} <= {module for module, _ in imported()}
+    assert {"numpy", "joblib", "websockets"} <= set(imported())
     assert "pytest" not in declared()

@@ -1,15 +1,21 @@
-"""Shape hints of the user."""
+"""Shape hints of the user, live and as labels of recordings."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import firstcontact as fc
 from firstcontact.core import InputError
-from firstcontact.models.touches import LEAST, MOST, parse_radius, radius_text
+from firstcontact.core.physics import LEAST, MOST, parse_radius, radius_text
+from firstcontact.models import Touches
+from firstcontact.twin.objects import OBJECTS
 
 
 @given(st.floats(LEAST, MOST))
@@ -28,6 +34,44 @@ def test_flat_and_nothing() -> None:
 
 
 @pytest.mark.parametrize("text", ["round", "-3", "nan", "inf", "1e9", "4.9", "201", "37 cm"])
-def test_what_is_no_shape_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="5 to 200 mm"):
-        parse_radius(text)
+@pytest.mark.parametrize("read", [parse_radius, lambda text: fc.Label(shape=text)])
+def test_what_is_no_shape_is_refused(text: str, read: Callable[[str], object]) -> None:
+    with pytest.raises(InputError) as refused:
+        read(text)
+    assert refused.value.parameter == "shape"
+
+
+def known_shape(name: str) -> str:
+    """Return the shape of an object of the twin."""
+    radius = OBJECTS[name].nominal.radius
+    return f"{1000 * radius:g} mm" if radius < 1 else "flat"
+
+
+def test_shapes_in_labels_are_inputs_of_the_network(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    folder = tmp_path_factory.mktemp("shapes") / "pinches"
+    data = fc.simulate(folder, pinches_per_block=8, pinches_per_object=2, seed=5)
+    pinches = tuple(
+        replace(p, label=replace(p.label, shape=known_shape(p.label.object))) for p in data
+    )
+    shaped = replace(data, pinches=pinches)
+    learnt = (np.arange(len(data)) % 2 == 0) & ~data.test
+    model = fc.adapt(shaped[learnt])
+    # Blocks without a shape condition the model in the same way.
+    plain = model.predict(data, contacts="known")
+    assert np.array_equal(
+        plain.value, fc.adapt(data[learnt]).predict(data, contacts="known").value, equal_nan=True
+    )
+    predictions = model.predict(shaped, contacts="known")
+    touches, rows = Touches.cut(data, [pinch.first for pinch in data])
+    shapes = [known_shape(data[row].label.object) for row in rows]
+    assert set(shapes) == {"flat", "37 mm", "33 mm", "34 mm"}
+    radii = np.array([parse_radius(shape) for shape in shapes])
+    enough = touches.answerable
+    touches, rows = replace(touches, radii=radii).take(enough), rows[enough]
+    assert model.network is not None
+    assert predictions.value[rows] == pytest.approx(model.network.model.predict(touches).value)
+    flat = ~data.test & ~learnt & np.isfinite(plain.value)
+    errors = [np.abs(p.value - data.shore_a)[flat].mean() for p in (predictions, plain)]
+    assert errors[0] < errors[1]

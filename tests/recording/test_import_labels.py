@@ -34,6 +34,7 @@ LABELS = {
     "motor_start": [12, -1, 30],
     "closing_speed": [0.12, -1, 0.2],
     "closing_speed_error": [0.003, -1, 0],
+    "shape": ["flat", "37", "-1"],
 }
 
 
@@ -91,6 +92,7 @@ def starts(dataset: Dataset) -> list[int]:
 def check_labels(dataset: Dataset) -> None:
     assert starts(dataset) == LABELS["motor_start"]
     assert [p.closing_speed for p in dataset] == SPEEDS
+    assert [p.label.shape for p in dataset] == ["flat", "37 mm", ""]
     firsts = [-1 if p.first is None else p.first.sample - p.first_sample for p in dataset]
     assert firsts == LABELS["first_contact"]
 
@@ -119,6 +121,7 @@ def test_labels_of_every_kind_of_file_survive_import_and_export(
         ({"second_contact": [39, -1, -1]}, "second_contact"),
         ({"second_contact": [-1, -1, 30]}, "second_contact"),
         ({"pre_trigger_samples": [1, 1, 1]}, "pre_trigger_samples"),
+        ({"shape": [37.0, 4.0, -1.0]}, "shape"),
         ({"closing_speed": [0.0, -1, 0.2]}, "closing_speed"),
         ({"closing_speed": [11.0, -1, 0.2]}, "closing_speed"),
         ({"closing_speed_error": [np.nan, -1, 0]}, "closing_speed_error"),

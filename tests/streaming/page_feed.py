@@ -8,9 +8,9 @@ import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
+from firstcontact.core.physics import parse_radius, radius_text
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
-from firstcontact.models.touches import parse_radius, radius_text
 from firstcontact.recording import Marker
 from firstcontact.streaming import ClosingStart, ContactEvent, Event, NoEstimate, PinchDone, Update
 from firstcontact.streaming.events import Ask, Estimate

@@ -157,6 +157,7 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
             shore_a=group[0].shore_a,
             hardness_rank=label.hardness_rank if label.object in ("", named) else None,
             specimen=label.specimen if label.object == named else named,
+            shape=label.shape if label.object in ("", named) else "",
         )
         yield PinchMark(
             number, begin, end, block.epoch, labelled, contacts, motor, closing_speed=speed

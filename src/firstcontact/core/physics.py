@@ -1,14 +1,23 @@
-"""Commands to a hand, contact mechanics, and other physics that rooms share."""
+"""Commands to a hand, contact mechanics, shapes, and other physics that rooms share."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from math import sqrt
+
+from firstcontact.core._errors import InputError
+from firstcontact.core.text import parse_float
 
 #: Acceleration of free fall, m/s^2.
 GRAVITY = 9.81
 #: Poisson's ratio of rubber and soft tissue: nearly incompressible.
 POISSON = 0.49
+#: Shape hint of a flat object.
+FLAT = "flat"
+#: Smallest and largest radius of a hint, mm. The training had no smaller radii, and objects with
+#: larger radii are as good as flat.
+LEAST, MOST = 5.0, 200.0
 
 
 def holding_force(mass: float, friction: float) -> float:
@@ -63,3 +72,30 @@ class Command:
 def is_same_rate(rate: float, other: float) -> bool:
     """Return True if two rates (Hz) differ by at most 1 %, as the clocks of two devices may."""
     return abs(rate - other) <= 0.01 * other
+
+
+def parse_radius(text: str) -> float:
+    """Return the radius, m, that a hint states: infinite for "flat", NaN for an empty hint."""
+    word = text.strip().lower()
+    if not word:
+        return math.nan
+    if word == FLAT:
+        return math.inf
+    try:
+        radius = parse_float(word.removesuffix("mm"))
+    except ValueError:
+        radius = math.nan
+    if not LEAST <= radius <= MOST:
+        raise InputError(
+            f"the shape of the object {text.strip()!r} is not known: give {FLAT}, or a radius "
+            f"from {LEAST:g} to {MOST:g} mm",
+            parameter="shape",
+        )
+    return radius / 1000
+
+
+def radius_text(radius: float | None) -> str:
+    """Return a radius as the text of a hint; "" for None or NaN."""
+    if radius is None or math.isnan(radius):
+        return ""
+    return FLAT if math.isinf(radius) else f"radius {1000 * radius:g} mm"

@@ -18,6 +18,7 @@ from firstcontact.core._errors import InputError
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import ChannelKind, Finger, Layout, finger_name
+from firstcontact.core.physics import parse_radius
 from firstcontact.core.plot import described, draw_dataset, draw_pinch
 from firstcontact.core.records import Name
 from firstcontact.core.text import counted
@@ -56,11 +57,13 @@ class Label:
         Session of recording. Held-out scores leave out whole sessions.
     role
         ``TRAIN`` for pinches to learn from, ``TEST`` for pinches that are only scored.
+    shape
+        Shape where the finger touches: "flat", or the radius in mm, 5 to 200.
 
     Raises
     ------
     InputError
-        ``shore_a`` is outside 0 to 100.
+        ``shore_a`` is outside 0 to 100, or ``shape`` is no shape.
     """
 
     object: Name = ""
@@ -69,8 +72,10 @@ class Label:
     specimen: Name = ""
     session: Name = ""
     role: Role = Role.TRAIN
+    shape: Name = ""
 
     def __post_init__(self) -> None:
+        parse_radius(self.shape)
         if self.shore_a is not None and not 0 <= self.shore_a <= 100:
             raise InputError(
                 f"the Shore A is {self.shore_a:g}: give a value from 0 to 100, or None if unknown",
@@ -78,8 +83,11 @@ class Label:
             )
 
     def to_json(self) -> dict[str, Any]:
-        """Return the label as dicts and lists for JSON."""
-        return asdict(self)
+        """Return the label as dicts and lists for JSON, without an unknown shape."""
+        tree = asdict(self)
+        if not self.shape:
+            del tree["shape"]
+        return tree
 
 
 @dataclass(frozen=True, slots=True)
@@ -333,7 +341,7 @@ class Dataset:
 
         rows = [
             {
-                **pinch.label.to_json(),
+                **asdict(pinch.label),
                 "shore_a": pinch.label.shore_a if pinch.label.shore_a is not None else nan,
                 "length_ms": 1e3 * len(pinch.data) / pinch.layout.rate,
                 "first_finger": finger_name(pinch.first.finger) if pinch.first else None,

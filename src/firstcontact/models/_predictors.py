@@ -10,6 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core.physics import parse_radius
 from firstcontact.models.card import NetworkCard, TrainingRecord, WindowCard
 from firstcontact.models.in_context import InContextModel
 from firstcontact.models.interval import Interval
@@ -161,6 +162,8 @@ class RigPredictor:
         """Predict each pinch from the signal up to ``at`` (s), or up to the second contact."""
         out = Predictions.empty(contacts)
         touches, rows = Touches.cut(data, contacts)
+        shapes = np.array([parse_radius(data[row].label.shape) for row in rows], np.float64)
+        touches = replace(touches, radii=shapes)
         touches = touches.until(samples_in(at, touches.rate))
         enough = touches.valid >= self.model.shortest
         touches, rows = touches.take(enough), rows[enough]

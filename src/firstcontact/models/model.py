@@ -132,8 +132,9 @@ class Model:
     ) -> Predictions:
         """Predict the stiffness of each pinch.
 
-        By default, the estimator that was given to :func:`train` predicts. Window models use the
-        longest window that fits into ``at``. As in live sessions, no sample after a known second
+        By default, the estimator that was given to :func:`train` predicts. The network uses the
+        ``shape`` of each label, as :func:`live` does. Window models use the longest window that
+        fits into ``at``. As in live sessions, no sample after a known second
         contact is used. There is no prediction if the window reaches the second contact.
 
         Parameters

@@ -14,9 +14,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, ClosingSpeed, Contact, Dataset, Finger, InputError, Pinch
+from firstcontact.core import ChannelKind, ClosingSpeed, Contact, Dataset, Finger, Pinch
 from firstcontact.core.layout import FINGERTIP_WINDOW
-from firstcontact.core.text import parse_float
 from firstcontact.signal import DeviceSmoothing, samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 
@@ -201,36 +200,3 @@ def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
     volts = pinch.layout.physical(pinch.data, columns)
     smooth = DeviceSmoothing(pinch.layout, columns).update(volts)
     return Touches.cut_signal(smooth[:, 0], contact.sample - pinch.first_sample, pinch.layout.rate)
-
-
-#: Shape hint of a flat object.
-FLAT = "flat"
-#: Smallest and largest radius of a hint, mm. The training had no smaller radii, and objects with
-#: larger radii are as good as flat.
-LEAST, MOST = 5.0, 200.0
-
-
-def parse_radius(text: str) -> float:
-    """Return the radius, m, that a hint states: infinite for "flat", NaN for an empty hint."""
-    word = text.strip().lower()
-    if not word:
-        return math.nan
-    if word == FLAT:
-        return math.inf
-    try:
-        radius = parse_float(word.removesuffix("mm"))
-    except ValueError:
-        radius = math.nan
-    if not LEAST <= radius <= MOST:
-        raise InputError(
-            f"the shape of the object {text.strip()!r} is not known: give {FLAT}, or a radius "
-            f"from {LEAST:g} to {MOST:g} mm"
-        )
-    return radius / 1000
-
-
-def radius_text(radius: float | None) -> str:
-    """Return a radius as the text of a hint; "" for None or NaN."""
-    if radius is None or math.isnan(radius):
-        return ""
-    return FLAT if math.isinf(radius) else f"radius {1000 * radius:g} mm"

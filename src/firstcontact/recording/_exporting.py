@@ -187,6 +187,8 @@ def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
     values["first_finger"] = [
         -1 if p.first is None or p.first.finger is None else p.first.finger for p in pinches
     ]
+    if any(p.label.shape for p in pinches):
+        values["shape"] = [p.label.shape or "-1" for p in pinches]
     if any(p.motor_start is not None for p in pinches):
         values["motor_start"] = places([p.motor_start for p in pinches])
     if any(p.closing_speed is not None for p in pinches):

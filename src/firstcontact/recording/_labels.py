@@ -24,6 +24,7 @@ from firstcontact.core import (
     Pinch,
     Role,
 )
+from firstcontact.core.physics import LEAST, MOST, parse_radius, radius_text
 from firstcontact.core.pinch import FASTEST, HIGHEST_RANK, SLOWEST
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import parse_float
@@ -101,6 +102,15 @@ def _parse_role(value: Any) -> Role:
         raise ValueError("which must be train or test") from None
 
 
+def _parse_shape(value: Any) -> str:
+    text = parse_text(value)
+    try:
+        radius = parse_radius("" if text in ("-1", "nan") else text)
+    except InputError:
+        raise ValueError(f"which must be flat, or a radius from {LEAST:g} to {MOST:g} mm") from None
+    return radius_text(radius).removeprefix("radius ")
+
+
 def _bounded(
     parse: Callable[[Any], Any], low: float, high: float, *, or_unknown: bool = False
 ) -> Callable[[Any], Any]:
@@ -127,6 +137,7 @@ LABEL_COLUMNS: Mapping[str, Callable[[Any], Any]] = {
     "specimen": parse_name,
     "session": parse_name,
     "role": _parse_role,
+    "shape": _parse_shape,
     "closing_speed": _bounded(parse_number, SLOWEST, FASTEST, or_unknown=True),
     "closing_speed_error": _bounded(parse_number, 0.0, FASTEST, or_unknown=True),
 }
@@ -246,8 +257,10 @@ def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
     if shore is None and rank is None:
         notes.append("no shore_a, hardness_rank or hardness_class column: stiffness is not known")
     roles = _parsed(table, "role") or [Role.TRAIN] * pinches
+    shapes = _parsed(table, "shape") or [""] * pinches
     unknown = [None] * pinches
-    rows = zip(objects, shore or unknown, rank or unknown, specimens, sessions, roles, strict=True)
+    columns = objects, shore or unknown, rank or unknown, specimens, sessions, roles, shapes
+    rows = zip(*columns, strict=True)
     return [Label(*row) for row in rows], notes
 
 

@@ -23,8 +23,8 @@ from firstcontact.core import (
     Layout,
     merge_blocks,
 )
+from firstcontact.core.physics import radius_text
 from firstcontact.device.clock import TransportDelay
-from firstcontact.models.touches import radius_text
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
 from firstcontact.streaming.events import (

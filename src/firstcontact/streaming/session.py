@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.core import Block, Calibration, Contact, InputError, merge_blocks
+from firstcontact.core.physics import parse_radius, radius_text
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.device.source import drain
 from firstcontact.grasp import HandError
 from firstcontact.models import Model
-from firstcontact.models.touches import parse_radius, radius_text
 from firstcontact.recording import PinchMark
 from firstcontact.recording.messages import HAND, hand_group
 from firstcontact.streaming._hand_predictions import HandPredictions

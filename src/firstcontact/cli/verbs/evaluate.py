@@ -44,6 +44,9 @@ class Evaluate:
         print_losses(data)
         for line in _rate_lines(model, data):
             print(line)
+        shapes = sum(bool(pinch.label.shape) for pinch in data)
+        if shapes and model.network is not None:
+            print(f"the network uses the shape of {shapes} of {counted(len(data), 'pinch')}")
         for evaluation in evaluate(model, data, contacts=self.contacts):
             for line in _lines(evaluation):
                 print(line)

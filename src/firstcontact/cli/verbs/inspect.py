@@ -146,6 +146,8 @@ def _label_words(label: Label) -> str:
         parts.append(f"hardness rank {label.hardness_rank}")
     if label.specimen and label.specimen != label.object:
         parts.append(f"specimen {label.specimen}")
+    if label.shape:
+        parts.append(f"shape {label.shape}")
     return ", ".join([*parts, str(label.role)])
 
 

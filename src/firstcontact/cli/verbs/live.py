@@ -158,7 +158,7 @@ class Live:
             raise InputError(f"these outputs failed: {', '.join(failed)}")
 
     def _check(self) -> None:
-        from firstcontact.models.touches import parse_radius
+        from firstcontact.core.physics import parse_radius
 
         for name, value in (("seconds", self.seconds), ("speed", self.speed)):
             if value is not None and not value > 0:

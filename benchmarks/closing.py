@@ -32,14 +32,12 @@ LONG = 50
 STEP = 100
 
 
-def plant(number: int, latency: float, lift: Lift, calm_steps: int | None) -> GraspPlant:
+def plant(number: int, latency: float, lift: Lift) -> GraspPlant:
     """Return the plant for the closing with this number, on a household object."""
     household_object = HOUSEHOLD[number % len(HOUSEHOLD)]
     specimen = draw_household_specimen(0, CONDITIONS["paper-rig"], household_object, 0)
     draw = draw_pinch(0, CONDITIONS["paper-rig"], "benchmark", specimen, number)
-    return GraspPlant(
-        draw, Drive(latency=latency), specimen, lift=lift, longest=2.5, calm_steps=calm_steps
-    )
+    return GraspPlant(draw, Drive(latency=latency), specimen, lift=lift, longest=2.5)
 
 
 def approach(hand: GraspPlant) -> GraspPlant:
@@ -72,7 +70,7 @@ def close(hand: GraspPlant, reads: bool) -> Any:
 
 def new_closing(number: int, latency: float, lift: Lift) -> Any:
     """Build a plant and run a whole closing."""
-    return close(plant(number, latency, lift, None), reads=True)
+    return close(plant(number, latency, lift), reads=True)
 
 
 def forked(hand: GraspPlant, reads: bool) -> Any:
@@ -97,7 +95,7 @@ def main() -> dict[str, float]:
         for latency in (0.0, 0.02):
             rows, other = [], 0
             for number in range(-3, options.rounds * len(HOUSEHOLD)):
-                base = plant(number, latency, lift, calm_steps=2)
+                base = plant(number, latency, lift)
                 touching = approach(base.copy())  # all policies share this part
                 measured = [
                     spent(partial(new_closing, number, latency, lift)),

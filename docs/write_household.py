@@ -6,13 +6,19 @@ them with the data.
 
 from __future__ import annotations
 
+import csv
+from io import StringIO
 from pathlib import Path
 
 from firstcontact.core.display import FAMILIAR
-from firstcontact.twin.household import HOUSEHOLD, HOUSEHOLD_SOURCES, Quantity
+from firstcontact.twin.household import FOLDER, HOUSEHOLD, Quantity
 from firstcontact_lab.report.tables import fill, markdown_table
 
 PAGE = Path(__file__).parent / "reference/household.md"
+#: Sources of the numbers.
+SOURCES = list(
+    csv.DictReader(StringIO(FOLDER.joinpath("household_sources.csv").read_text("utf-8")))
+)
 #: How each quantity is shown: heading, factor, digits.
 SHOWN = {
     "shore_a": ("Shore A", 1.0),
@@ -36,15 +42,15 @@ def _cell(quantity: Quantity | None, factor: float, marks: dict[str, int]) -> st
 
 def tables() -> dict[str, str]:
     """Return the tables of objects, and the numbered list of sources."""
-    marks = {key: i + 1 for i, key in enumerate(HOUSEHOLD_SOURCES)}
+    marks = {source["key"]: i + 1 for i, source in enumerate(SOURCES)}
     heads = ["object", "group", "origin", *(title for title, _ in SHOWN.values())]
     rows = []
     for kind in HOUSEHOLD:
         cells = [_cell(getattr(kind.numbers, name), f, marks) for name, (_, f) in SHOWN.items()]
         rows.append((kind.name, kind.group, kind.origin, *cells))
     sources = [
-        f"{marks[s.key]}. {s.authors} ({s.year}). *{s.title}*. {s.where}."
-        for s in HOUSEHOLD_SOURCES.values()
+        "{}. {authors} ({year}). *{title}*. {where}.".format(number, **source)
+        for number, source in enumerate(SOURCES, start=1)
     ]
     familiar = [(name, f"{shore_a:g}", source) for name, shore_a, source in FAMILIAR]
     return {

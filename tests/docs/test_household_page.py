@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import write_household as script
 from pages import ROOT
 
-from firstcontact.twin.household import HOLD, LIGHT, LOOSE_HOLD, SCATTER
+from firstcontact.twin.household import ESTIMATE, HOLD, HOUSEHOLD, LIGHT, LOOSE_HOLD, SCATTER
 from firstcontact_lab.grasping._judgement import FRICTIONS, LIMITS, MASSES
+
+
+def test_every_number_has_a_listed_source() -> None:
+    used = {
+        quantity.source
+        for item in HOUSEHOLD
+        for name in script.SHOWN
+        if (quantity := getattr(item.numbers, name)) is not None
+    }
+    assert used - {ESTIMATE} == {source["key"] for source in script.SOURCES}
 
 
 def test_its_scatters_and_variations_are_those_of_the_code() -> None:

@@ -12,6 +12,7 @@ from firstcontact.core import Command, Label, Pinch
 from firstcontact.twin import CONDITIONS, TwinObject, draw_pinch, simulate_pinch
 from firstcontact.twin.draw import Condition, PinchDraw, draw_specimen
 from firstcontact.twin.drive import Drive
+from firstcontact.twin.household import household_named
 from firstcontact.twin.mechanics import (
     FINGER_STATES,
     OUTPUTS,
@@ -19,7 +20,6 @@ from firstcontact.twin.mechanics import (
     FingerParameters,
     ObjectParameters,
     Piece,
-    VelostatParameters,
     contact_stiffness,
     integrate_all,
 )
@@ -27,6 +27,8 @@ from firstcontact.twin.plant import GraspPlant
 
 PAPER_RIG, EVERYDAY = CONDITIONS["paper-rig"], CONDITIONS["everyday"]
 
+#: Objects that break.
+BRITTLE = tuple(household_named(n).kind for n in ("quail egg", "potato crisp", "raspberry"))
 SEED = 20
 Fingers = tuple[FingerParameters, FingerParameters]
 
@@ -72,11 +74,8 @@ def integrated(
 COMMANDS = st.builds(Command, st.floats(-0.5, 0.5), st.floats(-1.0, 30.0))
 
 
-def plant(
-    kind: TwinObject, number: int = 0, drive: Drive | None = None,
-    velostat: VelostatParameters | None = None,
-) -> GraspPlant:  # fmt: skip
-    return GraspPlant(drawn(kind, number), drive or Drive(), kind, velostat)
+def plant(kind: TwinObject, number: int = 0, drive: Drive | None = None) -> GraspPlant:
+    return GraspPlant(drawn(kind, number), drive or Drive(), kind)
 
 
 def closed(hand: GraspPlant, command: Command | None = None, piece: int = 50) -> NDArray[np.int16]:

@@ -11,13 +11,12 @@ from firstcontact.twin import BLOCKS
 from firstcontact.twin.draw import condition
 from firstcontact.twin.household import (
     HOUSEHOLD,
-    HOUSEHOLD_SOURCES,
     SCATTER,
     HouseholdObject,
     draw_household_specimen,
     household_named,
 )
-from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 
 #: Smallest and largest value of each quantity, in SI units and Shore A. A value outside probably
 #: has another unit.
@@ -43,22 +42,11 @@ def test_household_has_unique_names_in_four_groups() -> None:
     assert {item.group for item in HOUSEHOLD} == {
         "soft fragile", "soft robust", "firm fragile", "firm robust",
     }  # fmt: skip
-    paper = {kind.name for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE)}
+    paper = {kind.name for kind in (*BLOCKS, *EVERYDAY_OBJECTS)}
     assert not paper & set(names), "a name means one thing"
     assert household_named("raspberry") is HOUSEHOLD[0]
     with pytest.raises(InputError, match="'anvil'"):
         household_named("anvil")
-
-
-def test_every_number_has_a_listed_source() -> None:
-    used = set()
-    for item in HOUSEHOLD:
-        for name in RANGES:
-            quantity = getattr(item.numbers, name)
-            if quantity is not None:
-                assert quantity.estimated or quantity.source in HOUSEHOLD_SOURCES
-                used.add(quantity.source)
-    assert used - {"estimate"} == set(HOUSEHOLD_SOURCES), "a source that nothing is from"
 
 
 def test_specimens_have_the_scatter_of_their_origin() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import reference
-from pinches import EVERYDAY, PAPER_RIG, drawn
+from pinches import BRITTLE, EVERYDAY, PAPER_RIG, drawn
 
 from compiled_kernels import built_kernels
 from firstcontact.core import Command
@@ -20,7 +20,6 @@ from firstcontact.twin._run import PinchRun
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.mechanics import FingerParameters, Piece, VelostatParameters, integrate_all
 from firstcontact.twin.noise import RUBBING
-from firstcontact.twin.objects import BRITTLE
 from firstcontact.twin.pinch import excerpt
 from firstcontact.twin.sensor import DeviceFilter
 from firstcontact.twin.slip_sound import PLACES, SlipParameters

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from pinches import SEED, closed, drawn, plant
+from pinches import BRITTLE, SEED, closed, drawn, plant
 
 from firstcontact.core import Command
 from firstcontact.core.layout import FINGERTIP_RATE
@@ -17,7 +17,7 @@ from firstcontact.core.physics import GRAVITY, holding_force
 from firstcontact.twin import BLOCKS, TwinObject
 from firstcontact.twin.draw import generator
 from firstcontact.twin.drive import Drive
-from firstcontact.twin.objects import BRITTLE, Fragility, block
+from firstcontact.twin.objects import Fragility, block
 from firstcontact.twin.outcome import Lift, slide, stable_since
 from firstcontact.twin.plant import GraspPlant
 

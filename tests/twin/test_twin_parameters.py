@@ -23,14 +23,9 @@ from firstcontact.twin import plant as plant
 from firstcontact.twin import sensor as sensor
 from firstcontact.twin.draw import Condition, Spread
 from firstcontact.twin.drive import Drive
-from firstcontact.twin.mechanics import (
-    OPTIMISTIC,
-    FingerParameters,
-    ObjectParameters,
-    VelostatParameters,
-)
+from firstcontact.twin.mechanics import FingerParameters, ObjectParameters, VelostatParameters
 from firstcontact.twin.noise import MotorNoise
-from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact.twin.slip_sound import SlipParameters
 
 PAGE = Path(__file__).parents[2] / "docs/reference/twin-parameters.md"
@@ -125,21 +120,3 @@ def test_page_lists_the_drive() -> None:
         f.name: getattr(Drive(), f.name) for f in fields(Drive)
     }
     assert Drive().force == FingerParameters().drive_force
-
-
-def test_page_lists_brittle_objects_with_their_limits() -> None:
-    table = rows("Brittle objects", "###")
-    assert list(table) == [kind.name for kind in BRITTLE]
-    for kind in BRITTLE:
-        o, limit = kind.nominal, kind.fragility
-        assert limit is not None
-        values = [kind.shore_a, kind.mass, o.radius, o.bulk_stiffness, limit.scale, limit.modulus]
-        assert [float(cell) for cell in table[kind.name]] == values
-        assert (o.clamp_stiffness, o.clamp_damping) == (20, 0.2)
-        assert kind.modulus_scatter == 0.15
-
-
-def test_optimistic_sheet_differs_only_in_the_listed_values() -> None:
-    table = rows("OPTIMISTIC", "###")
-    listed = {name: float(cells[0]) for name, cells in table.items()}
-    assert VelostatParameters()._replace(**listed) == OPTIMISTIC

@@ -8,14 +8,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pinches import EVERYDAY, PAPER_RIG, drawn, simulated
+from pinches import BRITTLE, EVERYDAY, PAPER_RIG, drawn, simulated
 
 from firstcontact.core import Label, Pinch, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.twin import BLOCKS, CONDITIONS, simulate_pinch
 from firstcontact.twin.draw import Condition, PinchDraw
 from firstcontact.twin.mechanics import BUFFER
-from firstcontact.twin.objects import BRITTLE, EVERYDAY_OBJECTS
+from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact.twin.pinch import PinchJob, excerpt, integrate_pinch, simulate_pinches
 
 LAYOUT = fingertip_layout()

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pinches import COMMANDS, EVERYDAY, PAPER_RIG, closed, drawn, plant, simulated
+from pinches import BRITTLE, COMMANDS, EVERYDAY, PAPER_RIG, closed, drawn, plant, simulated
 
 from firstcontact.core import ChannelKind, Command, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.twin import BLOCKS, TwinObject
-from firstcontact.twin._run import QUICK
 from firstcontact.twin.draw import Condition
 from firstcontact.twin.drive import Drive
-from firstcontact.twin.mechanics import OPTIMISTIC
-from firstcontact.twin.objects import BRITTLE, block
+from firstcontact.twin.objects import block
 from firstcontact.twin.outcome import LIFT, Lift
 from firstcontact.twin.pinch import DURATION
 from firstcontact.twin.plant import WATCHED, GraspPlant
@@ -77,19 +73,6 @@ def test_any_commands_give_a_finite_outcome(
     assert not (outcome.broken and kind.fragility is None)
 
 
-def test_optimistic_sheet_responds_sooner() -> None:
-    columns = list(LAYOUT.columns(ChannelKind.FORCE))
-    force_onsets, piezo_bytes = [], []
-    for sheet in (None, OPTIMISTIC):
-        hand = plant(BLOCKS[1], 0, velostat=sheet)
-        data = closed(hand, hand.nominal)
-        loud = data[:, columns].max(axis=1).astype(int)
-        force_onsets.append(int(np.argmax(loud > loud[:100].max() + 600)))
-        piezo_bytes.append(data[:, :2].tobytes())
-    assert piezo_bytes[0] == piezo_bytes[1], "the motion is the same"
-    assert force_onsets[1] < force_onsets[0] - 0.01 * FINGERTIP_RATE
-
-
 COMMAND_LISTS = st.lists(st.tuples(st.integers(1, 700), COMMANDS), min_size=1, max_size=5)
 
 
@@ -135,22 +118,3 @@ def test_copy_is_independent_and_equal(at: int, commands: list[Command], command
     assert finish(copies[1]) == finish(make_plant())
     assert finish(original) == finish(make_plant())
     assert [f.outcome for f in copies] == [original.outcome] * 2
-
-
-@pytest.mark.parametrize("kind", [*BRITTLE, BLOCKS[0], BLOCKS[4]], ids=lambda k: k.name)
-def test_quick_steps_change_forces_little(kind: TwinObject) -> None:
-    hands = []
-    for steps in (None, QUICK):
-        hand = GraspPlant(
-            drawn(kind, 4), Drive(), replace(kind, fragility=None), lift=Lift(duration=0.3),
-            calm_steps=steps,
-        )  # fmt: skip
-        for force in (1.0, 3.0, 6.0):
-            hand.command(Command(0.05, force))
-            hand.move(1000)
-        while not hand.ended:
-            hand.move(50)
-        hands.append(hand)
-    fine, quick = (h.forces for h in hands)
-    assert np.abs(quick - fine).max() < 1e-3 * fine.max()
-    assert hands[0].outcome.is_held == hands[1].outcome.is_held

@@ -32,12 +32,9 @@ from firstcontact.twin.objects import CRUSHED
 #: Steps per sampling interval after the first contact, half as many before. A step is 20 us;
 #: halving it moves the piezo's waveform by less than 0.1 %.
 SUBSTEPS = 10
-#: Time after both contacts from which a commanded hand takes coarser steps, s: the remaining motion
-#: is slow.
+#: Time after both contacts from which a commanded hand takes half the steps, s: the remaining
+#: motion is slow.
 CALM = 0.03
-#: Coarser steps per sampling interval for quick results, 100 us each. Grip forces differ by less
-#: than 0.1 %. One step would be unstable.
-QUICK = 2
 #: Largest deviation of a sampling instant, s.
 LARGEST_WOBBLE = 2e-5
 
@@ -55,7 +52,6 @@ class PinchRun:
         at_rest: bool = False,
         damped: bool = False,
         substeps: int = SUBSTEPS,
-        calm_steps: int | None = None,
     ) -> None:
         begin = lead / FINGERTIP_RATE
         nominal = np.arange(-lead, round(duration * FINGERTIP_RATE)) / FINGERTIP_RATE
@@ -66,7 +62,6 @@ class PinchRun:
         self._noise = PhalanxNoise(draw.noise, length, draw.rng, 0.0 if at_rest else 1.0)
         self._fingers = draw.fingers
         self._substeps = substeps
-        self._calm_steps = max(substeps // 2, 1) if calm_steps is None else calm_steps
         self._speeds = np.array([p.speed for p in draw.fingers])
         self.nominal_speed = float(self._speeds.sum() / 2)
         self._state = np.zeros(STATES)
@@ -207,7 +202,7 @@ class PinchRun:
             self.times[begin:stop], self._noise.points, self._noise.dt,
             self._substeps, speeds, self._reference.force, damping,
             self.nominal_speed if self._placed else 0.0, limit,
-            CALM if self._placed else math.inf, self._calm_steps,
+            CALM if self._placed else math.inf, max(self._substeps // 2, 1),
             state, self._gap, touched, np.empty((stop - begin, 2, OUTPUTS)),
         )  # fmt: skip
 

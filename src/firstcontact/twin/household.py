@@ -22,6 +22,8 @@ from firstcontact.twin.draw import Condition, draw_specimen, generator
 from firstcontact.twin.mechanics import ObjectParameters
 from firstcontact.twin.objects import OBJECTS, Fragility, TwinObject
 
+#: Folder of the objects' numbers, and of their sources.
+FOLDER = files("firstcontact.twin")
 #: Entry in place of a source if the number is an estimate.
 ESTIMATE = "estimate"
 #: Mass below which an object lies loosely, kg.
@@ -122,22 +124,6 @@ class HouseholdObject:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class HouseholdSource:
-    """Publication that is the source of a number. ``year`` can be "undated"."""
-
-    key: str
-    authors: str
-    year: str
-    title: str
-    where: str
-
-
-def _rows(file: str) -> list[dict[str, str]]:
-    text = files("firstcontact.twin").joinpath(file).read_text(encoding="utf-8")
-    return list(csv.DictReader(StringIO(text)))
-
-
 def _numbers(row: Mapping[str, str]) -> HouseholdNumbers:
     quantities: dict[str, Any] = {
         field.name: Quantity(float(row[field.name]), row[f"{field.name}_from"])
@@ -148,12 +134,10 @@ def _numbers(row: Mapping[str, str]) -> HouseholdNumbers:
     return HouseholdNumbers(**quantities)
 
 
-#: Sources of the numbers, by key.
-HOUSEHOLD_SOURCES = {row["key"]: HouseholdSource(**row) for row in _rows("household_sources.csv")}
 #: Household objects in the order of the file: soft ones first.
 HOUSEHOLD = tuple(
     HouseholdObject(row["name"], row["group"], row["origin"], _numbers(row))
-    for row in _rows("household.csv")
+    for row in csv.DictReader(StringIO(FOLDER.joinpath("household.csv").read_text("utf-8")))
 )
 _BY_NAME = {item.name: item for item in HOUSEHOLD}
 

@@ -153,10 +153,6 @@ class VelostatParameters(NamedTuple):
     """RMS of the noise at the converter, V."""
 
 
-#: Ideal force array, better than any real one: sensitive, fast and without creep.
-OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)
-
-
 #: States of a finger: position and speed of drive, phalanx, board and skin; elongation of the
 #: Maxwell arms of pad and contact; voltage that the piezo has lost by leakage; buffer's output.
 FINGER_STATES = 12

@@ -1,4 +1,4 @@
-"""Objects to pinch: the paper's flat blocks and everyday objects, and brittle objects."""
+"""Objects to pinch: the flat blocks and the everyday objects of the paper."""
 
 from __future__ import annotations
 
@@ -65,12 +65,10 @@ def block(shore_a: float) -> TwinObject:
     return TwinObject(f"block {shore_a:g}", shore_a, Role.TRAIN, nominal, 0.06)
 
 
-def _round(
-    shore_a: float, radius: float, mass: float, loss: float, bulk: float | None = None
-) -> ObjectParameters:
+def _round(shore_a: float, radius: float, mass: float, loss: float) -> ObjectParameters:
     # A ball pressed across its diameter is as stiff as a column of its own cross-section.
     column = gent_modulus(shore_a) * math.pi * radius / 2
-    return ObjectParameters.solid(shore_a, mass, column if bulk is None else bulk, loss)._replace(
+    return ObjectParameters.solid(shore_a, mass, column, loss)._replace(
         radius=radius, clamp_stiffness=60.0, clamp_damping=0.8
     )
 
@@ -90,17 +88,6 @@ def _tennis_ball(name: str, shore_a: float) -> TwinObject:
     return TwinObject(name, shore_a, Role.TEST, shell, 0.06)
 
 
-def _brittle(
-    name: str, shore_a: float, mass: float, radius: float, bulk: float, loss: float,
-    fragility: Fragility,
-) -> TwinObject:  # fmt: skip
-    # It lies loosely: its weight is too small to hold it in place.
-    nominal = _round(shore_a, radius, mass, loss, bulk)._replace(
-        clamp_stiffness=20.0, clamp_damping=0.2
-    )
-    return TwinObject(name, shore_a, Role.TEST, nominal, 0.15, SKIN_FRICTION, fragility)
-
-
 BLOCKS = tuple(block(s) for s in (10, 20, 29, 43, 60))
 EVERYDAY_OBJECTS = (
     _fruit("apple 1", 28, 0.037, 0.18, 0.15),
@@ -111,13 +98,6 @@ EVERYDAY_OBJECTS = (
     _tennis_ball("tennis ball 2", 46),
     _fruit("avocado 1", 59, 0.034, 0.19, 0.25, 0.18),
     _fruit("avocado 2", 67, 0.034, 0.19, 0.25, 0.18),
-)
-#: Brittle objects: a quail's egg, pinched across; a crisp, which bends in the middle; a berry like
-#: a ripe raspberry. Their stiffness hardly predicts their breaking force.
-BRITTLE = (
-    _brittle("egg shell", 95, 0.0127, 0.013, 7.0e3, 0.05, Fragility(10.8, 6.0)),
-    _brittle("crisp", 95, 0.002, 0.03, 2.5e3, 0.05, Fragility(2.2, 4.0)),
-    _brittle("berry", 5, 0.005, 0.010, 4.4e3, 0.4, Fragility(3.0, 5.0)),
 )
 #: Objects of the paper, by name.
 OBJECTS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS)}

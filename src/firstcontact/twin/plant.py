@@ -1,7 +1,7 @@
 """Plant for grasp control: a simulated hand that closes on one object and takes commands.
 
-Without commands it equals a pinch of a simulated set. Samples are computed ahead in long pieces. If
-a command takes effect within a piece, the plant computes this piece again.
+Without commands it equals a pinch of a simulated set. Samples are computed ahead, as far as no
+later command can take effect.
 """
 
 from __future__ import annotations
@@ -19,14 +19,7 @@ from firstcontact.core.physics import GRAVITY, holding_force
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.drive import Drive
-from firstcontact.twin.mechanics import (
-    BUFFER,
-    CONTACT_FORCE,
-    FACE,
-    INDENTATION,
-    OUTPUTS,
-    VelostatParameters,
-)
+from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
 from firstcontact.twin.objects import TwinObject
 from firstcontact.twin.outcome import DROPPED, GraspOutcome, Lift, slide, stable_since
 from firstcontact.twin.pinch import BURN_IN
@@ -37,9 +30,6 @@ from firstcontact.twin.slip_sound import SlipParameters, SlipSound
 WATCHED = 0.20
 #: Longest pinch, s. A pinch without contact ends then.
 LONGEST = 1.5
-#: Number of samples computed at a time. It grows from the first number, just after a command, to
-#: the second.
-PIECE = (64, 256)
 
 
 class GraspPlant:
@@ -50,20 +40,19 @@ class GraspPlant:
         draw: PinchDraw,
         drive: Drive,
         held_object: TwinObject,
-        velostat: VelostatParameters | None = None,
         *,
         lift: Lift | None = None,
         longest: float = LONGEST,
-        calm_steps: int | None = None,
         slip: SlipParameters | None = None,
         slip_seed: int = 0,
     ) -> None:
-        self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True, calm_steps=calm_steps)
+        self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True)
         times = self._run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
         if times[-1] <= draw.timing.second:
             raise ValueError(f"a pinch of {longest} s ends before its second contact")
-        sheets = None if velostat is None else (velostat, velostat)
-        self._readings = PinchReadings(PinchFingertips(draw, times, sheets))
+        self._tips = PinchFingertips(draw, times)
+        self._velostat = draw.velostat
+        self._device: DeviceFilter | None = None
         self._run.limit = (
             math.inf if held_object.fragility is None else held_object.fragility.draw(draw.rng)
         )
@@ -81,16 +70,12 @@ class GraspPlant:
         # Distance (m) and speed (m/s) of the slip at each sample.
         self._slid = np.zeros((times.size, 2))
         self._data = np.zeros((times.size, fingertip_layout().width), np.int16)
-        self._made, self._piece = 0, PIECE[0]
+        self._made = 0
         self._end = times.size
-        # State before the newest piece, and before the newest readings.
-        self._mark = (self._run.fork(), 0)
-        self._unread = self._readings.fork()
-        self._sound = self._unheard = None
+        self._sound = None
         if slip is not None:
             rng = np.random.default_rng(slip_seed)
             self._sound = SlipSound(draw.fingers, self._mass, self._friction, slip, rng)
-            self._unheard = self._sound.fork()
         self.nominal = Command(self._run.nominal_speed, drive.force)
         self.sample = 0
 
@@ -110,21 +95,18 @@ class GraspPlant:
 
     def command(self, command: Command) -> None:
         """Give a command. It takes effect one latency of the drive after the newest sample."""
-        effect = self.sample - 1 + self._delay
-        if effect < self._made - 1:
-            self._unmake()
-        self._run.order(command, BURN_IN + effect)
-        self._piece = PIECE[0]
-        self._make(self.sample)
+        self._run.order(command, BURN_IN + self.sample - 1 + self._delay)
 
     def advance(self, samples: int) -> NDArray[np.int16]:
         """Advance, and return the next samples as the device sends them."""
         first = self.sample
         self.move(samples)
-        read = self._readings.sample
+        read = self._tips.sample
         if read < self.sample:
-            self._unread = self._readings.fork()
-            self._data[read : self._made] = self._readings.read(self._motion_with_slip(read))
+            scans = self._tips.read(self._motion_with_slip(read))
+            if self._device is None:
+                self._device = settled_filter(scans[0], self._velostat)
+            self._data[read : self._made] = self._device.update(scans)
         return self._data[first : self.sample].copy()
 
     def move(self, samples: int) -> None:
@@ -138,7 +120,8 @@ class GraspPlant:
         """Return an independent copy in the current state, with ``lift`` if given."""
         other = copy.copy(self)
         other._run = self._run.fork()
-        other._readings = self._readings.fork()
+        other._tips = self._tips.fork()
+        other._device = None if self._device is None else self._device.fork()
         other._sound = None if self._sound is None else self._sound.fork()
         for name in ("_motion", "_slid", "_data"):
             original = getattr(self, name)
@@ -156,7 +139,6 @@ class GraspPlant:
         motion = self._motion[first : self._made]
         if self._sound is None:
             return motion
-        self._unheard = self._sound.fork()
         hanging = np.zeros(len(motion))
         if self._contacts:
             hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
@@ -166,29 +148,15 @@ class GraspPlant:
         return motion
 
     def _make(self, stop: int) -> None:
-        """Compute the motion in whole pieces, at least up to sample ``stop``."""
-        while self._made < stop:
-            first = self._made
-            self._mark = (self._run.fork(), first)
-            # Samples beyond the end are computed on request, but not ahead.
-            samples = max(stop - first, min(self._piece, self._end - first))
-            motion = self._run.advance(samples)
-            self._motion[first : first + samples] = motion
-            self._made += samples
-            self._add_contacts(mask_contacts(motion[..., INDENTATION] > 0, first, self._contacts))
-            self._slide(first, motion)
-            self._piece = min(2 * self._piece, PIECE[1])
-
-    def _unmake(self) -> None:
-        """Undo the newest piece, even if some of its samples were read."""
-        run, self._made = self._mark
-        self._run = run.fork()
-        contacts, self._contacts = self._contacts, []
-        self._end = len(self._motion)
-        self._add_contacts([c for c in contacts if c.sample < self._made])
-        if self._readings.sample > self._made:
-            self._readings = self._unread.fork()
-            self._sound = None if self._unheard is None else self._unheard.fork()
+        """Compute the motion up to sample ``stop``, and ahead of it."""
+        first = self._made
+        # Samples beyond the end are computed on request, but not ahead.
+        samples = max(stop, min(stop + self._delay, self._end)) - first
+        motion = self._run.advance(samples)
+        self._motion[first : first + samples] = motion
+        self._made += samples
+        self._add_contacts(mask_contacts(motion[..., INDENTATION] > 0, first, self._contacts))
+        self._slide(first, motion)
 
     def _add_contacts(self, contacts: list[Contact]) -> None:
         self._contacts = self._contacts + contacts
@@ -275,28 +243,3 @@ class GraspPlant:
             first_contact=seen[0] / FINGERTIP_RATE if seen else None,
             second_contact=seen[1] / FINGERTIP_RATE if len(seen) > 1 else None,
         )
-
-
-class PinchReadings:
-    """Converters of one pinch, followed by the microcontroller's filters."""
-
-    def __init__(self, tips: PinchFingertips) -> None:
-        self._tips = tips
-        self._device: DeviceFilter | None = None
-
-    @property
-    def sample(self) -> int:
-        return self._tips.sample
-
-    def read(self, motion: NDArray[np.float64]) -> NDArray[np.int16]:
-        """Return the next samples, shape (n, 16), of a motion of shape (n, 2, 5)."""
-        scans = self._tips.read(motion)
-        if self._device is None:
-            self._device = settled_filter(scans[0], self._tips.sheets)
-        return self._device.update(scans)
-
-    def fork(self) -> Self:
-        other = copy.copy(self)
-        other._tips = self._tips.fork()
-        other._device = None if self._device is None else self._device.fork()
-        return other

@@ -122,16 +122,14 @@ def settled_filter(
     return device
 
 
-ForceSheets = tuple[VelostatParameters, VelostatParameters]
 Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
     """Base class of the converters of both fingertips, which are unloaded at first."""
 
-    def __init__(self, draw: PinchDraw, sheets: ForceSheets | None = None) -> None:
+    def __init__(self, draw: PinchDraw) -> None:
         self._draw = draw
-        self.sheets = draw.velostat if sheets is None else sheets
         self.sample = 0
         self._sheet_state = np.zeros((2, 2, TAXELS))
 
@@ -150,7 +148,7 @@ class Fingertips(ABC):
             scans[:, f] = piezo_readings(motion[:, f, BUFFER] + piezo)
             # The array lies between pad and board, so the contact force loads it, not the mount's.
             scans[:, 2 + f] = force_readings(
-                motion[:, f, CONTACT_FORCE], self._draw.shares[f], self.sheets[f], force,
+                motion[:, f, CONTACT_FORCE], self._draw.shares[f], self._draw.velostat[f], force,
                 1 / FINGERTIP_RATE, self._sheet_state[f], self.sample,
             )  # fmt: skip
             scans[:, 4 + f] = motion[:, f, INDENTATION] > 0
@@ -161,15 +159,13 @@ class Fingertips(ABC):
 class PinchFingertips(Fingertips):
     """Converters for one pinch. Their noise is drawn in advance."""
 
-    def __init__(
-        self, draw: PinchDraw, times: NDArray[np.float64], sheets: ForceSheets | None = None
-    ) -> None:
-        super().__init__(draw, sheets)
+    def __init__(self, draw: PinchDraw, times: NDArray[np.float64]) -> None:
+        super().__init__(draw)
         self._noise = []
         for f in range(2):
             phase = draw.rng.uniform(0, 2 * math.pi)
             angle = 2 * math.pi * draw.noise[f].mains_rate * times + phase
-            self._noise.append(pickup(draw.noise[f], self.sheets[f].noise, angle, draw.rng))
+            self._noise.append(pickup(draw.noise[f], draw.velostat[f].noise, angle, draw.rng))
         if draw.recorded is not None:
             piezos = draw.recorded.draw(len(times), draw.rng)
             self._noise = [(p, force) for p, (_, force) in zip(piezos, self._noise, strict=True)]
@@ -187,18 +183,19 @@ class StreamFingertips(Fingertips):
 
     def take(self, draw: PinchDraw) -> None:
         """Continue with the sensors of another pinch of the same hand and session."""
-        for f, (old, new) in enumerate(zip(self.sheets, draw.velostat, strict=True)):
+        for f, (old, new) in enumerate(zip(self._draw.velostat, draw.velostat, strict=True)):
             self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
-        self._draw, self.sheets = draw, draw.velostat
+        self._draw = draw
 
     def _pickup(self, samples: int) -> list[Pickup]:
         count = np.arange(self.sample, self.sample + samples)
+        sheets = self._draw.velostat
         # Fraction of a turn since the start, exact even after days.
         turns = count * self._draw.noise[0].mains_rate % FINGERTIP_RATE
         angle = 2 * math.pi * turns / FINGERTIP_RATE
         return [
             pickup(noise, sheet.noise, angle + phase, self._rng)
-            for noise, sheet, phase in zip(self._draw.noise, self.sheets, self._phases, strict=True)
+            for noise, sheet, phase in zip(self._draw.noise, sheets, self._phases, strict=True)
         ]
 
 

@@ -56,8 +56,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def loads_torch(item: pytest.Item) -> bool:
     """Return True if a test loads PyTorch."""
-    is_named = any(part in item.nodeid for part in TORCH)
-    return is_named or "network_graph" in getattr(item, "fixturenames", ())
+    return any(part in item.nodeid for part in TORCH)
 
 
 def pytest_collection_finish() -> None:
@@ -114,19 +113,6 @@ def ranks() -> Dataset:
 def make_shore() -> Callable[..., Dataset]:
     """Factory of synthetic pinches with Shore A."""
     return shore_dataset
-
-
-@pytest.fixture(scope="session")
-def network_graph(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """Graph of an untrained CNN for windows of 74 samples."""
-
-    def make(path: Path) -> None:
-        from firstcontact.models._cnn import export
-        from firstcontact.models._efficientnet import EfficientNet
-
-        path.write_bytes(export(EfficientNet(1, 1).eval(), 74))
-
-    return made_once(tmp_path_factory, "network.onnx", make).read_bytes()
 
 
 @pytest.fixture(scope="session", autouse=True)

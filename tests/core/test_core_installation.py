@@ -127,29 +127,3 @@ def test_only_a_checkout_refuses_a_module_older_than_its_sources(
 
 def test_the_sources_compile_without_warnings() -> None:
     assert compiled_kernels().decode_samples is not None
-
-
-#: Variables that would place caches elsewhere, or switch telemetry off from outside.
-ELSEWHERE = ("XDG_CACHE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME", "ORT_DISABLE_TELEMETRY")
-
-NETWORK = """
-import sys, numpy as np
-from pathlib import Path
-from firstcontact.models._cnn import CheckedGraph
-
-network = CheckedGraph(Path(sys.argv[1]).read_bytes(), 74, 1, 1)
-assert np.isfinite(network.run(np.ones((3, 1, 1, 74), dtype=np.float32))).all()
-"""
-
-
-def test_a_network_leaves_no_file_in_a_fresh_home(network_graph: bytes, tmp_path: Path) -> None:
-    graph, home = tmp_path / "graph.onnx", tmp_path / "home"
-    graph.write_bytes(network_graph)
-    home.mkdir()
-    environment = {name: value for name, value in os.environ.items() if name not in ELSEWHERE}
-    subprocess.run(
-        [sys.executable, "-W", "error", "-c", NETWORK, str(graph)],
-        env={**environment, "HOME": str(home)},
-        check=True,
-    )
-    assert [path for path in home.rglob("*") if not path.is_dir()] == []

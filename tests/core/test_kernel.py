@@ -24,9 +24,6 @@ def test_kernel_equals_that_of_scikit_learn(
     assert values.dtype == kind
     assert values.shape == (7, len(kernel))
     np.testing.assert_allclose(values, rbf_kernel(x, vectors, gamma), atol=close)
-    row = kernel.row(x[3].astype(kind), float(x[3] @ x[3]))
-    assert row.dtype == kind
-    np.testing.assert_allclose(row, values[3], atol=close)
 
 
 @pytest.mark.parametrize("sign", [-1, 1])

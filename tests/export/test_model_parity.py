@@ -63,7 +63,7 @@ def quiet_and_loud(X: NDArray[np.float32]) -> NDArray[np.float32]:
 def expected(named: NamedModel, window: NDArray[np.float32]) -> tuple[float, float, float] | None:
     """Return the Python model's prediction and its bounds; None if the model refuses the window."""
     try:
-        value = named.model.predict_one(window)
+        value = float(named.model.predict(window[None])[0])
     except InputError:
         return None
     if named.interval is None:

@@ -17,8 +17,8 @@ def windows(peaks: np.ndarray) -> np.ndarray:
 
 def test_the_mean_and_the_most_frequent_class() -> None:
     X, y = windows(np.arange(1.0, 6.0)), np.array([10.0, 10.0, 10.0, 43.0, 60.0])
-    assert TrainMean(Task.REGRESSION, RATE).fit(X, y).predict_one(X[0]) == y.mean()
-    assert TrainMean(Task.CLASSIFICATION, RATE).fit(X, y).predict_one(X[4]) == 10.0
+    assert TrainMean(Task.REGRESSION, RATE).fit(X, y).predict(X[:1]) == y.mean()
+    assert TrainMean(Task.CLASSIFICATION, RATE).fit(X, y).predict(X[4:]) == 10.0
 
 
 def test_the_peak_finds_a_parabola_and_stays_in_its_range() -> None:

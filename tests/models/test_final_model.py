@@ -67,7 +67,7 @@ def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     [window] = load_model(folder).windows
     model, interval = window.model, window.interval
     assert interval is not None
-    value, spread = model.predict_one(X[0]), model.spread(X[:1])
+    value, spread = model.predict(X[:1])[0], model.spread(X[:1])
     assert spread is not None
     low, high = interval.around(value, float(spread[0]))
     assert low < value < high

@@ -26,7 +26,6 @@ def test_votes_are_scikit_learns(classes: int) -> None:
     queries = rng.normal(size=(500, 20, 1)).astype(np.float32)
     expected = machine.predict(shape_and_level(queries, arrays["level"]))
     np.testing.assert_array_equal(model.predict(queries), expected)
-    np.testing.assert_array_equal([model.predict_one(x) for x in queries], expected)
 
 
 def test_regression_is_scikit_learns() -> None:

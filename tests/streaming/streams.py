@@ -130,4 +130,4 @@ def offline(
     windows, selected = contact_windows(Dataset((pinch,)), [first], entry.model.spec.duration)
     if not selected.any():
         return first, None
-    return first, float(entry.model.predict_one(windows[0]))
+    return first, float(entry.model.predict(windows[:1])[0])

@@ -20,7 +20,6 @@ from firstcontact.core.kernel import RbfKernel
 from firstcontact.models import (
     ArraysModel,
     Estimator,
-    Reference,
     Spec,
     Task,
     WindowModel,
@@ -158,16 +157,6 @@ class GaussianProcess(Estimator):
             np.array([signal, length, noise]),
             target,
         )
-
-    def reference(self, model: GaussianProcessModel, X: Windows, y: Values) -> Reference:
-        """Return scikit-learn's Gaussian process with the kernel and windows of ``model``."""
-        from sklearn.gaussian_process import GaussianProcessRegressor
-
-        arrays = model.to_arrays()
-        process = GaussianProcessRegressor(_form(*arrays["kernel"]), optimizer=None)
-        process.fit(arrays["inputs"], np.zeros(len(arrays["inputs"])))
-        inputs = shape_and_level(X, arrays["level"])
-        return Reference("scikit-learn predict", process.predict, list(inputs[:, None, :]))
 
 
 def _spaced(y: Values, most: int, seed: int) -> NDArray[np.intp]:

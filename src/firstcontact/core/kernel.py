@@ -13,8 +13,6 @@ Real = NDArray[Any]  # of float32 or float64
 class RbfKernel:
     """RBF kernel ``exp(-gamma |x - v|²)`` of inputs x and fixed vectors v (vectors, inputs)."""
 
-    # exp(2 gamma v·x - gamma |v|² - gamma |x|²) costs one matrix-vector product for each input.
-
     def __init__(self, vectors: Real, gamma: float) -> None:
         self._gamma = gamma
         with np.errstate(all="ignore"):
@@ -32,11 +30,4 @@ class RbfKernel:
         exponent = x @ self._scaled.T
         exponent += self._norms
         exponent -= self._gamma * np.einsum("ij,ij->i", x, x)[:, None]
-        return np.exp(exponent, out=exponent)
-
-    def row(self, x: Real, square: float) -> Real:
-        """Return the kernel values of one input, shape (vectors,)."""
-        exponent: Real = self._scaled.dot(x)
-        exponent += self._norms
-        exponent -= self._gamma * square
         return np.exp(exponent, out=exponent)

@@ -9,19 +9,19 @@ import numpy as np
 
 from firstcontact.core import InputError
 from firstcontact.core.installation import import_onnxruntime
-from firstcontact.export.parts import ModelExporter, NamedModel, Trained
-from firstcontact.models import WindowModel
+from firstcontact.export.parts import ModelExporter, Trained
+from firstcontact.models.cnn import CnnModel
 
 #: Largest accepted difference from Python's outputs, relative to the largest output.
 TOLERANCE = 1e-3
 
 
-def to_onnx(model: WindowModel) -> bytes:
+def to_onnx(model: CnnModel) -> bytes:
     """Return the graph of a CNN, from windows (n, samples, channels) in V to predictions."""
     from onnx import ModelProto, checker, helper, numpy_helper
 
     arrays, spec = model.to_arrays(), model.spec
-    graph = ModelProto.FromString(arrays["onnx"].tobytes())
+    graph = ModelProto.FromString(model.graph)
     nodes, outputs = list(graph.graph.node), graph.graph.output[0]
 
     def node(operator: str, takes: list[Any], gives: str, **attributes: Any) -> Any:
@@ -57,9 +57,9 @@ def to_onnx(model: WindowModel) -> bytes:
     return serialised
 
 
-def _difference(named: NamedModel, raw: bytes) -> float:
+def _difference(name: str, model: CnnModel, raw: bytes) -> float:
     """Return the largest difference between ONNX Runtime and Python, relative to the outputs."""
-    model, spec = named.model, named.model.spec
+    spec = model.spec
     windows = np.random.default_rng(0).standard_normal((64, spec.samples, spec.channels))
     X = (0.1 * windows).astype(np.float32)
     session = import_onnxruntime().InferenceSession(raw, providers=["CPUExecutionProvider"])
@@ -68,7 +68,7 @@ def _difference(named: NamedModel, raw: bytes) -> float:
     difference = float(np.abs(got - expected).max()) / max(1.0, float(np.abs(expected).max()))
     if not difference <= TOLERANCE:
         raise InputError(
-            f"{named.name}: the outputs of ONNX Runtime differ from those of the model "
+            f"{name}: the outputs of ONNX Runtime differ from those of the model "
             f"({difference:g}): train the CNN again"
         )
     return difference
@@ -78,13 +78,13 @@ def write(trained: Trained, out: Path) -> list[str]:
     """Write one graph per CNN into the folder. Return notes for the user."""
     lines = []
     for named in trained.models:
-        if named.model.kind != "cnn":
+        if not isinstance(named.model, CnnModel):
             raise InputError(
                 f"{named.name} cannot be written as ONNX, because it is no CNN but a model of kind "
                 f"{named.model.kind!r}: use --to c"
             )
         raw = to_onnx(named.model)
-        difference = _difference(named, raw)
+        difference = _difference(named.name, named.model, raw)
         (out / f"{named.name}.onnx").write_bytes(raw)
         lines.append(f"{named.name}.onnx: {len(raw)} bytes, largest difference {difference:.1g}")
     if not lines:

@@ -6,7 +6,6 @@ from ._evaluate import evaluate as evaluate
 from ._predictors import RigPredictor as RigPredictor
 from ._predictors import WindowPredictor as WindowPredictor
 from .estimator import Estimator as Estimator
-from .estimator import Reference as Reference
 from .estimator import training_spec as training_spec
 from .interval import Interval as Interval
 from .model import Model as Model

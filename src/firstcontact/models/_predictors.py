@@ -17,7 +17,7 @@ from firstcontact.models.interval import Interval
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.registry import anytime_kind, model_kind
 from firstcontact.models.touches import Touches, valid_samples
-from firstcontact.models.window_model import Arrays, Spec, Task, WindowModel
+from firstcontact.models.window_model import Arrays, Spec, Task, Values, WindowModel, Windows
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 
 #: Longest window that a model may require, s.
@@ -88,6 +88,17 @@ class WindowPredictor:
         X, rows = contact_windows(data, alone, self.model.spec.duration)
         if not len(X):
             return out
+        values, spreads, low, high = self.predict_windows(X)
+        elapsed = np.full(len(values), self.duration)
+        is_out = np.zeros(len(values), np.bool_)
+        out.put(rows, Predictions(values, spreads, low, high, is_out, elapsed))
+        return out
+
+    def predict_windows(self, X: Windows) -> tuple[Values, Values, Values, Values]:
+        """Return values, spreads, and both ends of the intervals of windows, shape (n,) each.
+
+        A spread is NaN if the model predicts none. Without an interval, the ends are the value.
+        """
         values, spreads = self.model.predict(X), self.model.spread(X)
         if spreads is None:
             if self.interval is not None and self.interval.scaled:
@@ -99,10 +110,7 @@ class WindowPredictor:
         low = high = values
         if self.interval is not None:
             low, high = self.interval.around_all(values, spreads)
-        elapsed = np.full(len(values), self.duration)
-        is_out = np.zeros(len(values), np.bool_)
-        out.put(rows, Predictions(values, spreads, low, high, is_out, elapsed))
-        return out
+        return values, spreads, low, high
 
     def card(self) -> WindowCard:
         """Return the predictor's entry in ``model.json``."""

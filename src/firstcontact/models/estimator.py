@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar
@@ -86,25 +86,6 @@ class Estimator(EstimatorInfo, ABC):
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
         """Fit a model to each of several sets of windows; by default one after the other."""
         return [self.fit(*each, seed=seed) for each in sets]
-
-    def reference(self, model: Any, X: Windows, y: Values) -> Reference | None:
-        """Return the training library's prediction, to compare computing times; by default None.
-
-        ``X`` and ``y`` are the training data of ``model``.
-        """
-        return None
-
-
-@dataclass(frozen=True, slots=True)
-class Reference:
-    """Prediction by the training library, to compare computing times with the model.
-
-    ``call(inputs[i])`` predicts window ``i`` with the library ``name``.
-    """
-
-    name: str
-    call: Callable[[Any], object]
-    inputs: Sequence[Any]
 
 
 def target_scale(task: Task, y: Values) -> NDArray[np.float64]:

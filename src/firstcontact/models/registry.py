@@ -18,7 +18,7 @@ ESTIMATORS: Registry[type[EstimatorInfo]] = Registry(
         "train_mean": "firstcontact.models._baselines:TrainMean",
         "peak": "firstcontact.models._baselines:Peak",
         "svm": "firstcontact.models.svm:Svm",
-        "cnn": "firstcontact.models._cnn:Cnn",
+        "cnn": "firstcontact.models.cnn:Cnn",
         "log_spectrum": "firstcontact.models._log_spectrum:LogSpectrum",
         "network": "firstcontact.models.network_estimator:NetworkEstimator",
         "combined": "firstcontact.models.combined:CombinedEstimator",

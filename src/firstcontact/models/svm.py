@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations, product
-from math import log, nan, sqrt
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -14,13 +13,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core.display import BLUE
 from firstcontact.core.kernel import RbfKernel
-from firstcontact.models.estimator import (
-    Estimator,
-    Reference,
-    library_targets,
-    target_scale,
-    training_spec,
-)
+from firstcontact.models.estimator import Estimator, library_targets, target_scale, training_spec
 from firstcontact.models.splits import inner_folds
 from firstcontact.models.window_model import (
     TARGET,
@@ -65,10 +58,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
 
 
 class SvmModel(ArraysModel):
-    """Window model of support vectors with a radial basis function kernel.
-
-    One window costs one :class:`RbfKernel` row and one small product, in float32.
-    """
+    """Window model of support vectors with a radial basis function kernel, in float32."""
 
     kind: ClassVar[str] = "svm"
     declared: ClassVar[Mapping[str, ArrayCheck]] = {
@@ -82,9 +72,8 @@ class SvmModel(ArraysModel):
 
     def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
         super().__init__(spec, *arrays)
-        level, vectors, weights, bias, _, self.parameters = self._arrays.values()
+        self._level, vectors, weights, bias, _, self.parameters = self._arrays.values()
         k = len(spec.classes)
-        self._level, self._slope = float(level[0]), LEVEL_WEIGHT / float(level[1])
         self._kernel = RbfKernel(vectors.astype(np.float32), float(self.parameters[1]))
         self._weights = np.ascontiguousarray(weights, dtype=np.float32)
         self._bias = bias.astype(np.float32)
@@ -107,24 +96,8 @@ class SvmModel(ArraysModel):
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
         """Return the decision values for windows (n, samples, channels), shape (n, rows)."""
-        inputs = shape_and_level(X, self._arrays["level"])
+        inputs = shape_and_level(X, self._level)
         decisions: NDArray[np.float32] = self._kernel.rows(inputs) @ self._weights.T + self._bias
-        return decisions
-
-    def output(self, window: Windows) -> NDArray[np.float32]:
-        """Return the decision values for one window (samples, channels), shape (rows,)."""
-        flat = window.ravel()
-        power = float(flat.dot(flat))
-        # If float32 cannot hold the power, there is no level and no decision.
-        if not LEAST_POWER < power < MOST_POWER:
-            return np.full(self._bias.shape, nan, dtype=np.float32)
-        rms = sqrt(power / len(flat))
-        loud = (log(rms) - self._level) * self._slope
-        inputs = np.empty(len(flat) + 1, dtype=np.float32)
-        np.multiply(flat, 1.0 / rms, out=inputs[:-1], casting="same_kind")
-        inputs[-1] = loud
-        kernel = self._kernel.row(inputs, len(flat) + loud * loud)  # the shape's norm is known
-        decisions: NDArray[np.float32] = self._weights.dot(kernel) + self._bias
         return decisions
 
     def constants(self) -> dict[str, float | NDArray[Any]]:
@@ -143,8 +116,8 @@ class SvmModel(ArraysModel):
             "vectors": len(vectors),
             "decisions": len(a["bias"]),
             "class_count": k,
-            "level": self._level,
-            "slope": self._slope,
+            "level": float(self._level[0]),
+            "slope": LEVEL_WEIGHT / float(self._level[1]),
             "least_power": LEAST_POWER,
             "most_power": MOST_POWER,
             "gamma": gamma,
@@ -251,18 +224,6 @@ class Svm(Estimator):
         parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
         machine = svm_machine(self.task, parameters).fit(inputs, library_targets(self.task, scaled))
         return _model(spec, level, machine, target, np.array(parameters))
-
-    def reference(self, model: SvmModel, X: Windows, y: Values) -> Reference:
-        """Return scikit-learn's machine, fitted again with the same parameters."""
-        arrays = model.to_arrays()
-        mean, deviation = arrays["target"]
-        chosen = _sample(self.task, y)
-        X, y = X[chosen], y[chosen]
-        inputs = shape_and_level(X, arrays["level"])
-        c, gamma, epsilon = (float(p) for p in arrays["parameters"])
-        targets = library_targets(self.task, (y - mean) / deviation)
-        machine = svm_machine(self.task, (c, gamma, epsilon)).fit(inputs, targets)
-        return Reference("scikit-learn predict", machine.predict, list(inputs[:, None, :]))
 
 
 def _sample(task: Task, y: Values) -> NDArray[np.intp]:

@@ -6,7 +6,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from math import isfinite
 from types import EllipsisType
 from typing import Any, ClassVar, Self
 
@@ -68,26 +67,6 @@ class Spec:
                 f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: train a "
                 f"model for this rate with `firstcontact train --rate {rate:g}`"
             )
-
-    def check_one(self, window: NDArray[Any]) -> None:
-        """Raise InputError if the model cannot use a window.
-
-        A window is unusable if its shape is not (samples, channels), a value is not finite, or a
-        channel is constant (an unplugged sensor).
-        """
-        if window.shape != (self.samples, self.channels):
-            raise InputError(
-                f"the model takes windows of {self.samples} samples and {self.channels} "
-                f"channel(s), shape ({self.samples}, {self.channels}), not {window.shape}: "
-                f"cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
-            )
-        for channel in window.T:
-            # NaN fails both comparisons, an infinity the second one.
-            if not 0.0 < np.maximum.reduce(channel) - np.minimum.reduce(channel) < np.inf:
-                raise InputError(
-                    "the window is constant or has values that are not finite: "
-                    "check the sensor's plug and leave this pinch out"
-                )
 
     def check(self, X: NDArray[Any]) -> None:
         """Raise InputError if the model cannot use one of the windows (n, samples, channels)."""
@@ -153,10 +132,6 @@ class WindowModel(ABC):
         of :meth:`choose`.
         """
 
-    def output(self, window: Windows) -> NDArray[Any]:
-        """Return outputs for one window (samples, channels), shape (outputs,), for fast use."""
-        return np.asarray(self.outputs(window[None])[0])
-
     def spread(self, X: Windows) -> Values | None:
         """Return the predicted standard deviation of each prediction, shape (n,).
 
@@ -196,24 +171,11 @@ class WindowModel(ABC):
                 answers = np.array(self.spec.classes)[self.choose(outputs)]
         bad = np.flatnonzero(~sure)
         if len(bad):
-            raise InputError(f"the prediction for window {bad[0]} {_NOT_FINITE}")
+            raise InputError(
+                f"the prediction for window {bad[0]} is not a finite number below 1e9: leave this "
+                "pinch out, or train the model again"
+            )
         return answers
-
-    def predict_one(self, window: Windows) -> float:
-        """Return the prediction of :meth:`predict` for one window (samples, channels), but fast."""
-        with np.errstate(all="ignore"):
-            self.spec.check_one(window)
-            output = self.output(window)
-            if self.spec.task is Task.REGRESSION:
-                mean, scale = self.target
-                answer = float(output[0]) * scale + mean
-                sure = abs(answer) < LARGEST
-            else:
-                answer = self.spec.classes[int(self.choose(output[None])[0])]
-                sure = isfinite(float(np.add.reduce(output)))
-        if not sure:
-            raise InputError(f"the prediction {_NOT_FINITE}")
-        return answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,21 +187,19 @@ class ArrayCheck:
     shape: tuple[int | str, ...]
     #: Index of values that must be above 0; ``...`` means all values.
     positive: int | slice | EllipsisType | None = None
-    #: Type of the values; by default finite floating-point numbers.
-    dtype: type[np.generic] = np.floating
 
     def is_met(self, array: NDArray[Any], sizes: dict[str, int]) -> bool:
-        """Return True if an array has the declared type, shape and values.
+        """Return True if an array has finite floating-point numbers of the declared shape.
 
         The length of a name in the shape is taken from ``sizes``. If ``sizes`` lacks the name, the
         length is added there.
         """
-        if array.ndim != len(self.shape) or not np.issubdtype(array.dtype, self.dtype):
+        if array.ndim != len(self.shape) or not np.issubdtype(array.dtype, np.floating):
             return False
         for size, wanted in zip(array.shape, self.shape, strict=True):
             if size != (wanted if isinstance(wanted, int) else sizes.setdefault(wanted, size)):
                 return False
-        if self.dtype is np.floating and not np.isfinite(array).all():
+        if not np.isfinite(array).all():
             return False
         return self.positive is None or bool((array[self.positive] > 0).all())
 
@@ -292,5 +252,3 @@ class ArraysModel(WindowModel):
 
 #: Declared mean and scale of the targets.
 TARGET = ArrayCheck((2,), positive=1)
-
-_NOT_FINITE = "is not a finite number below 1e9: leave this pinch out, or train the model again"

@@ -165,20 +165,10 @@ class WindowPredictions:
     def predict(self, window: ContactWindow) -> tuple[float, float, float, float]:
         """Return value, low, high, and the level of the interval, 0 without one."""
         entry = self._windows[window.duration]
-        value = entry.model.predict_one(window.samples)
-        low, high, level = value, value, 0.0
-        if (interval := entry.interval) is not None:
-            spread = entry.model.spread(window.samples[None]) if interval.scaled else np.ones(1)
-            if spread is None:
-                raise InputError(
-                    "the interval needs a predicted standard deviation, but this model predicts "
-                    "none: train it again"
-                )
-            low, high = interval.around(value, float(spread[0]))
-            level = interval.level
+        value, _, low, high = (float(a[0]) for a in entry.predict_windows(window.samples[None]))
         if not all(map(math.isfinite, (value, low, high))):
             raise InputError(NOT_FINITE)
-        return value, low, high, level
+        return value, low, high, entry.level or 0.0
 
 
 def live_predictor(model: Model, estimator: str | None = None) -> Predictor | None:

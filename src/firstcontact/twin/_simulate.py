@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
@@ -187,27 +188,23 @@ def check_set(
     workers: int | None = None,
 ) -> None:
     condition(condition_name)
-    for name, value in (
-        ("pinches_per_block", pinches_per_block),
-        ("pinches_per_object", pinches_per_object),
-        ("seed", seed),
-        ("workers", workers or 0),
+    for name, value, least, most in (
+        ("pinches_per_block", pinches_per_block, 0, MOST_PINCHES),
+        ("pinches_per_object", pinches_per_object, 0, MOST_PINCHES),
+        ("seed", seed, 0, math.inf),
+        ("workers", 1 if workers is None else workers, 1, MOST_WORKERS),
     ):
         try:
-            index(value)
-        except TypeError as error:
-            raise InputError(f"{value!r} must be a whole number", parameter=name) from error
-    if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
-        raise InputError(
-            "pinches_per_block and pinches_per_object must be 0 or more, and at least one must be "
-            "above 0"
-        )
-    if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
-        raise InputError(f"pinches_per_block and pinches_per_object must be {MOST_PINCHES} at most")
-    if seed < 0:
-        raise InputError(f"the seed is {seed}: use a whole number from 0 on", parameter="seed")
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"workers is {workers}: use 1 to {MOST_WORKERS}")
+            is_possible = least <= index(value) <= most
+        except TypeError:
+            is_possible = False
+        if not is_possible:
+            limit = "" if most == math.inf else f" to {most}"
+            raise InputError(
+                f"{value!r} must be a whole number from {least}{limit}", parameter=name
+            )
+    if not pinches_per_block + pinches_per_object:
+        raise InputError("pinches_per_block or pinches_per_object must be above 0")
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
         raise InputError(f"{directory} is not an empty folder: choose another one")
 

@@ -21,12 +21,9 @@ from firstcontact.models import (
     ESTIMATORS,
     LabelledTouches,
     LabelledWindows,
-    Reference,
     Task,
     Touches,
     WindowModel,
-    Windows,
-    make_estimator,
 )
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.registry import window_estimators
@@ -41,8 +38,6 @@ from firstcontact_lab.study.parts.anytime import conditioned_model, conditioning
 
 #: Number of calls before the measurement, which fill caches.
 WARM_UP = 200
-#: Divisor of the number of calls to the slow reference: a tenth of them is enough for percentiles.
-REFERENCE_SHARE = 10
 
 Call = Callable[[Any], object]
 
@@ -80,7 +75,7 @@ def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Time
 
 
 class InferenceTime(Record, frozen=True, kw_only=True):
-    """Time to predict one window on one thread, µs."""
+    """Time of one prediction on one thread, µs."""
 
     p50: float
     p99: float
@@ -89,35 +84,7 @@ class InferenceTime(Record, frozen=True, kw_only=True):
     preempted: int
     load: float
     cores: int
-    reference: str | None = None
-    reference_p50: float | None = None
-    reference_p99: float | None = None
-    reference_calls: int | None = None
-    speedup: float | None = None
     support_vectors: int | None = None
-
-
-def time_inference(
-    model: WindowModel, X: Windows, reference: Reference | None, calls: int
-) -> InferenceTime:
-    """Return the time to predict one window on one thread, by the model and another library."""
-    import threadpoolctl
-
-    times = replace(
-        time_calls(model.predict_one, X, calls), support_vectors=model.notes.get("support_vectors")
-    )
-    if reference is None:
-        return times
-    with threadpoolctl.threadpool_limits(1):
-        theirs = timed(reference.call, reference.inputs, max(1, calls // REFERENCE_SHARE))
-    return replace(
-        times,
-        reference=reference.name,
-        reference_p50=float(np.percentile(theirs.uninterrupted, 50)),
-        reference_p99=float(np.percentile(theirs.uninterrupted, 99)),
-        reference_calls=len(theirs.microseconds),
-        speedup=float(np.percentile(theirs.uninterrupted, 50)) / times.p50,
-    )
 
 
 def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
@@ -166,12 +133,11 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
     for (model, task), trained in zip(
         jobs, runner.map(_train, jobs, blocks, settings.seed), strict=True
     ):
-        estimator = make_estimator(model, task, blocks.rate)
         # Timed in this process after all trainings, so that nothing else runs.
         with one_thread():
-            reference = estimator.reference(trained, blocks.X, blocks.y)
-            times = time_inference(trained, blocks.X, reference, settings.calls)
-        timed.setdefault(model, {})[task] = times
+            times = time_calls(trained.predict, blocks.X[:, None], settings.calls)
+        vectors = trained.notes.get("support_vectors")
+        timed.setdefault(model, {})[task] = replace(times, support_vectors=vectors)
     times_by_model = {
         model: InferenceTimes(**asdict(regression), classification=by_task.get(Task.CLASSIFICATION))
         if (regression := by_task.get(Task.REGRESSION))
@@ -218,16 +184,11 @@ MOST_PREEMPTED = 0.01
 MOST_LOAD = 2.0
 
 _P99 = Row[InferenceTime]("p99", lambda t: t.p99, "us")
-_SPEEDUP = Row[InferenceTime]("faster than its training library", lambda t: t.speedup, "ratio")
 _MEDIAN = Row[InferenceTime]("median", lambda t: t.p50, "us")
 _TIMES = (
     _MEDIAN,
     _P99,
     Row[InferenceTime]("p99 with preempted calls", lambda t: t.p99_with_preempted, "us"),
-    Row[InferenceTime](
-        "training library, median", lambda t: None if t.reference is None else t.reference_p50, "us"
-    ),
-    _SPEEDUP,
 )
 
 
@@ -254,13 +215,13 @@ def inference_table(results: SubjectResults) -> Table | None:
         "more each. Calls that another process interrupted are not included, except where stated. "
         f"Load of the machine: {busiest.load:.1f} on {busiest.cores} cores."
     )
-    return matrix(caption, (_MEDIAN, _P99, _SPEEDUP), entries)
+    return matrix(caption, (_MEDIAN, _P99), entries)
 
 
 def _remarks(time: InferenceTime) -> str:
     vectors = "" if time.support_vectors is None else f"{time.support_vectors:,} support vectors"
     preempted = f"{time.preempted:,} calls preempted" if time.preempted else ""
-    return "; ".join(filter(None, (vectors, preempted, time.reference)))
+    return "; ".join(filter(None, (vectors, preempted)))
 
 
 def _find_times(name: str) -> Callable[[SubjectResults], InferenceTimes | None]:
@@ -293,10 +254,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             )
             for row in _TIMES
         ]
-        rows += [
-            lifted(row, f"{title} classifier, one window: ", _find_classifier(name))
-            for row in (_P99, _SPEEDUP)
-        ]
+        rows.append(lifted(_P99, f"{title} classifier, one window: ", _find_classifier(name)))
     return rows
 
 

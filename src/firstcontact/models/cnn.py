@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
-from math import cos, pi
+from math import cos, pi, prod
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.core.display import RED
 from firstcontact.core.installation import import_onnxruntime
-from firstcontact.core.text import summarize_error
 from firstcontact.models.estimator import (
     Estimator,
-    Reference,
     TrainingSet,
     target_scale,
     training_spec,
@@ -44,80 +42,47 @@ if TYPE_CHECKING:
 INPUT = "window"
 #: Graph of the network as PyTorch exports it, without weights.
 GRAPH = files("firstcontact.models").joinpath("efficientnet.onnx")
-#: Largest file, bytes. A trained network has 200 kB.
-LARGEST_GRAPH = 1 << 20
 
 
-class CheckedGraph:
-    """Network with the weights of an ONNX file. Nothing else in the file is used."""
-
-    def __init__(self, raw: bytes, samples: int, channels: int, outputs: int) -> None:
-        runtime = import_onnxruntime()
-        options = runtime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 4
-        try:
-            weights = _weights(raw)
-            self.graph = filled_graph(samples, channels, outputs, weights)
-            self._session = runtime.InferenceSession(
-                self.graph, options, providers=["CPUExecutionProvider"]
-            )
-            got = self.run(np.zeros((2, channels, 1, samples), dtype=np.float32))
-            if got.shape != (2, outputs):
-                raise ValueError("the outputs have another shape")
-        except Exception as error:  # those of ONNX and ONNX Runtime have no common class
-            raise InputError(
-                f"the network of the CNN cannot be used ({summarize_error(error)}): train it again"
-            ) from None
-        #: Number of trained weights.
-        self.parameters = sum(array.size for array in weights.values())
-
-    def run(self, windows: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return outputs (n, outputs) for contiguous windows (n, channels, 1, samples)."""
-        answers: NDArray[np.float32] = self._session.run(None, {INPUT: windows})[0]
-        return answers
-
-
-def _weights(raw: bytes) -> dict[str, NDArray[np.float32]]:
-    """Return the weights in an ONNX file. Only numbers in the file itself are read."""
-    from onnx import ModelProto, TensorProto
-
-    if len(raw) > LARGEST_GRAPH:
-        raise ValueError(f"the file has {len(raw)} bytes, more than {LARGEST_GRAPH}")
-    weights = {
-        tensor.name: np.frombuffer(tensor.raw_data, "<f4").reshape(tensor.dims)
-        for tensor in ModelProto.FromString(raw).graph.initializer
-        if tensor.data_type == TensorProto.FLOAT
-    }
-    if not all(np.isfinite(array).all() for array in weights.values()):
-        raise ValueError("a weight is not finite")
-    return weights
-
-
-def filled_graph(
-    samples: int, channels: int, outputs: int, weights: Mapping[str, NDArray[np.float32]]
-) -> bytes:
+def filled_graph(samples: int, channels: int, outputs: int, weights: NDArray[np.float32]) -> bytes:
     """Return the shipped graph with these weights, for windows (n, channels, 1, samples)."""
-    from onnx import ModelProto, TensorProto, numpy_helper
+    from onnx import ModelProto, numpy_helper
 
     model = ModelProto.FromString(GRAPH.read_bytes())
     graph = model.graph
     shape = graph.input[0].type.tensor_type.shape
     shape.dim[1].dim_value, shape.dim[3].dim_value = channels, samples
     graph.output[0].type.tensor_type.shape.dim[1].dim_value = outputs
-    for tensor in graph.initializer:
-        if tensor.data_type == TensorProto.FLOAT:
-            array = np.ascontiguousarray(weights[tensor.name])
-            tensor.CopyFrom(numpy_helper.from_array(array, tensor.name))
+    start = 0
+    for tensor in _weight_tensors(graph):
+        sizes = list(tensor.dims)
+        if tensor.name == "stem.0.weight":
+            sizes[1] = channels
+        elif tensor.name.startswith("last."):
+            sizes[0] = outputs
+        part = weights[start : start + prod(sizes)]
+        start += prod(sizes)
+        if start <= len(weights):
+            tensor.CopyFrom(numpy_helper.from_array(part.reshape(sizes), tensor.name))
+    if start != len(weights):
+        raise InputError(f"the CNN has {len(weights)} weights instead of {start}: train it again")
     serialised: bytes = model.SerializeToString(deterministic=True)
     return serialised
 
 
-def export(network: EfficientNet, samples: int) -> bytes:
-    """Return the network as ONNX. It maps windows (n, channels, 1, samples) to outputs."""
-    folded = network.folded()
-    weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
-    return filled_graph(samples, network.channels, network.last.out_features, weights)
+def _weight_tensors(graph: Any) -> list[Any]:
+    from onnx import TensorProto
+
+    return [tensor for tensor in graph.initializer if tensor.data_type == TensorProto.FLOAT]
+
+
+def exported_weights(network: EfficientNet) -> NDArray[np.float32]:
+    """Return the weights of a network in the order of the shipped graph, shape (weights,)."""
+    from onnx import ModelProto
+
+    folded = network.folded().state_dict()
+    tensors = _weight_tensors(ModelProto.FromString(GRAPH.read_bytes()).graph)
+    return np.concatenate([folded[tensor.name].detach().numpy().ravel() for tensor in tensors])
 
 
 #: Number of windows for one call of ONNX Runtime. More only cost memory.
@@ -143,17 +108,25 @@ class CnnModel(ArraysModel):
         "scale": ArrayCheck((3,), positive=slice(0, 3, 2)),
         "target": TARGET,
         "training": ArrayCheck((2,)),
-        "onnx": ArrayCheck(("bytes",), dtype=np.uint8),
+        "weights": ArrayCheck(("weights",)),
     }
 
     def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
         super().__init__(spec, *arrays)
-        self._scale, _, self._training, onnx = self._arrays.values()
+        self._scale, _, self._training, weights = self._arrays.values()
         if self._training.min() < 0:
             raise InputError("the CNN's field 'epochs' or 'batch' is below 0: train the CNN again")
-        outputs = len(spec.classes) or 1
-        self._network = CheckedGraph(onnx.tobytes(), spec.samples, spec.channels, outputs)
-        self._arrays["onnx"] = np.frombuffer(self._network.graph, np.uint8)
+        #: Network as ONNX. It maps compressed windows (n, channels, 1, samples) to outputs.
+        self.graph = filled_graph(
+            spec.samples, spec.channels, len(spec.classes) or 1, weights.astype(np.float32)
+        )
+        runtime = import_onnxruntime()
+        options = runtime.SessionOptions()
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        self._session = runtime.InferenceSession(
+            self.graph, options, providers=["CPUExecutionProvider"]
+        )
 
     @property
     def notes(self) -> Mapping[str, Any]:
@@ -162,7 +135,7 @@ class CnnModel(ArraysModel):
         return {
             "epochs": int(epochs),
             "batch": int(batch),
-            "parameters": self._network.parameters,
+            "parameters": len(self._arrays["weights"]),
             "amplitude_v": float(self._scale[0]),
         }
 
@@ -170,17 +143,11 @@ class CnnModel(ArraysModel):
         """Return the raw outputs of the network, shape (n, outputs)."""
         windows = compress(X, self._scale).transpose(0, 2, 1)[:, :, None, :]
         parts = [
-            self._network.run(np.ascontiguousarray(windows[i : i + _BATCH]))
+            self._session.run(None, {INPUT: np.ascontiguousarray(windows[i : i + _BATCH])})[0]
             for i in range(0, len(windows), _BATCH)
         ]
         width = len(self.spec.classes) or 1
         return np.concatenate(parts) if parts else np.zeros((0, width), dtype=np.float32)
-
-    def output(self, window: Windows) -> NDArray[np.float32]:
-        """Return the output for one window (samples, channels), shape (outputs,)."""
-        x = compress(window, self._scale).T.reshape(1, self.spec.channels, 1, self.spec.samples)
-        out: NDArray[np.float32] = self._network.run(np.ascontiguousarray(x))[0]
-        return out
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A session of ONNX Runtime cannot be pickled, but the arrays that it is built from can.
@@ -221,15 +188,10 @@ class Cnn(Estimator):
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> CnnModel:
         """Fit the network; see :meth:`Estimator.fit`. PyTorch's random state stays unchanged."""
-        return self._fit([(X, y, groups)], seed)[0]
+        return self.fit_several([(X, y, groups)], seed)[0]
 
-    def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
-        """Fit several networks."""
-        if type(self).fit is not Cnn.fit:  # a subclass trains in its own way
-            return super().fit_several(sets, seed)
-        return self._fit(sets, seed)
-
-    def _fit(self, sets: Sequence[TrainingSet], seed: int) -> list[CnnModel]:
+    def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> list[CnnModel]:
+        """Fit several networks; those with as many batches are trained together."""
         prepared = [self._prepared(*each) for each in sets]
         groups: dict[object, list[int]] = {}
         for place, (spec, *_, inputs, targets) in enumerate(prepared):
@@ -243,8 +205,7 @@ class Cnn(Estimator):
             for place, network in zip(places, networks, strict=True):
                 spec, scale, target, inputs, _ = prepared[place]
                 training = np.array([self.epochs, _batch(len(inputs))], dtype=np.float64)
-                onnx = np.frombuffer(export(network, spec.samples), dtype=np.uint8)
-                models[place] = CnnModel(spec, scale, target, training, onnx)
+                models[place] = CnnModel(spec, scale, target, training, exported_weights(network))
         return [models[place] for place in range(len(sets))]
 
     def _prepared(
@@ -260,22 +221,6 @@ class Cnn(Estimator):
             else (y[:, None] == np.array(spec.classes))
         )
         return spec, scale, target, compress(X, scale), targets.astype(np.float32)
-
-    def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
-        """Return an equal network with random weights in PyTorch's eager mode, to time it."""
-        import torch
-
-        from firstcontact.models._efficientnet import EfficientNet
-
-        network = EfficientNet(model.spec.channels, len(model.spec.classes) or 1).eval()
-        network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-
-        def predict(window: torch.Tensor) -> object:
-            with torch.inference_mode():
-                return network(window)
-
-        compressed = compress(X, model.to_arrays()["scale"])
-        return Reference("eager PyTorch", predict, [as_input(w[None]) for w in compressed])
 
 
 def _batch(n: int) -> int:

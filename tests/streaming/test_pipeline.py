@@ -45,7 +45,7 @@ def test_an_answer_that_is_not_finite_is_refused_aloud(
     """Weights can overflow for one window only. The closing then reports a reason."""
     model = models[1].model
     pipeline = Pipeline(LAYOUT, detector, WindowLadder([models[1]]))
-    monkeypatch.setattr(type(model), "output", lambda self, window: np.full(1, np.nan))
+    monkeypatch.setattr(type(model), "outputs", lambda self, X: np.full((len(X), 1), np.nan))
     events = run(pipeline, as_blocks(fresh.take([0])))
     assert not [e for e in events if isinstance(e, Estimate)]
     (refused,) = [e for e in events if isinstance(e, NoEstimate)]

@@ -174,7 +174,9 @@ def _chunk(kind: str, data: bytes, size: int, crc: int) -> bytes:
 
 
 @pytest.mark.parametrize("kind", ["zstd", "lz4"])
-def test_compressed_chunks_are_read(tmp_path: Path, kind: str) -> None:
+def test_compressed_chunks_are_read(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = write_recording(tmp_path / "a.mcap")
     original = read_recording(path)
     data = path.read_bytes()
@@ -184,6 +186,10 @@ def test_compressed_chunks_are_read(tmp_path: Path, kind: str) -> None:
         pack = zstandard.compress if kind == "zstd" else lz4.frame.compress
         out += _chunk(kind, pack(inside), len(inside), zlib.crc32(inside))
     path.write_bytes(out)
+    with monkeypatch.context() as without:
+        without.setattr("firstcontact.core.installation.find_spec", lambda name: None)
+        with pytest.raises(InputError, match=kind if kind == "lz4" else "zstandard"):
+            read_recording(path)
     recompressed = read_recording(path)
     assert recompressed.header == original.header
     assert recompressed.pinches == original.pinches

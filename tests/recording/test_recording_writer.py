@@ -1,3 +1,4 @@
+import io
 import os
 import resource
 import signal
@@ -6,10 +7,14 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 
 from firstcontact.core import Block, Contact, Finger, InputError, Label, Pinch, fingertip_layout
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter, read_recording
+from firstcontact.recording._mcap import McapWriter
 
 # Writes blocks of 37 samples as fast as it can and says after each what it handed over.
 WRITER = """
@@ -28,6 +33,30 @@ with RecordingWriter(Path(sys.argv[1]), Header(fingertip_layout(), "synthetic"))
         first += 37
         os.write(1, b"%d\\n" % first)
 """
+
+
+MESSAGES = st.lists(st.tuples(st.integers(1, 3), st.integers(0, 1 << 63), st.binary(max_size=90)))
+
+
+@given(MESSAGES, st.sampled_from((50, 200, 5000)))
+def test_file_is_that_of_the_library(messages, size):
+    theirs, ours = io.BytesIO(), io.BytesIO()
+    library = Writer(theirs, size, compression=CompressionType.NONE)
+    library.start("ros2", "firstcontact")
+    writer = McapWriter(ours, size)
+    for name in ("/a", "/ü", "/c"):
+        schema = library.register_schema(name, "jsonschema", b"{}")
+        library.register_channel(name, "json", schema)
+        writer.add_channel(name, "json", writer.add_schema(name, "jsonschema", b"{}"))
+    for number, (channel, time, data) in enumerate(messages):
+        library.add_message(channel, time, data, time, number)
+        writer.add_message(channel, time, data, number)
+        if number % 7 == 3:
+            library.flush()
+            writer.flush()
+    library.finish()
+    writer.finish()
+    assert ours.getvalue() == theirs.getvalue()
 
 
 def test_recording_round_trips(tmp_path, layout, counted):

@@ -1,7 +1,7 @@
 """Search for the chunks of a damaged MCAP file, which trusts only their checksums.
 
-The readers of the library mcap stop at the first wrong length. This search accepts a chunk if its
-lengths are consistent and its CRC is right. After damage it continues at the next byte. It checks
+Usual readers stop at the first wrong length. This search accepts a chunk if its lengths are
+consistent and its CRC is right. After damage it continues at the next byte. It checks
 sizes before it allocates memory.
 """
 
@@ -12,28 +12,21 @@ import re
 import struct
 import zlib
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 from typing import IO
 
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.opcode import Opcode
-from mcap.records import Chunk, McapRecord, Statistics
-from mcap.stream_reader import breakup_chunk
-
 from firstcontact.core import InputError
 from firstcontact.core.files import open_regular
+from firstcontact.core.installation import require_modules
+from firstcontact.recording._mcap import FRAME, MAGIC, Opcode, read_records
 from firstcontact.recording.untrusted import most_unpacked
 
-MAGIC = b"\x89MCAP0\r\n"
 # Record: opcode, length; chunk: start and end time, size, CRC, compression.
 _CHUNK_START = re.compile(
     rb"\x06(.{8}).{28}(?:\x00{4}|\x03\x00{3}lz4|\x04\x00{3}zstd)(.{8})", re.DOTALL
 )
-_FRAME = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
-_FOOTER_BYTES = _FRAME.size + 20
+_FOOTER_BYTES = FRAME.size + 20
 #: Number of intact bytes of the magic that a damaged MCAP file must have.
 _MAGIC_LEFT = 6
 #: Number of bytes that the search reads at once, and the length of the longest match less one.
@@ -42,6 +35,10 @@ _BLOCK, _OVERLAP = 1 << 20, 52
 _PATIENCE = 16
 #: Largest window of a compressor, bytes.
 _WINDOW = 1 << 27
+
+
+#: Number and topic of a channel, or channel and data of a message.
+Record = tuple[int, str | bytes]
 
 
 class _FileBytes:
@@ -65,7 +62,7 @@ class _FileBytes:
         return data
 
 
-def read_chunks(path: Path) -> tuple[list[McapRecord], list[str]]:
+def read_chunks(path: Path) -> tuple[list[Record], list[str]]:
     """Return the records of all intact chunks in file order, and descriptions of the damage."""
     if path.is_dir():
         raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
@@ -98,8 +95,8 @@ def _not_ours(path: Path, start: bytes) -> InputError:
     )
 
 
-def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
-    records: list[McapRecord] = []
+def _search(path: Path, view: _FileBytes) -> tuple[list[Record], list[str]]:
+    records: list[Record] = []
     damage: list[str] = []
     chunks = 0
     end = len(MAGIC)  # end of the bytes processed
@@ -109,13 +106,14 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
         if start < end:
             continue
         try:
-            chunk, unpacked = unpack_chunk(view[start + _FRAME.size : stop], left)
+            data, crc, unpacked = unpack_chunk(view[start + FRAME.size : stop], left)
             left -= unpacked  # also if the chunk is damaged: each attempt takes time
-            # The library treats 0 as "not checked".
-            if zlib.crc32(chunk.data) != chunk.uncompressed_crc:
+            if zlib.crc32(data) != crc:
                 raise ValueError("the checksum is wrong")
-            inside = list(breakup_chunk(chunk))
-        except (McapError, ValueError, RuntimeError, OverflowError, struct.error) as error:
+            inside = list(read_records(data))
+        except InputError:  # a library for compressed chunks is missing
+            raise
+        except (ValueError, RuntimeError, OverflowError, struct.error) as error:
             patience -= stop - start
             if patience < 0:
                 raise InputError(
@@ -132,35 +130,34 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[McapRecord], list[str]]:
     return records, damage
 
 
-def unpack_chunk(body: bytes, most: int) -> tuple[Chunk, int]:
-    """Return a chunk without compression, and the number of bytes that were decompressed."""
-    chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-    unpacked = 0
-    if chunk.compression:
-        if chunk.uncompressed_size > most:
-            raise ValueError("it would unpack to far more than the file could hold")
-        chunk.data = _decompressed(chunk)
-        chunk.compression = ""
-        unpacked = len(chunk.data)
-    return chunk, unpacked
+def unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
+    """Return a chunk's records and stated CRC, and the number of bytes that were decompressed."""
+    size, crc, letters = struct.unpack_from("<16xQII", body)
+    kind, data = body[32 : 32 + letters], body[40 + letters :]
+    if not kind:
+        return data, crc, 0
+    if size > most:
+        raise ValueError("it would unpack to far more than the file could hold")
+    require_modules("files", "lz4", "zstandard")
+    data = _decompressed(kind, data, size)
+    return data, crc, len(data)
 
 
-def _decompressed(chunk: Chunk) -> bytes:
-    """Decompress a chunk up to one byte beyond its stated size."""
-    size = int(chunk.uncompressed_size)
+def _decompressed(kind: bytes, packed: bytes, size: int) -> bytes:
+    """Decompress up to one byte beyond the stated size."""
     data: bytes
-    if chunk.compression == "zstd":
+    if kind == b"zstd":
         from zstandard import ZstdDecompressor, ZstdError
 
         try:
-            with ZstdDecompressor(max_window_size=_WINDOW).stream_reader(chunk.data) as reader:
+            with ZstdDecompressor(max_window_size=_WINDOW).stream_reader(packed) as reader:
                 data = reader.read(size + 1)
         except ZstdError as error:
             raise ValueError(str(error)) from error
     else:
         from lz4.frame import LZ4FrameDecompressor
 
-        data = LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
+        data = LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
     if len(data) != size:
         raise ValueError("the compressed data have another size")
     return data
@@ -172,7 +169,7 @@ def find_chunks(view: _FileBytes | bytes) -> Iterator[tuple[int, int]]:
         block, position = view[first : first + _BLOCK + _OVERLAP], 0
         while (match := _CHUNK_START.search(block, position)) and match.start() < _BLOCK:
             length, data = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
-            stop = match.start() + _FRAME.size + length
+            stop = match.start() + FRAME.size + length
             if match.end() + data == stop <= len(view) - first:
                 yield first + match.start(), first + stop
             position = match.start() + 1
@@ -181,12 +178,12 @@ def find_chunks(view: _FileBytes | bytes) -> Iterator[tuple[int, int]]:
 def _is_framed(view: _FileBytes, position: int, stop: int) -> bool:
     """Return True if ``position`` to ``stop`` holds complete records, and no chunk among them."""
     while position < stop:
-        if stop - position < _FRAME.size:
+        if stop - position < FRAME.size:
             return False
-        opcode, length = _FRAME.unpack(view[position : position + _FRAME.size])
+        opcode, length = FRAME.unpack(view[position : position + FRAME.size])
         if opcode == Opcode.CHUNK or not 0 < opcode <= Opcode.DATA_END:
             return False
-        position += _FRAME.size + length
+        position += FRAME.size + length
     return position == stop
 
 
@@ -210,18 +207,15 @@ def _tail(view: _FileBytes, end: int, read: int) -> list[str]:
 
 def _chunk_count(view: _FileBytes, footer: int) -> int | None:
     """Return the number of chunks stated by the summary; None if the summary is damaged."""
-    position, _, crc = struct.unpack("<QQI", view[footer + _FRAME.size : -len(MAGIC)])
-    if not 0 < position <= footer or zlib.crc32(view[position : footer + _FRAME.size + 16]) != crc:
+    position, _, crc = struct.unpack("<QQI", view[footer + FRAME.size : -len(MAGIC)])
+    if not 0 < position <= footer or zlib.crc32(view[position : footer + FRAME.size + 16]) != crc:
         return None
     while position < footer:
-        opcode, length = _FRAME.unpack(view[position : position + _FRAME.size])
-        position += _FRAME.size
+        opcode, length = FRAME.unpack(view[position : position + FRAME.size])
+        position += FRAME.size
         if opcode == Opcode.STATISTICS:
-            body = BytesIO(view[position : position + length])
-            try:
-                return int(Statistics.read(ReadDataStream(body)).chunk_count)
-            except (McapError, struct.error):
-                return None
+            body = view[position : position + length]
+            return struct.unpack_from("<22xI", body)[0] if length >= 26 else None
         position += length
     return None
 

@@ -93,4 +93,4 @@ def _contacts(pinch: Pinch) -> Iterator[tuple[float, str]]:
         yield at, f"{finger_name(contact.finger)}: {label.object or 'unknown object'}{shore}"
 
 
-MCAP_PLOT = Exporter("mcap-plot", _write, groups=True)
+MCAP_PLOT = Exporter("mcap-plot", _write, "files", ("mcap",), groups=True)

@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from mcap.records import Channel, McapRecord, Message
 from numpy.typing import NDArray
 
 from firstcontact.core import Block, InputError, merge_blocks
 from firstcontact.core.files import AnyPath
 from firstcontact.core.text import counted
-from firstcontact.recording._chunks import read_chunks
+from firstcontact.recording._chunks import Record, read_chunks
 from firstcontact.recording.messages import (
     HAND,
     LARGEST,
@@ -133,15 +132,15 @@ def read_recording(path: AnyPath) -> Recording:
     return Recording(path, header, stretches, pinches, markers, skipped, groups)
 
 
-def _by_topic(records: Iterable[McapRecord]) -> Mapping[str, list[bytes]]:
+def _by_topic(records: Iterable[Record]) -> Mapping[str, list[bytes]]:
     """Return the contents of messages by topic, in file order."""
     messages: defaultdict[str, list[bytes]] = defaultdict(list)
     topics = dict(TOPICS)
-    for record in records:
-        if isinstance(record, Channel):
-            topics[record.id] = record.topic
-        elif isinstance(record, Message):
-            messages[topics.get(record.channel_id, str(record.channel_id))].append(record.data)
+    for number, content in records:
+        if isinstance(content, str):
+            topics[number] = content
+        else:
+            messages[topics.get(number, str(number))].append(content)
     return messages
 
 

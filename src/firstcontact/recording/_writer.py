@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from mcap.writer import CompressionType, Writer
 
 from firstcontact.core import Block, InputError, Pinch
 from firstcontact.core.files import AnyPath
+from firstcontact.recording._mcap import McapWriter
 from firstcontact.recording.messages import (
     LAST_SAMPLE,
     LONGEST_TEXT,
@@ -84,7 +84,7 @@ class RecordingWriter:
         bytes_a_second = header.layout.rate * header.layout.width * np.dtype(header.dtype).itemsize
         self._chunk_size = int(bytes_a_second * HANDED_OVER_EVERY)
         try:
-            self._file = Writer(self._stream, self._chunk_size, compression=CompressionType.NONE)
+            self._file = McapWriter(self._stream, self._chunk_size)
             self._start()
         except (OSError, InputError) as error:
             failed = self._failed(error) if isinstance(error, OSError) else error
@@ -175,7 +175,7 @@ class RecordingWriter:
         if not self._open:
             return
         try:
-            self._file.flush()  # type: ignore[no-untyped-call]
+            self._file.flush()
         except OSError as error:
             raise self._failed(error) from error
 
@@ -186,7 +186,7 @@ class RecordingWriter:
         try:
             # A second header, so that one damaged chunk never loses it.
             self._add(self._headers, self._head, self._end or 0)
-            self._file.finish()  # type: ignore[no-untyped-call]
+            self._file.finish()
             self._stream.flush()
         except OSError as error:
             raise self._failed(error) from error
@@ -203,20 +203,19 @@ class RecordingWriter:
         file = self._file
 
         def json_channel(topic: str, name: str) -> int:
-            schema = file.register_schema(name, "jsonschema", _JSON_SCHEMA)
-            return int(file.register_channel(topic, "json", schema))
+            schema = file.add_schema(name, "jsonschema", _JSON_SCHEMA)
+            return file.add_channel(topic, "json", schema)
 
-        file.start(profile="ros2", library="firstcontact")
         self._headers = json_channel("/header", "firstcontact.Header")
-        samples = file.register_schema(
+        samples = file.add_schema(
             "firstcontact_msgs/msg/Samples", "ros2msg", block_schema(self.header.dtype)
         )
-        self._samples = {"": file.register_channel("/samples", "cdr", samples)}
+        self._samples = {"": file.add_channel("/samples", "cdr", samples)}
         self._pinches = json_channel("/pinch", "firstcontact.PinchMark")
         self._markers = json_channel("/marker", "firstcontact.Marker")
         for group in self.header.layout.groups:
             topic = f"/samples/{group.name}"
-            self._samples[group.name] = file.register_channel(topic, "cdr", samples)
+            self._samples[group.name] = file.add_channel(topic, "cdr", samples)
         # Spaces fill a whole chunk, so that the header does not wait for samples.
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
@@ -238,7 +237,7 @@ class RecordingWriter:
         time = round((self._origin + sample) * _NANO / self.header.layout.rate)
         time = min(max(0, time), _LATEST)
         try:
-            self._file.add_message(channel, time, data, time, self._sequence)
+            self._file.add_message(channel, time, data, self._sequence)
             self._stream.flush()
         except OSError as error:
             raise self._failed(error) from error

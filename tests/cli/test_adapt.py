@@ -110,29 +110,6 @@ def test_what_cannot_be_used_is_refused_and_nothing_written(
     assert not (tmp_path / "no").exists()
 
 
-def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> None:
-    from dataclasses import replace
-
-    data = recordings(tmp_path / "whole")
-    pinches = [
-        replace(p, label=replace(p.label, shore_a=None, hardness_rank=int(p.label.shore_a // 20)))
-        for p in load_dataset(data).pinches
-    ]
-    bare = tmp_path / "bare"
-    bare.mkdir()
-    write_dataset(Dataset(tuple(pinches), "synthetic"), bare, Header(LAYOUT, "synthetic"))
-    assert run("adapt", bare, "--out", tmp_path / "no") == 2
-    errors = capsys.readouterr().err
-    assert "no pinch has a Shore A" in errors
-    assert "--shore-a" in errors
-    assert not (tmp_path / "no").exists()
-    # Models of windows learn the ranks, and say in what their errors are.
-    assert run("train", bare, "--out", tmp_path / "ranks", "--estimator", "peak") == 0
-    scores = next(line for line in capsys.readouterr().out.splitlines() if "rmse" in line)
-    assert "ranks" in scores
-    assert "Shore A" not in scores
-
-
 def test_a_training_is_not_torn_apart(blocks: Path, rig: Path, tmp_path: Path, capsys: Any) -> None:
     """The window models require their own detector. Another detector is refused."""
     trained = tmp_path / "trained"

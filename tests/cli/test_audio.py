@@ -37,25 +37,6 @@ def test_ports_lists_the_inputs(
     assert "audio:disc       sound input, 1 channel, 48000 Hz" in capsys.readouterr().out
 
 
-def test_info_says_what_it_is_and_what_its_filter_costs(
-    tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with local_sound(tmp_path, quiet, loop=1):
-        assert main(["info", "--device", "audio:disc"]) == 0
-    output = capsys.readouterr().out
-    assert "its own filter delays samples by 0.36 ms" in output
-    assert "sound input disc" in output
-
-
-def test_live_counts_the_filter_in_its_ledger(
-    tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with local_sound(tmp_path, quiet, loop=1):
-        assert main(["live", "--device", "audio:disc", "--seconds", "0.3"]) == 0
-    errors = capsys.readouterr().err
-    assert "0.360 ms of each wait are the source's own filter" in errors
-
-
 def test_record_keeps_taps_with_the_detected_contacts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

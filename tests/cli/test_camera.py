@@ -23,23 +23,6 @@ def recording(tmp_path):
     return path
 
 
-def test_a_camera_is_compared_with_the_strips(tmp_path, capsys, recording):
-    contacts = tmp_path / "contacts.csv"
-    lines = ["pinch,finger,time_s"]
-    for number in range(6):
-        for finger, sample in (("index", 2000), ("thumb", 2090)):
-            late = 0.05 * (number == 4)
-            time = 100.0 + (5000 * number + sample) / LAYOUT.rate + late
-            lines.append(f"{number},{finger},{np.ceil(time * 960) / 960}")
-    contacts.write_text("\n".join([*lines, "77,thumb,3.0", ""]))
-    assert main(["camera", str(recording), "--times", str(contacts), "--fps", "960"]) == 0
-    output = capsys.readouterr().out
-    assert "12 in both lists" in output
-    assert "83.3 % within one frame of 1.04 ms" in output
-    assert output.count("disagrees   pinch 4") == output.count("disagrees") == 2
-    assert "left out    pinch 77, thumb" in output
-
-
 def test_a_list_that_does_not_fit_is_refused(tmp_path, capsys, recording):
     contacts = tmp_path / "contacts.csv"
     contacts.write_text("pinch,finger,time_s\n77,index,1.0\n")

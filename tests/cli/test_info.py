@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 from importlib.metadata import version
-from pathlib import Path
 
 import pytest
 
@@ -39,10 +38,3 @@ def test_a_device_reports_its_identity_and_samples(capsys: pytest.CaptureFixture
     assert captured["frames"] == "0 damaged, 0 lost, 0 doubled"
     assert captured["epochs"] == "1"
     assert not {"numpy", "platform", "ports"} & set(captured)  # those are of info without a device
-
-
-def test_a_missing_port_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert main(["info", "--device", str(tmp_path / "none")]) == 2
-    captured = capsys.readouterr()
-    assert "missing" in fields(captured.out)["port"]
-    assert "there is no such port: see `firstcontact ports`" in captured.err

@@ -9,10 +9,6 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.core import (
-    Block,
-    Calibration,
-    Channel,
-    ChannelKind,
     Contact,
     Dataset,
     Finger,
@@ -20,11 +16,9 @@ from firstcontact.core import (
     Layout,
     Pinch,
     Role,
-    VibrationCalibration,
-    VibrationSensor,
     fingertip_layout,
 )
-from firstcontact.recording import Header, RecordingWriter, load_dataset, write_dataset
+from firstcontact.recording import Header, RecordingWriter, write_dataset
 from firstcontact.recording.dataset import pause_between
 
 
@@ -62,40 +56,6 @@ def recordings(tmp_path: Path, dataset: Dataset) -> Path:
     folder.mkdir()
     write_dataset(dataset, folder, Header(dataset.layout, "synthetic", notes="by hand"))
     return folder
-
-
-def test_a_calibration_names_its_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    microphone = Channel(
-        "disc", ChannelKind.VIBRATION, None, "full scale", sensor=VibrationSensor.MICROPHONE
-    )
-    for layout, finger, words in (
-        (Layout((microphone,), 4936.0), None, "sensor microphone noise 0.0021 of full scale RMS"),
-        (fingertip_layout(), Finger.INDEX, "index  piezo noise 2.10 mV RMS, offset +0.00 mV, tap"),
-        # Of a finger that the layout does not have: what it was is not known.
-        (Layout((microphone,), 4936.0), Finger.INDEX, "index  vibration noise"),
-    ):
-        of = Calibration((VibrationCalibration(finger, 0.0021, 0.0, 0.5),))
-        path = tmp_path / "one.mcap"
-        with RecordingWriter(path, Header(layout, "synthetic", calibration=of)) as writer:
-            writer.write(Block(np.zeros((10, layout.width), np.int16), 0))
-        assert main(["inspect", str(path)]) == 0
-        assert words in capsys.readouterr().out
-        path.unlink()
-
-
-def test_parquet_has_a_row_a_sample(tmp_path, recordings):
-    from pyarrow import parquet
-
-    out = tmp_path / "x.parquet"
-    assert main(["export", str(recordings), "--to", "parquet", "--out", str(out)]) == 0
-    table = parquet.read_table(out)
-    loaded = load_dataset(recordings)
-    assert table.num_rows == sum(len(p.data) for p in loaded.pinches)
-    voltage = np.concatenate([p.vibration()[:, 1] for p in loaded.pinches]).astype(np.float32)
-    assert np.array_equal(table["piezo_thumb"].to_numpy(), voltage)
-    assert set(table["object"].to_pylist()) == {"Äpfel"}
-    time = table["time_s"].to_numpy()[: len(loaded.pinches[0].data)]
-    assert np.diff(time) == pytest.approx(1 / loaded.layout.rate)
 
 
 def test_an_export_never_overwrites_and_leaves_nothing_half(tmp_path, recordings, dataset, capsys):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import signal
 import subprocess
 import urllib.request
@@ -92,12 +91,11 @@ def test_the_twin_is_seen_and_recorded(recorded: tuple[Path, list[tuple[float, .
     assert [len(m.truth) for m in recording.pinches] == [2] * 4
 
 
-@pytest.mark.parametrize("speed", ["inf", pytest.param("40", marks=pytest.mark.slow)])
 def test_a_replay_tells_what_was_told_live(
-    speed: str, environment: dict[str, str], recorded: tuple[Path, list[tuple[float, ...]]]
+    environment: dict[str, str], recorded: tuple[Path, list[tuple[float, ...]]]
 ) -> None:
     path, predictions = recorded
-    again = live(environment, "--device", str(path), "--speed", speed, "--json")
+    again = live(environment, "--device", str(path), "--speed", "inf", "--json")
     assert again.returncode == 0, again.stderr
     assert same(estimates(again.stdout), predictions)
 
@@ -174,17 +172,10 @@ def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
         environment, "--device", "twin", "--hand", "twin", "--pinches", "2", "--json", "--speed=3"
     )
     assert process.returncode == 0, process.stderr
-    markers = [
-        e["text"] for e in map(json.loads, process.stdout.splitlines()) if e["type"] == "marker"
-    ]
     # The device tells each command that it took, and how hard the hand squeezed.
-    assert len([m for m in markers if m.startswith("twin: told hand: ")]) >= 4
-    assert [m for m in markers if m.startswith("twin: peak ")]
-    assert "hand twin with policy first_contact: " in process.stderr
-    # The next closing may have begun before the session ended.
-    assert re.search(r"in [23] closings, 2 of these with a contact", process.stderr)
-    # With the session's end at once, and again when its connection is closed.
-    assert "released 2 times" in process.stderr
+    assert process.stdout.count('"twin: told hand: ') >= 4
+    assert '"twin: peak ' in process.stdout
+    assert "released 2 times" in process.stderr  # with the end, and when the connection is closed
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 0), (signal.SIGQUIT, 131)])
@@ -205,16 +196,10 @@ def test_a_signal_releases_the_hand(
     assert orders[-1].endswith("release")
 
 
-@pytest.mark.parametrize("kind", [[], ["--json"]])
-def test_an_output_that_cannot_be_written_is_no_success(
-    kind: list[str], environment: dict[str, str]
-) -> None:
+def test_an_output_that_cannot_be_written_is_no_success(environment: dict[str, str]) -> None:
+    words = ("live", "--device", "twin", "--speed", "4", "--seconds", "20", "--json")
     with Path("/dev/full").open("w") as full:
-        process = forked.firstcontact(
-            *("live", "--device", "twin", "--speed", "4", "--seconds", "20", *kind),
-            env=environment,
-            stdout=full,
-        )
+        process = forked.firstcontact(*words, env=environment, stdout=full)
     assert process.returncode == 2, process.stderr
     assert "No space left" in process.stderr.splitlines()[-1]
 
@@ -256,26 +241,15 @@ def test_the_page_is_where_it_says_and_closes_the_hand(
     ("arguments", "word"),
     [
         (["--device", "/nowhere/tty"], "/nowhere/tty"),
-        (["--device", "nothing.mcap"], "nothing.mcap"),
         (["--device", "twin", "--speed", "0"], "--speed"),
         (["--device", "twin", "--seconds", "-1"], "--seconds"),
-        (["--device", "twin", "--pinches", "0"], "--pinches"),
         (["--device", "twin", "--shape", "a ball"], "a ball"),
         (["--device", "twin", "--calibration", "none.json"], "none.json"),
         (["--device", "twin", "--model", "nowhere"], "nowhere"),
         (["--device", "twin", "--hand", "nobody's"], "nobody's"),
-        (["--device", "twin", "--hand", "print", "--policy", "guess"], "guess"),
-        (["--device", "twin", "--policy", "guess"], "guess"),
         (["--device", "twin", "--policy", "early_exit"], "--policy: "),
-        (
-            ["--device", "twin", "--hand-port", "/nowhere/tty"],
-            "--hand-port: ",
-        ),
-        (["--device", "twin", "--slip", "power"], "--slip: "),
-        (
-            ["--device=twin", "--slip=power", "--hand=print", "--policy=touch"],
-            "a policy with a slip reflex",
-        ),
+        (["--device", "twin", "--hand-port", "/nowhere/tty"], "--hand-port: "),
+        (["--device=twin", "--slip=power", "--hand=print", "--policy=touch"], "--slip: "),
     ],
 )
 def test_what_cannot_be_used_is_said_in_one_sentence(

@@ -94,16 +94,6 @@ def test_a_device_at_another_rate_is_resampled_for_the_model(
     assert recording.samples == pytest.approx(count, rel=0.01)
 
 
-def test_models_of_a_higher_rate_take_samples_of_a_lower_one(
-    pinches: Dataset, fast_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    session = LiveOutput(capsys, recorded(pinches, tmp_path / "own"), "--model", fast_model)
-    assert session.code == 0, session.messages
-    assert "8000" in session.messages
-    assert session.select("pinch")
-    assert all(e["rate"] == FAST for e in session.select("descriptor"))
-
-
 def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
     pinches: Dataset, fast_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import logging
 import re
-from pathlib import Path
 
 import pytest
 from tqdm import tqdm
 
 from firstcontact.cli.logs import logged
-from firstcontact.cli.main import main
 
 LOG = logging.getLogger("firstcontact.somewhere")
 
@@ -43,14 +41,3 @@ def test_a_warning_beside_a_progress_bar_gets_a_separate_line(
     (line,) = (part for part in written if "careful" in part)
     assert re.fullmatch(r"\S+Z firstcontact.somewhere: careful", line)
     assert any("3/3" in part for part in written)
-
-
-def test_a_verb_says_what_it_does_where_that_is_wanted(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    missing = str(tmp_path / "none.mcap")
-    for arguments in (["--verbose", "live", "--device", missing], ["live", "--device", missing]):
-        assert main(arguments) == 2
-    first, second, third = capsys.readouterr().err.splitlines()
-    assert f"firstcontact.device: opening {missing}" in first
-    assert second == third

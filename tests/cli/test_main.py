@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import ClassVar
 
 import pytest
@@ -40,16 +39,6 @@ def test_input_that_cannot_be_used_is_one_line_and_exit_2(
     out, err = capsys.readouterr()
     assert out == ""
     assert err == "firstcontact: labels.csv: shore_a is missing\n"
-
-
-def test_a_sentence_that_quotes_too_much_is_cut_in_its_middle(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run(monkeypatch, InputError(f"plan.csv: {'x' * 100_000}: give a number")) == 2
-    err = capsys.readouterr().err
-    assert len(err) < 2100
-    assert err.startswith("firstcontact: plan.csv: xx")
-    assert err.endswith("xx: give a number\n")
 
 
 def test_interrupted_is_exit_130(
@@ -127,8 +116,3 @@ def test_the_help_of_a_verb_imports_that_verb_and_no_arrays(verb: str) -> None:
     assert not modules & {"numpy", "scipy", "sklearn", "mcap", "msgspec", "h5py", "torch"}
     verbs = {configuration(other).__module__ for other in verb_places()} & modules
     assert verbs <= {configuration(verb).__module__, "firstcontact.cli.verbs.train"}
-
-
-def test_the_version_is_that_of_the_installed_package(capsys: pytest.CaptureFixture[str]) -> None:
-    assert command.main(["--version"]) == 0
-    assert capsys.readouterr().out == f"firstcontact {version('firstcontact')}\n"

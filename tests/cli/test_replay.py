@@ -93,4 +93,4 @@ def test_what_cannot_be_is_refused(
     assert main(["replay", str(tmp_path / "none.mcap")]) == 2
     assert "none.mcap" in capsys.readouterr().err
     assert main(["replay", str(recording), "--speed", "0"]) == 2
-    assert "--speed is 0" in capsys.readouterr().err
+    assert "--speed: " in capsys.readouterr().err

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import pytest
 
 from firstcontact.contact import DETECTORS, load_detector
 from firstcontact.core import Dataset, InputError, Label, Role
-from firstcontact.models import ESTIMATORS, load_model
+from firstcontact.models import load_model
 from firstcontact.recording import Header, write_dataset
 from saved import CARD, WEIGHTS
 from trainings import LAYOUT, load_card, recordings, run, touch
@@ -63,19 +62,6 @@ def test_a_model_classifies_from_the_command_line(
     output = capsys.readouterr().out
     assert "accuracy" in output
     assert "left out 4 pinches of classes" in output
-
-
-def test_a_regressor_may_lie_in_the_working_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    text = "from sklearn.linear_model import Ridge\nridge = Ridge()\n"
-    (tmp_path / "regressor_of_this_folder.py").write_text(text, encoding="utf-8")
-    original = [place for place in sys.path if place]
-    monkeypatch.setattr(sys, "path", list(original))
-    monkeypatch.chdir(tmp_path)
-    name = "regressor_of_this_folder:ridge"
-    assert ESTIMATORS.find(name).name == name
-    assert sys.path[: len(original)] == original  # the folder hides no installed package
 
 
 def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -117,20 +117,3 @@ def test_unknown_input_is_refused_with_the_choices(tmp_path: Path) -> None:
             open_source("audio:disc/2").__enter__()
         with open_source("audio") as usual:  # the system's own, here the only one
             assert usual.descriptor.sensor == "sound input disc"
-        with pytest.raises(InputError, match="--speed is 2"):
-            open_source("audio", speed=2.0)
-
-
-def test_input_faster_than_real_time_is_refused(tmp_path: Path) -> None:
-    with local_sound(tmp_path, hum(RATE)) as sound:
-        # This input delivers data as fast as they are read.
-        (tmp_path / "asound.conf").write_text(
-            'pcm.fast { type null hint { show on description "no pace" } }\n'
-        )
-        sound._terminate()
-        sound._initialize()
-        with open_source("audio:fast") as source:
-            # What lies in memory may be no numbers: that is refused, too.
-            with pytest.raises(InputError, match="audio:fast"):
-                until(source, 1_000_000_000)
-            assert source.ended

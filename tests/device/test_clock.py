@@ -33,13 +33,6 @@ def test_drift_is_within_1_ppm_after_a_minute(ppm: float) -> None:
     assert clock.rate == pytest.approx(RATE * (1 + 1e-6 * ppm), rel=1e-6)
 
 
-def test_no_drift_is_reported_before_enough_data() -> None:
-    clock = ClockFit(RATE)
-    assert clock.rate == 0.0
-    feed(clock, 50.0, 4, 1e-4)
-    assert clock.rate == 0.0
-
-
 STATED = 5000.0
 
 
@@ -69,9 +62,7 @@ def test_rate_error_is_refused_soon(rate: float, longest: float) -> None:
     assert refusal <= longest
 
 
-@pytest.mark.parametrize(
-    "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 20))]
-)
+@pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("jitter", [0.0, 0.002, 0.02, 0.1])
 def test_jitter_within_the_tolerance_is_not_refused(jitter: float, seed: int) -> None:
     for rate in (4940.0, 5060.0):

@@ -167,8 +167,17 @@ def test_name_of_a_broken_plugin_is_refused(
 
 
 def test_speed_of_a_real_device_is_refused() -> None:
-    with pytest.raises(InputError, match=r"--speed .*/dev/ttyACM0"):
+    with pytest.raises(InputError, match="/dev/ttyACM0") as refusal:
         open_source("/dev/ttyACM0", speed=2.0)
+    assert refusal.value.parameter == "speed"
+
+
+@pytest.mark.parametrize("name", ["twin", "tape", "recording"])
+@pytest.mark.parametrize("speed", [0.0, -1.0, 1e-300, math.nan, -math.inf])
+def test_invalid_speeds_are_refused(name: str, recording: Path, speed: float) -> None:
+    with device(name, recording) as named, pytest.raises(InputError) as refusal:
+        open_source(named, speed=speed)
+    assert refusal.value.parameter == "speed"
 
 
 def test_a_twin_without_compiled_code_is_refused() -> None:

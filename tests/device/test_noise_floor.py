@@ -5,11 +5,8 @@ from hypothesis import strategies as st
 
 from firstcontact.core import (
     Block,
-    Channel,
-    ChannelKind,
     Finger,
     InputError,
-    Layout,
     fingertip_layout,
 )
 from firstcontact.device import Arrival, Descriptor
@@ -97,16 +94,6 @@ def test_touched_finger_is_refused_by_name(fault, sensor_name):
     assert f"the {other_finger}" not in str(error.value)
 
 
-def test_error_of_a_sensor_without_a_finger_names_no_hand():
-    disc = Channel("disc", ChannelKind.VIBRATION, None, "V")
-    loud = np.arange(20 * RATE) // RATE % 2 == 1
-    noise = np.random.default_rng(0).standard_normal(20 * RATE) * np.where(loud, 1.0, 0.01)
-    source = Samples(noise[:, None], Layout((disc,), LAYOUT.rate))
-    with pytest.raises(InputError, match="the piezo") as error:
-        measure_noise(source, seconds=2.0, patience=0.0)
-    assert not {"hand", "motor", "sensor's"} & set(str(error.value).split())
-
-
 def test_noise_is_measured_between_closings():
     data = rest_signal(12)
     for start in range(RATE, len(data), 2 * RATE):
@@ -131,8 +118,3 @@ def test_measured_parts_do_not_span_a_gap():
     meter.update(Block(data[: 2 * RATE + 0], 0))
     meter.update(Block(data[2 * RATE :], 2 * RATE + 500))
     assert meter.calibration().noise(Finger.INDEX) == pytest.approx(0.002, rel=0.05)
-
-
-def test_a_layout_without_a_vibration_channel_is_refused():
-    with pytest.raises(InputError):
-        RestMeter(Layout(LAYOUT.channels[14:], LAYOUT.rate))

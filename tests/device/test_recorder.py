@@ -92,22 +92,6 @@ def test_gaps_epochs_marks_and_markers_are_recorded(tmp_path):
     assert any("30 samples are missing in 1 gap" in s for s in recording.skipped)
 
 
-def test_samples_outside_a_recording_are_dropped(tmp_path):
-    recorder = Recorder()
-    recorder.put(arrivals(0, [100]))
-    recorder.mark(PinchMark(0, 0, 100))
-    recorder.stop()
-    assert (recorder.status.samples, recorder.status.waiting) == (0, 0)
-    recorder.start(tmp_path / "a.mcap", HEADER)
-    recorder.put(arrivals(100, [100]))
-    recorder.stop()
-    recorder.stop()
-    recorder.put(arrivals(200, [100]))
-    recording = read_recording(tmp_path / "a.mcap")
-    assert [(s.first_sample, s.end) for s in recording.stretches] == [(100, 200)]
-    assert recording.pinches == ()
-
-
 def test_second_recording_at_a_time_is_refused(tmp_path):
     with Recorder() as recorder:
         recorder.start(tmp_path / "a.mcap", HEADER)
@@ -175,22 +159,6 @@ def hold_up(recorder, works_again):
     recorder._write = late
 
 
-def test_hanging_disk_blocks_no_caller_and_loses_nothing(tmp_path):
-    recorder = Recorder()
-    works_again = threading.Event()
-    path = tmp_path / "a.mcap"
-    recorder.start(path, HEADER)
-    hold_up(recorder, works_again)
-    for arrival in arrivals(0, [5] * 4000):
-        recorder.put([arrival])
-    assert recorder.status.waiting == 20_000
-    works_again.set()
-    recorder.stop()
-    recording = read_recording(path)
-    assert (recording.samples, recording.skipped) == (20_000, ())
-    check_numbers(recording)
-
-
 @pytest.mark.parametrize("is_stopped", [True, False])
 def test_a_caller_can_wait_for_a_slow_disk(tmp_path, is_stopped):
     recorder = Recorder()
@@ -237,9 +205,7 @@ while True:
 """
 
 
-@pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 8))]
-)
+@pytest.mark.parametrize("seed", [0, 1])
 def test_killed_recorder_leaves_all_complete_chunks(tmp_path, seed):
     path = tmp_path / "killed.mcap"
     lines = int(np.random.default_rng(seed).integers(1, 1500))

@@ -104,15 +104,6 @@ def test_replay_keeps_all_positions(recording: Path, block: int) -> None:
     assert LinkNews(health_before).lines(health) == ["link: end of the recording"]
 
 
-def test_descriptor_is_that_of_the_recording(recording: Path) -> None:
-    source = ReplaySource(recording)
-    assert source.name == str(recording)
-    assert source.descriptor.layout == DESCRIPTOR.layout
-    assert (source.descriptor.sensor, source.descriptor.hand) == ("a sensor", "a hand")
-    assert (source.descriptor.firmware, source.descriptor.source) == ("a firmware", "synthetic")
-    assert source.calibration == CALIBRATION
-
-
 def test_paced_blocks_have_their_due_times(
     recording: Path,
 ) -> None:
@@ -133,12 +124,6 @@ def test_a_replay_begins_at_the_first_read(recording: Path) -> None:
             pass  # a model that is loaded, for example
         (first, *_) = source.read(5.0)
     assert first.host >= begun
-
-
-@pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, -math.inf])
-def test_invalid_speeds_are_refused(recording: Path, speed: float) -> None:
-    with pytest.raises(InputError, match="--speed"):
-        open_source(str(recording), speed=speed)
 
 
 def test_invalid_recordings_and_block_sizes_are_refused(recording: Path, tmp_path: Path) -> None:

@@ -155,16 +155,6 @@ def test_closing_speeds_are_those_of_the_source(rate: float, tmp_path: Path) -> 
     assert answers == {*speeds, None}
 
 
-def test_marks_and_orders_reach_the_source(tmp_path: Path) -> None:
-    path = write_recording(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
-    with ReplaySource(path) as inner, ResampledSource(inner, NEW) as source:
-        for tell in (source.mark, source.order):
-            with pytest.raises(InputError, match="recording"):
-                tell("a word")
-    assert inner.ended
-    assert source.ended
-
-
 @pytest.mark.parametrize("rate", [400.0, 9_999_999.0])
 def test_rates_without_a_resampler_are_refused(rate: float, tmp_path: Path) -> None:
     path = write_recording(rate, tmp_path, [Block(samples(60, 0), 0, 0)])

@@ -132,26 +132,3 @@ def test_marks_are_echoed_and_orders_are_answered(kind: FrameType, text: str, ec
     host.say(kind, bytes(201))  # too long
     assert host.listen() == []
     assert orders == ([text] if kind == FrameType.ORDER else []), "a mark is no order"
-
-
-def test_marker_of_the_device_follows_earlier_samples() -> None:
-    host = device()
-    host.say(FrameType.START)
-    host.make(20)
-    host.device.marker(10, "twin: apple 1")
-    kinds = [f.type for f in host.listen()]
-    assert kinds == [FrameType.SAMPLES] * 2 + [FrameType.MARKER] + [FrameType.SAMPLES] * 2
-
-
-def test_consecutive_requests_are_answered_in_order() -> None:
-    host = device()
-    host.make(3)
-    breath = [(FrameType.HELLO, b"\1"), (FrameType.MARK, b"a"), (FrameType.START, b"")]
-    host.device.hear(b"".join(encode(kind, k, p) for k, (kind, p) in enumerate(breath)))
-    assert not host.device.listens
-    host.listen()
-    assert host.device.listens
-    host.make(5)
-    host.listen()
-    kinds = [f.type for f in host.frames]
-    assert kinds == [FrameType.DESCRIPTOR, FrameType.MARKER, FrameType.SAMPLES]

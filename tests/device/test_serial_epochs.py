@@ -110,14 +110,3 @@ def test_lost_start_is_repeated(device: ScriptedDevice, monkeypatch: pytest.Monk
     with SerialSource(device.port) as source:
         device.put(100)
         collect(source, lambda n: n == 100)
-
-
-def test_unplugged_source_can_be_closed(device: ScriptedDevice) -> None:
-    source = SerialSource(device.port)
-    with source:
-        device.put(100)
-        collect(source, lambda n: n == 100)
-        device.unplug()
-        read_until(source, lambda: not source.health.connected)
-    source.close()
-    assert source.ended

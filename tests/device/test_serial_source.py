@@ -20,13 +20,7 @@ from firstcontact.device.ports import SerialTransport
 from firstcontact.device.protocol import FrameType
 from firstcontact.device.serial_source import SerialSource
 from firstcontact.recording import Marker
-from processes import PATIENCE, until
-
-
-@pytest.fixture
-def _is_patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make the source wait long for a device, because a busy machine may delay it."""
-    monkeypatch.setattr(serial_source, "SILENCE", PATIENCE)
+from processes import until
 
 
 def test_all_samples_and_control_bytes_arrive(device: ScriptedDevice) -> None:
@@ -65,34 +59,6 @@ def test_read_waits_for_the_requested_samples(device: ScriptedDevice) -> None:
         while not few:
             few = source.read(0.01, 1000)
         assert few[0].block.first_sample == sent_count
-
-
-@pytest.mark.usefixtures("_is_patient")
-def test_a_reader_reads_the_port_in_its_own_thread(
-    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    threads: list[tuple[int, int]] = []  # of each read of the port, and its number of bytes
-    read = SerialTransport.read
-    reader = threading.get_ident()
-
-    def watched(transport: SerialTransport, *patience: float) -> bytes:
-        data = read(transport, *patience)
-        threads.append((threading.get_ident(), len(data)))
-        return data
-
-    with SerialSource(device.port) as source:
-        monkeypatch.setattr(SerialTransport, "read", watched)
-
-        def feed() -> None:
-            until(lambda: any(thread == reader for thread, _ in threads))
-            device.put(2000)
-
-        feeding = threading.Thread(target=feed)
-        feeding.start()
-        arrivals = source.read(60.0, 2000)
-        feeding.join()
-        assert sum(len(a.block.data) for a in arrivals) == 2000
-        assert {thread for thread, size in threads if size} == {reader}
 
 
 def test_stop_of_this_process_while_it_closes_loses_no_samples(

@@ -67,17 +67,6 @@ def test_bad_sample_costs_itself_and_the_filter_length(bad: float) -> None:
     assert source.health.unusable_samples == 1
 
 
-def test_unusable_samples_are_counted() -> None:
-    values = np.sin(np.arange(5000) / 9)
-    values[1000:] = np.nan
-    source = Scripted(values)
-    arrivals = read_to_end(source)
-    health = source.health
-    assert health.samples == sum(len(a.block.data) for a in arrivals)
-    assert health.samples + health.lost_samples == pytest.approx(RATE, abs=1)
-    assert health.unusable_samples == pytest.approx(4000 * RATE / INPUT_RATE, abs=1)
-
-
 def test_losses_around_an_epoch_change_are_counted() -> None:
     values = np.sin(np.arange(5000) / 9)
     values[2000:3500] = 1e39

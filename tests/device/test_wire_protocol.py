@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import struct
 import zlib
 
@@ -12,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numbered import frames
 
-from firstcontact.core import fingertip_layout
-from firstcontact.device import Descriptor, protocol
+from firstcontact.device import protocol
 from firstcontact.device.protocol import (
     LONGEST,
     MARKER_BYTES,
@@ -126,20 +124,6 @@ def test_other_payloads_round_trip_or_are_refused() -> None:
     ):
         with pytest.raises(FrameError):
             read_payload(payload)
-
-
-def test_descriptor_of_a_hundred_channels_fits() -> None:
-    layout = fingertip_layout()
-    taxels = [
-        dataclasses.replace(layout.channels[2], name=f"force_index_{k}", taxel=k)
-        for k in range(6, 90)
-    ]
-    many = dataclasses.replace(layout, channels=(*layout.channels, *taxels))
-    text = Descriptor(many, "firmware " * 5, "sensor " * 5, "hand " * 5).to_text()
-    wire = encode(FrameType.DESCRIPTOR, 0, protocol.descriptor_payload(1, text))
-    assert len(wire) <= LONGEST
-    version, boot, back = protocol.read_descriptor(decode(wire[:-1]).payload)
-    assert (version, boot, Descriptor.from_text(back).layout) == (protocol.VERSION, 1, many)
 
 
 #: The fault is made in the middle one.

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from example_events import ANSWER, FINAL, FIRST_EVENT, START
+from example_events import ANSWER, FIRST_EVENT, START
 from msgspec.structs import replace
 
 from firstcontact.contact import Detector
@@ -90,17 +90,6 @@ def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
                 assert grasping.last == expected
                 assert grasping.loop.counts.estimates == 1
     assert grasping.loop.counts.misses == 0
-
-
-def test_a_policy_acts_on_the_final_estimate(hand: PrintHand) -> None:
-    """The policy acts even if the signal was short, because no better estimate follows."""
-    policy = live_policy("first_contact")
-    grasping = Grasping(policy, hand, LAYOUT)
-    with hand:
-        for event in (START, FIRST_EVENT, ANSWER, FINAL, replace(FINAL, low=5.0)):
-            grasping.on_event(event)
-    assert grasping.last == policy.grip.command_for(ANSWER.low)
-    assert grasping.loop.counts.estimates == 1
 
 
 def test_only_an_early_policy_gets_estimates_before_the_final_one(hand: PrintHand) -> None:

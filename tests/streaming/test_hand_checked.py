@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import io
-import json
 from dataclasses import replace
 
 import example_events
 import numpy as np
-from example_events import ANSWER, DESCRIPTOR, OF_HAND
+from example_events import ANSWER, OF_HAND
 from example_events import pinch as pinch_of
 from msgspec.structs import replace as changed
 
 from firstcontact.core import Block, Finger
 from firstcontact.device.descriptor import DeviceContact, DeviceEstimate, DevicePrediction
-from firstcontact.streaming import HandPinch, HandPrediction, PinchDone, Update
+from firstcontact.streaming import HandPinch, HandPrediction, PinchDone
 from firstcontact.streaming._hand_predictions import HandPredictions
 from firstcontact.streaming.events import Estimate
-from firstcontact.streaming.json_lines import json_line
-from firstcontact.streaming.text import TextSink
 
 RATE = 4936.0
 DONE = pinch_of(ANSWER)
@@ -51,14 +47,6 @@ def pinches(
     return [e for e in events if isinstance(e, HandPinch)]
 
 
-def printed(event: HandPinch) -> str:
-    out = io.StringIO()
-    sink = TextSink(out)
-    sink.open(DESCRIPTOR)
-    sink.take(Update(events=(event,)))
-    return out.getvalue().splitlines()[-1]
-
-
 def test_the_same_answers_are_said_to_be_the_same() -> None:
     (pinch,) = pinches(TOLD, (DONE,))
     assert pinch.final == changed(OF_HAND, host=0.0)  # the next is from samples of both
@@ -66,11 +54,6 @@ def test_the_same_answers_are_said_to_be_the_same() -> None:
     assert pinch.check is not None
     assert pinch.check.same
     assert pinch.check.compared == 1
-    assert (
-        "30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, the same on this computer (1 estimates)"
-        in printed(pinch)
-    )
-    assert json.loads(json_line(pinch))["check"]["same"] is True
 
 
 def test_a_difference_is_told() -> None:
@@ -78,13 +61,11 @@ def test_a_difference_is_told() -> None:
     (pinch,) = pinches(TOLD, (host_pinch,))
     assert pinch.check is not None
     assert not pinch.check.same
-    assert "differs on this computer" in printed(pinch)
 
 
 def test_a_one_sided_contact_is_reported() -> None:
     (alone,) = pinches((), (DONE,))
     assert (alone.contacts, alone.sample) == ((), 510)
-    assert "no contact, differs on this computer" in printed(alone)
     (alone,) = pinches(TOLD, ())
     assert alone.check is not None
     assert not alone.check.same
@@ -93,8 +74,6 @@ def test_a_one_sided_contact_is_reported() -> None:
 def test_without_a_model_here_nothing_is_checked() -> None:
     (pinch,) = pinches(TOLD, (DONE,), checked=False)
     assert pinch.check is None
-    assert "not checked" in printed(pinch)
-    assert json.loads(json_line(pinch))["check"] is None
 
 
 def test_a_pinch_in_a_gap_of_the_host_is_not_compared() -> None:
@@ -102,7 +81,6 @@ def test_a_pinch_in_a_gap_of_the_host_is_not_compared() -> None:
     predictions.update((), Block(np.zeros((400, 16), np.int16), 0), 0.0)
     events = predictions.update(TOLD, Block(np.zeros((9000, 16), np.int16), 700), 0.0)
     (pinch,) = [e for e in events if isinstance(e, HandPinch)]
-    assert "not compared: this computer lost samples" in printed(pinch)
     assert pinch.check is not None
     assert pinch.check.lost
 

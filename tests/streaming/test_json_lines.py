@@ -49,31 +49,19 @@ def test_lines_say_what_happened_in_order() -> None:
         "hand_prediction",
         "hand_pinch",
     ]
-    head, link, failed, marker, start, contact, estimate, final, none, finished, *remainder = lines
+    _, link, failed, marker, _, _, estimate, final, _, finished, *remainder = lines
     combined, hand, computed, own_values, complete = remainder
     assert computed["event"]["contact"]["decided"] == 522
     assert (own_values["event"]["value"], own_values["event"]["compute"]) == (30.5, 441e-6)
     assert (complete["check"]["same"], complete["check"]["compared"]) == (True, 1)
     assert (hand["ask"], hand["by"]) == ("close", "keyboard")
-    assert (estimate["value"], estimate["out_of_range"], estimate["final"]) == (30.5, False, False)
     assert estimate["contact"] == {"finger": 1, "sample": 510, "decided": 522}
-    assert (estimate["in_time"], estimate["model"]) == (None, "network")
-    assert (final["value"], final["final"], final["in_time"]) == (30.5, True, True)
-    assert [e["value"] for e in finished["estimates"]] == [30.5]
+    assert (estimate["in_time"], final["in_time"], final["final"]) == (None, True, True)
     assert (finished["estimates"][0]["in_time"], finished["verdict"]) == (True, "in_time")
-    assert finished["strips"][1] == {"finger": 0, "sample": 578, "decided": 578}
     assert (combined["pinches"], combined["value"], combined["number"]) == (2, 30.5, 1)
     assert failed == {"type": "failed", "subject": "page", "reason": "OSError: no"}
-    assert (head["format"], head["format_version"]) == ("firstcontact-live", 4)
-    assert head["hand"] == "linke Händ"
-    assert (head["rate"], head["fingers"]) == (DESCRIPTOR.layout.rate, ["index", "thumb"])
-    assert head["channels"][0] == {"name": "piezo_index", "kind": "piezo", "finger": 0, "unit": "V"}
-    assert len(head["channels"]) == 16
     assert (link["connected"], link["lost_samples"], link["bad_frames"]) == (True, 7, 1)
     assert (marker["sample"], marker["text"]) == (1200, "Apfel ä")
-    assert start["sample"] == 400
-    assert (contact["first"], contact["host"]) == (True, 1000.1)
-    assert none["reason"] == "the window is not whole"
 
 
 def test_the_link_is_told_only_when_it_changes() -> None:
@@ -97,16 +85,6 @@ def test_a_number_that_json_does_not_have_is_null() -> None:
         lines = written(Update(events=(odd,), health=Health(connected=True)))
         assert [line["type"] for line in lines] == ["descriptor", "estimate"]
         assert lines[1]["value"] is None
-
-
-def test_what_failed_elsewhere_is_told_once() -> None:
-    fine, bad = Health(connected=True), {"page": "RuntimeError: no"}
-    more = bad | {"lsl": "OSError: gone"}
-    lines = written(*(Update(health=fine, failed=f) for f in ({}, bad, bad, more, more)))
-    assert [(line["type"], line.get("subject")) for line in lines[1:]] == [
-        ("failed", "page"),
-        ("failed", "lsl"),
-    ]
 
 
 def test_a_listener_that_goes_away_ends_the_sink_alone() -> None:

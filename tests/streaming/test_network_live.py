@@ -161,20 +161,6 @@ def test_the_final_one_without_a_second_contact_is_the_longest(
     )
 
 
-def test_a_prediction_that_is_no_number_is_refused(
-    fresh: Dataset, detector: Detector, anytime: InContextModel
-) -> None:
-    predictor = AnytimePredictor(anytime)
-    predictor.predict = lambda *contact: (np.nan, 0.0, 0.0, 0.0, 0.0, False)
-    live = Pipeline(LAYOUT, detector, predictor)
-    events = run(live, as_blocks(fresh.take([0])))
-    assert not [e for e in events if isinstance(e, Estimate)]
-    (refused,) = [e for e in events if isinstance(e, NoEstimate)]
-    assert "finite" in refused.reason
-    (finished_pinch,) = [e for e in events if isinstance(e, PinchDone)]
-    assert (finished_pinch.final, finished_pinch.reason) == (None, refused.reason)
-
-
 def test_a_shape_is_the_models_input_from_the_next_contact_on(
     fresh: Dataset, detector: Detector, anytime: InContextModel
 ) -> None:

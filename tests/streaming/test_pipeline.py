@@ -106,16 +106,6 @@ def test_samples_wait_for_what_is_due_and_for_nothing_else(
     assert pipeline.ledger.blocks < len(frames) / 2
 
 
-def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> None:
-    process = [
-        e for e in run(Pipeline(LAYOUT, detector), as_blocks(fresh)) if isinstance(e, PinchDone)
-    ]
-    for live, pinch in zip(process, fresh.pinches, strict=True):
-        assert [(c.finger, c.sample) for c in live.strips] == [
-            (c.finger, c.sample) for c in pinch.truth
-        ]
-
-
 def test_a_window_across_a_gap_is_refused(
     fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:

@@ -32,17 +32,6 @@ def test_all_settings_are_as_before_when_it_ends() -> None:
     assert "VmLck:\t       0 kB" in Path("/proc/self/status").read_text("ascii")
 
 
-def test_a_collector_that_was_off_stays_off() -> None:
-    gc.disable()
-    try:
-        with real_time_process(real_time=True) as hurry:
-            hurry(False)
-            assert not gc.isenabled()
-        assert not gc.isenabled()
-    finally:
-        gc.enable()
-
-
 def test_a_replay_changes_nothing() -> None:
     previous = settings_now()
     with real_time_process(real_time=False) as hurry:

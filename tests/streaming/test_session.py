@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -241,6 +239,18 @@ def test_it_ends_when_nobody_is_left_to_tell(
         assert source.health.samples < len(stream)
 
 
+def test_a_failed_output_is_told_to_the_others_once(recorded: Path, detector: Detector) -> None:
+    class Raiser(Keeper):
+        def take(self, update: Update) -> None:
+            raise RuntimeError("no")
+
+    keeper = Keeper()
+    with ReplaySource(recorded, float("inf")) as source:
+        session = LiveSession(source, Pipeline(LAYOUT, detector))
+        session.run([Raiser("raiser"), keeper], patient=True)
+    assert [u.failed for u in keeper.updates if u.failed] == [{"raiser": "RuntimeError: no"}]
+
+
 def test_a_shape_that_a_viewer_tells_holds_for_one_object(
     recorded: Path, detector: Detector, anytime: InContextModel
 ) -> None:
@@ -269,19 +279,3 @@ def test_positions_faster_than_the_samples_are_refused(
         with pytest.raises(InputError) as refused:
             session.start_recording()
     assert refused.value.parameter == "hand"
-
-
-def test_recordings_that_begin_in_one_second_have_names_of_their_own(
-    recorded: Path, detector: Detector, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    noon = datetime(2026, 1, 2, 12)
-    monkeypatch.setattr("firstcontact.streaming.session.datetime", Mock(now=lambda: noon))
-    paths = []
-    for _ in range(3):
-        with ReplaySource(recorded, float("inf")) as source:
-            session = LiveSession(source, Pipeline(LAYOUT, detector), recordings=tmp_path / "made")
-            paths.append(session.start_recording())
-            session.run(seconds=0.0)
-    assert sorted((tmp_path / "made").iterdir()) == sorted(set(paths))
-    assert [read_recording(path).header.session for path in paths] == [p.stem for p in paths]
-    assert len(paths) == len(set(paths))

@@ -17,7 +17,7 @@ from firstcontact.device._twin_source import TwinSource
 from firstcontact.device.twin_words import held_object
 from firstcontact.grasp import Hand, HandError
 from firstcontact.recording import Marker, load_dataset, read_recording
-from firstcontact.streaming.twin import SHIPPED_HAND, TwinHand, default_model, twin_model
+from firstcontact.streaming.twin import SHIPPED_HAND, TwinHand, twin_model
 
 #: A source that is silent for so long is dead, s.
 DEAD = 60.0
@@ -138,17 +138,6 @@ def test_a_recording_keeps_its_positions(tmp_path: Path) -> None:
         assert np.allclose(values[:, 0], np.interp(at + begin, times, travel))
 
 
-def test_what_is_gone_takes_no_command_and_needs_no_release() -> None:
-    source = TwinSource(seed=4, speed=2)
-    hand = TwinHand(source)
-    with source, hand:
-        hand.send(Command(0.0, 1.0))
-        source.close()
-        with pytest.raises(HandError, match="twin"):
-            hand.send(Command(0.0, 1.0))
-        hand.release()
-
-
 class Real(TwinSource):
     """Source that does not identify itself as a twin."""
 
@@ -177,13 +166,11 @@ def test_the_default_hand_has_a_model_without_training(
         assert max(group.rmse.values()) < group.constant
 
 
-def test_python_takes_the_twins_model_as_the_command_line_does() -> None:
-    """The package's model, which knows no rig, is the default for other sources only."""
-    with fc.open("twin", speed=8.0, objects="block 43") as source:
-        (final,) = [
-            event
-            for event in fc.live(source, pinches=1)
-            if isinstance(event, fc.Estimate) and event.final
-        ]
-    assert final.model == default_model(source).estimators[0] == "combined"
-    assert final.low < 43 < final.high
+def test_a_missing_package_is_named_before_the_simulation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr("firstcontact.core.installation.find_spec", lambda module: None)
+    with pytest.raises(fc.InputError, match="train"):
+        twin_model("paper-rig", 3)
+    assert list(tmp_path.iterdir()) == []

@@ -53,7 +53,6 @@ class Terminal(Screen):
         self._deserted = False
 
     def say(self, line: str) -> None:
-        """Print a line."""
         start = "\r" if self._live else ""
         print(start + line.ljust(self._width), flush=True)
         if self._guide is not None and reader_gone() and not self._deserted:
@@ -75,15 +74,13 @@ class Terminal(Screen):
         self._stop.gently = True
 
     def end(self) -> None:
-        """Print the numbers of received and lost samples, damaged frames, and refused closings."""
         self._stop.gently = False
         guide, health = self._following(), self._source.health
         self.complete = guide.current is None
         for line in self._link.lines(health, last=True):
             self.say(line)
         self.say(
-            f"link: {health.samples} samples, {health.lost} lost, {health.bad_frames} damaged "
-            f"frames, {health.reconnects} reconnects; {guide.left_out} "
+            f"{health.link}; {guide.left_out} "
             f"{'taps' if is_tapped(guide.layout) else 'closings'} did not count"
         )
         lost = health.lost_samples - self._lost_before
@@ -94,7 +91,6 @@ class Terminal(Screen):
             )
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        """Print the next object. Return False if a person must put it in place first."""
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
         self._say_and_reset_timer(
             f"next: {label.object}{shore}, specimen {label.specimen}, "
@@ -109,11 +105,9 @@ class Terminal(Screen):
         return not self._asks
 
     def in_place(self) -> bool:
-        """Return True if Enter was pressed: the object is in place."""
         return entered()
 
     def judged(self, judged: Judged) -> None:
-        """Print the result of a closing."""
         name = judged.label.object
         if judged.faults:
             self._say_and_reset_timer(f"{name}: does not count: {'; '.join(judged.faults)}")
@@ -128,7 +122,6 @@ class Terminal(Screen):
         self._say_and_reset_timer(", ".join(parts))
 
     def going_on(self) -> None:
-        """Refresh the status line. Print reminders, and news about the connection to the device."""
         health, guide = self._source.health, self._following()
         for line in self._link.lines(health):
             self.say(line)

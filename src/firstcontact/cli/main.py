@@ -27,7 +27,6 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     verbose = VERBOSE in arguments
     if verbose:

@@ -83,7 +83,6 @@ class Argument:
 
     @property
     def usage(self) -> str:
-        """Words of the usage line."""
         if self.flag:
             return f"{self.flag} {self.metavar}"
         several = " ..." if self.several else ""

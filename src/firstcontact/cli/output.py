@@ -29,14 +29,12 @@ class Output:
             stream.reconfigure(errors=ESCAPE_ERRORS)
 
     def write(self, text: str) -> int:
-        """Write text with its control characters escaped."""
         start = text[:1] if text.startswith("\r") else ""
         with self._loss_noted():
             self._stream.write(start + sanitize(text[len(start) :]))
         return len(text)
 
     def flush(self) -> None:
-        """Write buffered text."""
         with self._loss_noted():
             self._stream.flush()
 

@@ -25,7 +25,6 @@ class Stop:
 
     @property
     def requested(self) -> bool:
-        """True after a signal."""
         return self.signal is not None
 
     @property

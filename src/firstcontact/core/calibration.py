@@ -13,7 +13,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from firstcontact.core._errors import InputError
-from firstcontact.core.files import AnyPath, given_path, read_regular, temporary_path, write_json
+from firstcontact.core.files import AnyPath, given_path, read_regular, write_json
 from firstcontact.core.layout import ADC_VOLTS, Finger, finger_words
 from firstcontact.core.records import LONGEST, Name, read_record
 
@@ -148,14 +148,17 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Check that a path can be written before a long measurement. Leave no file there."""
-    try:
-        if path.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        with temporary_path(path) as temporary:
-            temporary.touch()
-    except OSError as error:
-        raise _unwritable(path, error) from error
+    """Check that a path can be written before a long measurement, and change nothing."""
+    folder = next(parent for parent in path.absolute().parents if parent.exists())
+    if path.is_dir():
+        fault = errno.EISDIR
+    elif not folder.is_dir():
+        fault = errno.ENOTDIR
+    elif not os.access(folder, os.W_OK | os.X_OK):
+        fault = errno.EACCES
+    else:
+        return
+    raise _unwritable(path, OSError(fault, os.strerror(fault)))
 
 
 def read_calibration(path: Path) -> Calibration:

@@ -32,15 +32,11 @@ BLOCKS = 32
 STEADY = 31
 #: A gap is implausible if it exceeds the time since the previous block by more than this, s.
 SLACK = 1.0
-#: Largest number of waiting blocks: about a minute.
-MOST_WAITING = 15_000
 #: Longest wait for an input to close, s.
 CLOSING_TIME = 2.0
 
 
 class _InputBlock(NamedTuple):
-    """Block from PortAudio."""
-
     data: NDArray[np.float32]
     taken: float
     host: float
@@ -48,8 +44,6 @@ class _InputBlock(NamedTuple):
 
 
 class AudioSource(ThreadedSource):
-    """Sound input through PortAudio."""
-
     def __init__(
         self, input_name: str = "", channels: int = 1, rate: float = FINGERTIP_RATE
     ) -> None:
@@ -91,8 +85,6 @@ class AudioSource(ThreadedSource):
         return sound_descriptor(self._rate, self._channels, *described, delay)
 
     def _callback(self, data: NDArray[np.float32], frames: int, times: Any, status: Any) -> None:
-        if self._blocks.qsize() > MOST_WAITING:  # the input has no pace
-            raise portaudio().CallbackAbort
         taken, overflow = times.inputBufferAdcTime, bool(status.input_overflow)
         self._blocks.put(_InputBlock(data.copy(), taken, time.monotonic(), overflow))
 
@@ -140,7 +132,6 @@ class AudioSource(ThreadedSource):
 def sound_descriptor(
     rate: float, channels: int, firmware: str, sensor: str, source: str, delay: float
 ) -> Descriptor:
-    """Return the descriptor of a sound with one or two channels."""
     layout = make_layout(
         FileSettings(VibrationSensor.PIEZO, rate, "full scale"), channels, scale=1.0
     )

@@ -30,10 +30,8 @@ class Columns:
 
 def find_column(word: str, names: Sequence[str]) -> int | None:
     """Return the index of a column from its name or its position from 1; None if missing."""
-    if word in names:
-        return names.index(word)
-    positions = [str(k + 1) for k in range(len(names))]
-    return positions.index(word) if word in positions else None
+    words = [*names, *(str(k + 1) for k in range(len(names)))]
+    return words.index(word) % len(names) if word in words else None
 
 
 def distinct_names(names: Sequence[str]) -> tuple[str, ...]:

@@ -159,7 +159,6 @@ class _SteadyArrivals:
         self._last = 0.0
 
     def add(self, age: float, lines: int) -> None:
-        """Add the number of lines that arrived until ``age``, s."""
         gap, self._last = age - self._last, age
         if gap > LONGEST_LOOK:
             if sum(other > 0.5 * gap for other in self._gaps) < 2:
@@ -215,16 +214,12 @@ class CsvSource(ThreadedSource):
             raise
         delay = self._resample(rate, self._rate)
         count = self._columns.counter
-        loss_note = (
-            "losses unknown: no counter column"
-            if count is None
-            else f"counter in column {count + 1}"
-        )
+        losses = "losses unknown" if count is None else f"counter in column {count + 1}"
         columns = [{"label": f"column {n}", "unit": "counts"} for n in self._columns.names]
         self._note(losses_known=count is not None)
         return Descriptor(
             Layout(vibration_channels(columns), self._rate),
-            firmware=f"lines of numbers, {rate:.1f} Hz measured, {loss_note}",
+            firmware=f"lines of numbers, {rate:.1f} Hz measured, {losses}",
             sensor=f"columns {', '.join(self._columns.names)} of {self.port}",
             source="real",
             dtype="float32",
@@ -232,7 +227,6 @@ class CsvSource(ThreadedSource):
         )
 
     def _identify(self, port: SerialTransport) -> tuple[Columns, float]:
-        """Return the meaning of the columns and the sampling rate, Hz, from the first lines."""
         opened = began = now = time.monotonic()
         lines: list[tuple[float, ...]] = []
         arrivals = _SteadyArrivals(0.25 * self._measured)

@@ -62,6 +62,5 @@ class TapeSource(ThreadedSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TapeSource:
-    """Return the player for a device name, ``tape:FILE.wav``."""
     options.check_speed()
     return TapeSource(Path(name.partition(":")[2]), options.speed)

@@ -38,8 +38,6 @@ TICK = 1e-3
 
 
 class TwinProcess(TerminalDevice):
-    """Simulated hand at the device side of a pseudo terminal."""
-
     def __init__(
         self,
         terminal: PseudoTerminal,
@@ -153,26 +151,21 @@ class TwinProcess(TerminalDevice):
         return f"{ACCEPTED}{text}"
 
     def _command(self) -> bool:
-        """Carry out one command from the parent process. Return False at the end of the input."""
-        # Read without a buffer, because select sees only bytes in the pipe.
-        line = b""
-        while not line.endswith(b"\n"):
-            byte = os.read(0, 1)
-            if not byte:
-                return False
-            line += byte
-        answer = "done"
-        match line.split():
-            case [b"positions", since]:
-                pairs = (f"{at!r},{x!r}" for at, x in self._stream.positions.since(float(since)))
-                answer = " ".join([answer, *pairs])
-            case [b"unplug"]:
-                self._terminal.unplug()
-                self._wire = b""
-            case [b"plug"]:
-                self._terminal.plug()
-        say(answer)
-        return True
+        """Carry out commands from the parent process. Return False at the end of the input."""
+        lines = os.read(0, 4096)
+        for line in lines.splitlines():
+            answer = "done"
+            match line.split():
+                case [b"positions", since]:
+                    steps = self._stream.positions.since(float(since))
+                    answer = " ".join([answer, *(f"{at!r},{x!r}" for at, x in steps)])
+                case [b"unplug"]:
+                    self._terminal.unplug()
+                    self._wire = b""
+                case [b"plug"]:
+                    self._terminal.plug()
+            say(answer)
+        return bool(lines)
 
 
 DESCRIPTOR = Descriptor(

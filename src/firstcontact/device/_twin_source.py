@@ -42,12 +42,7 @@ class TwinDevice:
         latency: float = LATENCY,
         fault: str = "",
     ) -> None:
-        if not 0 < speed <= FASTEST:
-            raise InputError(
-                f"the speed of the simulated hand is {speed:g}: use a number above 0 and at most "
-                f"{FASTEST:g}",
-                parameter="speed",
-            )
+        SourceOptions(speed=speed).check_speed(FASTEST)
         options: dict[str, object] = {"condition": condition, "objects": objects, "seed": seed}
         options |= {"speed": speed, "latency": latency, "fault": fault}
         self._lock = threading.Lock()
@@ -159,6 +154,7 @@ class TwinSource(SerialSource):
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
     kernels()
+    options.check_speed(FASTEST)  # before a model is trained
     return TwinSource(
         options.condition, [options.objects], options.seed, options.speed, fault=options.fault
     )

@@ -19,14 +19,9 @@ LONGEST = 600
 LEAST = 5.0
 #: The least delay within this time counts as no delay, s.
 MEMORY = 10
-#: Largest share by which the stamps run faster or slower than the device's clock, to correct an
-#: error of up to ``FAR``.
+#: Largest share by which the stamps run slower than the device's clock, to correct stamps that are
+#: too late.
 SLEW = 0.05
-#: Largest error of the stamps that is corrected slowly, s. If the stamps are late by more, they
-#: jump forward. If they are early by more, they run slower by the share ``STILL_RISING``, so that
-#: they almost stand still but still rise.
-FAR = 0.25
-STILL_RISING = 0.999
 #: Largest difference between the stated and the measured rate, as a share.
 TOLERANCE = 0.02
 #: Relative difference between the rates from which on ``FEW`` windows prove it.
@@ -41,8 +36,6 @@ SIGMAS = 4.0
 
 
 class _ArrivalTime(NamedTuple):
-    """Arrival of a sample at the host."""
-
     delay: float
     sample: float
     host: float
@@ -78,7 +71,6 @@ class ClockFit:
         self.rate = 0.0
 
     def add(self, sample: int, host: float) -> None:
-        """Add the arrival of a sample at a time of the host's clock, s."""
         if not self._fastest.add(sample, host):
             return
         fastest = np.array(self._fastest.arrivals)[:-1]  # complete seconds
@@ -171,10 +163,7 @@ class DeviceClock:
             offset = max(target, self._last + (1 - block.first_sample) / self._rate)
             self._applied = offset
         elapsed = (block.end - self._end) / self._rate
-        wanted = target - offset
-        up = np.inf if wanted > FAR else SLEW * elapsed
-        down = (STILL_RISING if wanted < -FAR else SLEW) * elapsed
-        self._applied = offset + min(max(wanted, -down), up)
+        self._applied = offset + max(target - offset, -SLEW * elapsed)
         numbers = np.arange(block.first_sample, block.end)
         share = (numbers + 1 - self._end) / max(1, block.end - self._end)
         self._end = block.end

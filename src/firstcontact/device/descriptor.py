@@ -181,8 +181,6 @@ def _version_mismatch(version: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class DeviceContact:
-    """Contact that the device detected."""
-
     finger: Finger
     #: Samples at which the contact began, and after which the device detected it.
     sample: int
@@ -195,8 +193,6 @@ class DeviceContact:
 
 @dataclass(frozen=True, slots=True)
 class DeviceEstimate:
-    """Stiffness that the device predicted."""
-
     finger: Finger
     #: Sample at which the contact began, and number of samples after it that the model used.
     contact: int
@@ -225,7 +221,6 @@ def read_contact(payload: bytes, epoch: int, *, withdrawn: bool = False) -> Devi
 
 
 def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
-    """Return the estimate in the payload of an estimate frame."""
     contact, decided, samples, finger, flags, value, low, high, nanoseconds = unpack(
         _ESTIMATE, payload, FrameType.ESTIMATE
     )

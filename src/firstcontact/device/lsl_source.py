@@ -143,7 +143,6 @@ class LslSource(ThreadedSource):
         return streams[0] if streams else None
 
     def _listen(self, stream: Any) -> Descriptor:
-        """Open the inlet. Return the stream's descriptor."""
         self._check_rate(stream)
         self._inlet = self._lsl.StreamInlet(stream, max_buflen=BUFFERED, recover=False)
         try:

@@ -133,7 +133,6 @@ class RestMeter:
         return np.stack([flat, self._closed, loaded, self._rms > STEADY * quietest])
 
     def _at_rest(self) -> NDArray[np.bool_]:
-        """Return True for each part at rest, shape (parts,)."""
         return np.asarray(~self._faults().any(axis=(0, 2)))
 
 

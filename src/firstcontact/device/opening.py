@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger("firstcontact.device")
 
+#: Least speed of a source, as a multiple of real time: 10 ms of samples take hours.
+SLOWEST = 1e-6
+
 
 @dataclass(frozen=True, slots=True)
 class SourceOptions:
@@ -29,17 +33,17 @@ class SourceOptions:
     objects: str = "paper"
     fault: str = ""
 
-    def check_speed(self) -> None:
-        """Raise InputError if the speed is not positive."""
-        if not self.speed > 0:
-            raise InputError(f"--speed is {self.speed:g}: give a positive number, or inf")
+    def check_speed(self, fastest: float = math.inf) -> None:
+        if not SLOWEST <= self.speed <= fastest:
+            raise InputError(
+                f"the speed is {self.speed:g}: give a number from {SLOWEST:g} to {fastest:g}",
+                parameter="speed",
+            )
 
     def check_own_speed(self, device: str) -> None:
         """Raise InputError if the speed is not 1. ``device`` has a fixed speed."""
         if self.speed != 1.0:
-            raise InputError(
-                f"--speed is {self.speed:g}, but {device} has a fixed speed: leave --speed out"
-            )
+            raise InputError(f"{device} has a fixed speed: leave the speed out", parameter="speed")
 
 
 @dataclass(frozen=True, slots=True)

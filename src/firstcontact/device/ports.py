@@ -126,8 +126,6 @@ def not_a_port(port: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """One serial port."""
-
     name: str
     description: str
     teensy: bool

@@ -59,8 +59,6 @@ class FrameError(ValueError):
 
 
 class Frame(NamedTuple):
-    """Decoded frame, without its CRC."""
-
     type: int
     counter: int
     payload: bytes
@@ -218,7 +216,6 @@ class Decoder:
         self.restart()
 
     def restart(self) -> None:
-        """Discard an incomplete frame. Keep the count of damaged pieces."""
         self._rest = b""
         self._first = True
         self._too_long = False

@@ -28,8 +28,6 @@ _Piece = Block | Marker | PinchMark | tuple[str, Block]
 
 @dataclass(frozen=True, slots=True)
 class RecorderStatus:
-    """State of a recorder."""
-
     #: File that is being written; None if no recording runs.
     path: Path | None = None
     #: Number of samples written to this or the last file, and in the queue.

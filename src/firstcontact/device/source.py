@@ -106,6 +106,14 @@ class Health:
         return f"{self.lost_samples}{unknown}"
 
     @property
+    def link(self) -> str:
+        """Text with the counts of the link."""
+        return (
+            f"link: {self.samples} samples, {self.lost} lost, {self.bad_frames} damaged frames, "
+            f"{self.reconnects} reconnects"
+        )
+
+    @property
     def unusable(self) -> str:
         """Text with the number of unusable samples."""
         count = self.unusable_samples

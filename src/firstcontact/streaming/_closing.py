@@ -14,8 +14,6 @@ from firstcontact.streaming.events import Estimate, judged
 
 @dataclass(slots=True)
 class OpenClosing:
-    """Closing in progress."""
-
     start: int
     epoch: int
     heard: int

@@ -32,20 +32,8 @@ class Update:
     health: Health = field(default_factory=Health)
     recording: RecorderStatus = field(default_factory=RecorderStatus)
     ledger: Mapping[str, float] = field(default_factory=dict)
+    #: New failures of outputs, by name.
     failed: Mapping[str, str] = field(default_factory=dict)
-
-
-class FailureNews:
-    """Failures of other outputs, each reported once."""
-
-    def __init__(self) -> None:
-        self._known: Mapping[str, str] = {}
-
-    def of(self, update: Update) -> list[tuple[str, str]]:
-        """Return name and reason of each failure that is new in an update."""
-        news = list(update.failed.items() - self._known.items())
-        self._known = update.failed
-        return news
 
 
 class Sink(Protocol):

@@ -34,8 +34,6 @@ class Verdict(StrEnum):
 
 
 class _Reported(msgspec.Struct, frozen=True):
-    """Base of the events."""
-
     @property
     def known_sample(self) -> int:
         """Number of the last sample that was needed to report this event."""

@@ -14,7 +14,7 @@ from firstcontact.core import ChannelKind, Finger, InputError, finger_name
 from firstcontact.core.installation import require_modules
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
-from firstcontact.streaming._outputs import FailureNews, Update
+from firstcontact.streaming._outputs import Update
 from firstcontact.streaming.events import Event
 from firstcontact.streaming.json_lines import FailedLine, MarkerLine, json_line
 
@@ -60,7 +60,6 @@ class FoxgloveSink:
             ) from error
         #: Address to open in Foxglove.
         self.url = f"ws://{host}:{self._server.port}"
-        self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
         layout = self._layout = descriptor.layout
@@ -97,7 +96,7 @@ class FoxgloveSink:
         for arrival in update.arrivals:
             self._send(arrival)
         now = time.monotonic()
-        for name, reason in self._failures.of(update):
+        for name, reason in update.failed.items():
             self._log(FailedLine(name, reason), now)
         for event in update.events:
             self._log(event, self._clock.host_time(event.known_sample, event.epoch))

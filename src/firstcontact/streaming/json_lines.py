@@ -12,7 +12,7 @@ from firstcontact.core import Finger, finger_name
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.descriptor import DevicePredictor
 from firstcontact.recording import Marker
-from firstcontact.streaming._outputs import FailureNews, Update
+from firstcontact.streaming._outputs import Update
 
 FORMAT = "firstcontact-live"
 #: Version of the format, raised when a field changes its meaning or disappears.
@@ -155,7 +155,6 @@ class JsonLinesSink:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._link: msgspec.Struct = LinkLine(connected=True)
-        self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
         self._write([json_line(DescriptorLine.describe(descriptor))])
@@ -166,8 +165,7 @@ class JsonLinesSink:
         if link != self._link:
             lines.append(json_line(link))
         self._link = link
-        failures = self._failures.of(update)
-        lines += [json_line(FailedLine(name, reason)) for name, reason in failures]
+        lines += [json_line(FailedLine(*failure)) for failure in update.failed.items()]
         lines += [marker_line(m) for a in update.arrivals for m in a.markers]
         lines += [json_line(event) for event in update.events]
         if lines:

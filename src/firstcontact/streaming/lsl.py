@@ -12,7 +12,7 @@ from firstcontact.core import finger_name
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
 from firstcontact.device.lsl_source import lsl_library
-from firstcontact.streaming._outputs import FailureNews, Update
+from firstcontact.streaming._outputs import Update
 from firstcontact.streaming.json_lines import FailedLine, json_line, marker_line
 
 #: Length of the buffer for a slow listener, s.
@@ -32,7 +32,6 @@ class LslSink:
         self._samples: Any = None
         self._events: Any = None
         self._newest = -np.inf  # time stamp of the newest event
-        self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
         layout = descriptor.layout
@@ -59,7 +58,7 @@ class LslSink:
     def take(self, update: Update) -> None:
         for arrival in update.arrivals:
             self._send(arrival)
-        for name, reason in self._failures.of(update):
+        for name, reason in update.failed.items():
             at = self._newest if np.isfinite(self._newest) else self._lsl.local_clock()
             self._events.push_sample([json_line(FailedLine(name, reason))], at)
         for event in update.events:

@@ -158,7 +158,6 @@ class WindowPredictions:
         return windows
 
     def withdraw(self) -> None:
-        """Discard the contact, and wait for another contact."""
         self._left, self.reason, self._contact = len(self._windows), "", None
         self._stream.withdraw()
 

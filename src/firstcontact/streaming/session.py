@@ -102,6 +102,7 @@ class LiveSession:
         )
         self._figures: Mapping[str, float] = {}
         self._track: PositionTrack | None = None  # positions of the hand in the recording
+        self._reported: set[str] = set()  # failed outputs that the others know of
         if shape:
             self.set_shape(shape)
 
@@ -128,7 +129,7 @@ class LiveSession:
         self._hurries = ended if patient else lambda: True
         together = min((sink.every for sink in sinks), default=TOGETHER)
         self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
-        self._given = 0
+        self._given, self._reported = 0, set()
         try:
             real_time = self.pipeline.real_time
             with real_time_process(real_time=real_time, notify=self._notify) as hurry:
@@ -344,8 +345,9 @@ class LiveSession:
         health = self.source.health
         if self._was_connected is not None:  # a source that the session closed did not go away
             health = replace(health, connected=self._was_connected)
-        state = health, self.recording, self._figures, self.fanout.failed
-        self.fanout.put(Update(arrivals, events, *state))
+        failed = {n: why for n, why in self.fanout.failed.items() if n not in self._reported}
+        self._reported |= failed.keys()
+        self.fanout.put(Update(arrivals, events, health, self.recording, self._figures, failed))
 
     def _record_positions(self, block: Block) -> None:
         """Record the positions of the hand up to a block. They wait while estimates are due."""

@@ -10,7 +10,7 @@ from firstcontact.device import Descriptor, Health
 from firstcontact.device.source import LinkNews
 from firstcontact.device.twin_words import held_object, lost_object
 from firstcontact.streaming._objects import ObjectNames
-from firstcontact.streaming._outputs import FailureNews, Update
+from firstcontact.streaming._outputs import Update
 from firstcontact.streaming.events import (
     HandCheck,
     HandCommand,
@@ -35,7 +35,6 @@ class TextSink:
         self._health = Health(connected=True)
         self._shore_a = shore_a
         self._names = ObjectNames()
-        self._failures = FailureNews()
 
     def open(self, descriptor: Descriptor) -> None:
         rate = descriptor.layout.rate
@@ -47,7 +46,7 @@ class TextSink:
         self._health = update.health
         for line in self._link.lines(update.health):
             self._write(line)
-        for name, reason in self._failures.of(update):
+        for name, reason in update.failed.items():
             self._write(f"{name}: failed ({reason})")
         for loss in (lost_object(m.text) for a in update.arrivals for m in a.markers):
             if loss:
@@ -126,7 +125,6 @@ def estimate_words(estimate: Estimate, *, timed: bool) -> str:
 
 
 def hand_line(event: HandPinch) -> str:
-    """Return one line of text about a device's predictions for a pinch."""
     if not event.contacts:
         words = "no contact"
     elif event.final is None:

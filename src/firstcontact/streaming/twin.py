@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Self
 
 from firstcontact.core import Command, InputError
 from firstcontact.core.files import cache_path, make_once
+from firstcontact.core.installation import require_extra
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device import Source
 from firstcontact.device.twin_words import CLOSE_ORDER, order_text
@@ -99,8 +100,11 @@ def default_model(source: Source) -> Model:
 
 def twin_model(condition: str, seed: int) -> Path:
     """Return the folder of a model for the twin, which is trained if there is none."""
+    from firstcontact.models import ESTIMATORS
+
     if (condition, seed) == SHIPPED_HAND:
         return SHIPPED
+    require_extra(ESTIMATORS[ESTIMATORS.default])  # before the simulation
     folder = cache_path(f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}")
 
     def make(making: Path) -> None:

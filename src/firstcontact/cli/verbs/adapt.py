@@ -33,7 +33,6 @@ class Adapt:
     options: ClassVar[dict[str, str]] = {"detector": "detector_type"}
 
     def run(self) -> None:
-        """Make the model of the rig, save it, and print its held-out scores."""
         from firstcontact.core.files import replacing_folder
         from firstcontact.models import adapt
         from firstcontact.models.model_file import check_replaceable

@@ -33,7 +33,6 @@ class Calibrate:
     options: ClassVar[dict[str, str]] = {"tap": "no_tap"}
 
     def run(self) -> None:
-        """Measure, print the results, and write the calibration file."""
         from firstcontact import calibrate
         from firstcontact.cli.guided import entered
         from firstcontact.cli.stopping import stopping

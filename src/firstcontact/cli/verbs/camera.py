@@ -21,7 +21,6 @@ class Camera:
     """Frames per second of the camera."""
 
     def run(self) -> None:
-        """Print agreement, offset and drift of the two clocks, and the contacts that disagree."""
         from firstcontact.collect.camera import compare, in_words, read_contacts
         from firstcontact.recording import read_recording
 

@@ -32,7 +32,6 @@ class Check:
     """Speed of the simulated hand, as a multiple of real time."""
 
     def run(self) -> None:
-        """Guide the person, print the verdicts, and write the page."""
         from firstcontact.cli.stopping import stopping
         from firstcontact.collect.check import check_fingertips
         from firstcontact.collect.check_page import summary, write_page

@@ -32,7 +32,6 @@ class Evaluate:
     """Folder of a detector to use in place of the model's."""
 
     def run(self) -> None:
-        """Print errors or accuracy, and a table of objects."""
         from firstcontact.cli.output import print_losses
         from firstcontact.contact import load_detector
         from firstcontact.models import evaluate, load_model
@@ -66,7 +65,6 @@ def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
 
 
 def _lines(evaluation: Evaluation) -> Iterator[str]:
-    """Yield the scores of one predictor as lines of text."""
     yield (
         f"{evaluation.when}, {evaluation.predictor}: contacts {evaluation.contacts}; "
         f"{counted(evaluation.scored, 'pinch')} scored, {evaluation.left_out} left out (no "

@@ -23,7 +23,6 @@ class Export:
     """New file."""
 
     def run(self) -> None:
-        """Export the recordings. Print notes, for example on data that the format cannot hold."""
         from firstcontact.core.installation import require_extra
         from firstcontact.recording import export, load_dataset
 

@@ -26,7 +26,6 @@ class ExportModel:
     """Longest time of a prediction on a 600 MHz Cortex-M7, us."""
 
     def run(self) -> None:
-        """Export the model. Write all files or none."""
         from firstcontact.export import export_model
         from firstcontact.recording import load_dataset
 

@@ -25,7 +25,6 @@ class FlashModel:
     """File of `calibrate`; by default the noise is measured first."""
 
     def run(self) -> None:
-        """Send the model. The device uses its old model until it has checked the new one."""
         from firstcontact.device.flashing import check_model_fits, flash_model
         from firstcontact.export.hand_image import hand_image
 

@@ -55,7 +55,6 @@ class Import:
     """Cut sound files into one pinch for each contact found in them."""
 
     def run(self) -> None:
-        """Import the files. Print their content, and assumptions about them."""
         from firstcontact import import_recordings
 
         dataset = import_recordings(

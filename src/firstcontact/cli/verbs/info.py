@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Annotated
 
 from firstcontact.cli.options import Condition, devices
+from firstcontact.cli.verbs.ports import port_lines
 
 #: Time for which a device is read, s.
 LISTEN = 2.0
@@ -30,12 +31,11 @@ class Info:
     """Variation of the simulated hand."""
 
     def run(self) -> None:
-        """Print one property per line."""
         if self.device is not None:
             for line in _device(self.device, self.condition):
                 print(line)
             return
-        for line in (*_software(), *_ports()):
+        for line in (*_software(), *port_lines()):
             print(line)
 
 
@@ -56,23 +56,6 @@ def _libraries() -> list[str]:
     needs = (need for need in requires("firstcontact") or [] if "dev" not in need.partition(";")[2])
     names = (re.split(r"[^\w.-]", need)[0] for need in needs)
     return [name for name in dict.fromkeys(names) if name != "firstcontact"]
-
-
-def _ports() -> Iterator[str]:
-    from firstcontact.device.opening import list_devices
-    from firstcontact.device.ports import access, groups, ports
-
-    serial_ports = ports()
-    for port in serial_ports:
-        yield _line(port.name, port.description)
-        yield _line("", access(Path(port.name)))
-    inputs = list_devices()
-    for name, title in inputs:
-        yield _line(name, title)
-    if not serial_ports and not inputs:
-        yield _line("ports", "none")
-    if groups():
-        yield _line("groups", ", ".join(groups()))
 
 
 def _device(name: str, condition: str) -> Iterator[str]:

@@ -27,7 +27,6 @@ class Inspect:
     """Number of the pinch to draw."""
 
     def run(self) -> None:
-        """Print the content of the file, and its damage."""
         from firstcontact.core import InputError
         from firstcontact.recording import load_dataset, read_recording
 

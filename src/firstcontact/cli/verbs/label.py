@@ -31,7 +31,6 @@ class Label:
     """Print the address of the page, and open no browser."""
 
     def run(self) -> None:
-        """Find onsets, serve the page until labelling is finished, and write the new recordings."""
         from firstcontact.cli.stopping import stopping
         from firstcontact.collect.label_result import Labeller
         from firstcontact.collect.label_session import Session

@@ -90,7 +90,6 @@ class Live:
     """Stop after this number of pinches."""
 
     def run(self) -> None:
-        """Run until Ctrl-C or a limit of time or pinches."""
         self._check()
         if self.page:
             require_modules("live", "websockets")
@@ -160,9 +159,8 @@ class Live:
     def _check(self) -> None:
         from firstcontact.core.physics import parse_radius
 
-        for name, value in (("seconds", self.seconds), ("speed", self.speed)):
-            if value is not None and not value > 0:
-                raise InputError(f"--{name} is {value:g}: give a number above 0")
+        if self.seconds is not None and not self.seconds > 0:
+            raise InputError(f"--seconds is {self.seconds:g}: give a number above 0")
         if self.pinches is not None and self.pinches < 1:
             raise InputError(f"--pinches is {self.pinches}: give 1 or more, or leave it out")
         parse_radius(self.shape)
@@ -205,10 +203,7 @@ class Live:
         alone = len(layout.vibration_fingers) < 2
         for line in ledger_lines(figures, seconds, cpu, alone=alone, speed=self.speed):
             _say(line)
-        _say(
-            f"link: {health.samples} samples, {health.lost} lost, "
-            f"{health.bad_frames} damaged frames, {health.reconnects} reconnects"
-        )
+        _say(health.link)
         if health.lost_samples:
             _say("link: lost samples leave gaps, also in a recording; a gap ends its pinch")
         if health.overflow_samples:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from firstcontact.core import InputError
 from firstcontact.core.text import counted
@@ -20,29 +21,34 @@ class Ports:
     """Send a few bytes to each port, to find out if a fingertip answers there."""
 
     def run(self) -> None:
-        """Print one line per port."""
-        from firstcontact.device.opening import list_devices
-        from firstcontact.device.ports import ports
+        for line in port_lines(ask=self.ask):
+            print(line)
 
-        serial_ports = ports()
-        for port in serial_ports:
-            print(f"{port.name:16} {port.description}")
-            if self.ask:
-                for line in answer(port.name):
-                    print(f"{'':16} {line}")
-        inputs = list_devices()
-        for name, title in inputs:
-            print(f"{name:16} {title}")
-        if not serial_ports and not inputs:
-            print(
-                "no serial port found: connect the fingertip with a data cable, or use the "
-                "simulated hand (--device twin)"
-            )
-        elif serial_ports and not self.ask and not any(p.teensy for p in serial_ports):
-            print(
-                "no port has the USB numbers of a Teensy: use --ask to find out on which port a "
-                "fingertip answers"
-            )
+
+def port_lines(*, ask: bool = False) -> Iterator[str]:
+    """Yield lines about each port: what it is, who may open it, and if asked, what answers."""
+    from firstcontact.device.opening import list_devices
+    from firstcontact.device.ports import access, groups, ports
+
+    serial_ports, inputs = ports(), list_devices()
+    for port in serial_ports:
+        yield f"{port.name:16} {port.description}"
+        for line in (access(Path(port.name)), *(answer(port.name) if ask else ())):
+            yield f"{'':16} {line}"
+    for name, title in inputs:
+        yield f"{name:16} {title}"
+    if serial_ports:
+        yield f"{'groups':16} {', '.join(groups())}"
+    if not serial_ports and not inputs:
+        yield (
+            "no serial port found: connect the fingertip with a data cable, or use the simulated "
+            "hand (--device twin)"
+        )
+    elif serial_ports and not ask and not any(p.teensy for p in serial_ports):
+        yield (
+            "no port has the USB numbers of a Teensy: use `firstcontact ports --ask` to find out "
+            "on which port a fingertip answers"
+        )
 
 
 def answer(port: str) -> Iterator[str]:

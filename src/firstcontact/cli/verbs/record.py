@@ -56,17 +56,12 @@ class Record:
     options: ClassVar[dict[str, str]] = {"source": "device", "hand": "hand_name"}
 
     def run(self) -> None:
-        """Record the sessions one after the other."""
         from firstcontact import record
         from firstcontact.cli.guided import Terminal
         from firstcontact.cli.stopping import stopping
         from firstcontact.device import open_source
 
         simulated = source_kind(self.device).simulated
-        if not simulated and self.speed != 1.0:
-            raise InputError(
-                "this option is for a simulated hand only: leave it out", parameter="speed"
-            )
         names = self._sessions()
         with stopping() as stop:
             for name in names:
@@ -99,7 +94,6 @@ class Record:
                     raise KeyboardInterrupt
 
     def _sessions(self) -> list[str]:
-        """Return the names of the sessions."""
         from firstcontact.core.text import check_text
 
         check_text(self.session)

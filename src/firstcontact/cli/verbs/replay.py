@@ -28,7 +28,6 @@ class Replay:
     """Path of the port; by default in a temporary folder."""
 
     def run(self) -> None:
-        """Print the port's name. Serve until Ctrl-C or, if ``once``, until the recording ends."""
         from firstcontact.cli.stopping import stopping
         from firstcontact.core import InputError
         from firstcontact.device.ports import PseudoTerminal, port_folder

@@ -34,7 +34,6 @@ class Simulate:
     """Dask cluster that simulates the pinches: tcp://HOST:PORT."""
 
     def run(self) -> None:
-        """Simulate with a progress bar."""
         # fc.simulate also loads what it wrote, which may be larger than the memory.
         from firstcontact.twin import simulate
         from firstcontact.twin.noise import read_noise

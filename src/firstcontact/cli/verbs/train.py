@@ -55,7 +55,6 @@ class Train:
     options: ClassVar[dict[str, str]] = {"detector": "detector_type", "windows": "window_ms"}
 
     def run(self) -> None:
-        """Train, save, and print the scores on held-out sessions."""
         from firstcontact.cli.output import print_losses
         from firstcontact.core.files import replacing_folder
         from firstcontact.models.model_file import check_replaceable

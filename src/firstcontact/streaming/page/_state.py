@@ -19,7 +19,7 @@ from firstcontact.device.recorder import RecorderStatus
 from firstcontact.device.twin_words import lost_object
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming._objects import ObjectNames
-from firstcontact.streaming._outputs import FailureNews, Update
+from firstcontact.streaming._outputs import Update
 from firstcontact.streaming.events import (
     ContactEvent,
     ContactWithdrawn,
@@ -157,7 +157,6 @@ class State:
         self._pending: list[Update] = []
         self._parts: dict[str, _Part] = {}
         self._faults: list[str] = []
-        self._failures = FailureNews()
         self._taxels = {f: layout.columns(ChannelKind.FORCE, f) for f in Finger}
         force = layout.columns(ChannelKind.FORCE)
         hello = {
@@ -222,7 +221,7 @@ class State:
                 arrivals = []
             for event in update.events:
                 self._on_event(event)
-            for name, reason in self._failures.of(update):
+            for name, reason in update.failed.items():
                 self._faults = [*self._faults, f"{name} has failed: {reason}"][-FAULTS:]
                 self._put("faults", self._faults)
         if pending:

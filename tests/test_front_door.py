@@ -1,7 +1,5 @@
 """Public functions: a program that uses all of them, and refusals."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import types
@@ -14,7 +12,6 @@ import pytest
 
 import firstcontact as fc
 from firstcontact import plugins
-from firstcontact.core import Command
 from firstcontact.core.calibration import write_calibration
 from firstcontact.grasp import Hand, HandLimits, SafeHand
 
@@ -23,14 +20,14 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> fc.Dataset:
+def data(tmp_path_factory):
     """Simulated pinches of the five blocks."""
     folder = tmp_path_factory.mktemp("front") / "pinches"
     return fc.simulate(folder, pinches_per_block=12, pinches_per_object=0, seed=5)
 
 
 @pytest.fixture(scope="module")
-def training(data: fc.Dataset) -> tuple[fc.Model, list[int]]:
+def training(data):
     """Model and the progress of its training."""
     steps: list[int] = []
     name = "spectral_ridge" if "spectral_ridge" in plugins.ESTIMATORS else "svm"
@@ -38,17 +35,17 @@ def training(data: fc.Dataset) -> tuple[fc.Model, list[int]]:
 
 
 @pytest.fixture(scope="module")
-def model(training: tuple[fc.Model, list[int]]) -> fc.Model:
+def model(training):
     return training[0]
 
 
-def test_every_public_name_exists() -> None:
+def test_every_public_name_exists():
     for name in fc.__all__:
         assert getattr(fc, name) is not None
     assert {"load", "train", "live", "plugins", "InputError"} <= set(fc.__all__)
 
 
-def test_importing_it_imports_no_arrays() -> None:
+def test_importing_it_imports_no_arrays():
     code = "import sys, firstcontact; print(*sys.modules)"
     process = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
@@ -62,7 +59,7 @@ def test_importing_it_imports_no_arrays() -> None:
     }
 
 
-def test_progress_counts_every_step(data: fc.Dataset, training: tuple[fc.Model, list[int]]) -> None:
+def test_progress_counts_every_step(data, training):
     model, progress = training
     assert sum(progress) == 3 + len(model.windows)
     steps: list[int] = []
@@ -73,18 +70,14 @@ def test_progress_counts_every_step(data: fc.Dataset, training: tuple[fc.Model, 
     assert sum(steps) == 2  # the network and the window model
 
 
-def test_training_warns_of_pinches_with_the_same_samples(
-    data: fc.Dataset, training: tuple[fc.Model, list[int]]
-) -> None:
+def test_training_warns_of_pinches_with_the_same_samples(data, training):
     copied = [replace(p, label=replace(p.label, session="copied")) for p in data[:3]]
     noted = fc.adapt(replace(data, pinches=(*data.pinches, *copied))).notes
     assert [note for note in noted if note.startswith("warning: 3 pinches ")] == [noted[-1]]
     assert not any(note.startswith("warning") for note in training[0].notes)
 
 
-def test_a_model_predicts_the_same_after_saving(
-    data: fc.Dataset, model: fc.Model, tmp_path: Path
-) -> None:
+def test_a_model_predicts_the_same_after_saving(data, model, tmp_path):
     again = fc.load_model(model.save(tmp_path / "rig"))
     assert again.moments == model.moments
     assert again.estimators == model.estimators
@@ -96,7 +89,7 @@ def test_a_model_predicts_the_same_after_saving(
         assert np.array_equal(predictions.low, selected.low, equal_nan=True)
 
 
-def test_the_predictor_is_chosen_by_its_name(data: fc.Dataset, model: fc.Model) -> None:
+def test_the_predictor_is_chosen_by_its_name(data, model):
     """The estimator that was asked for predicts by default, and the predictions name it."""
     window = model.predict(data)
     assert set(window.elapsed[np.isfinite(window.elapsed)]) == {0.015}
@@ -108,7 +101,7 @@ def test_the_predictor_is_chosen_by_its_name(data: fc.Dataset, model: fc.Model) 
     assert caught.value.parameter == "estimator"
 
 
-def test_what_is_no_dataset_is_refused_by_name(data: fc.Dataset, model: fc.Model) -> None:
+def test_what_is_no_dataset_is_refused_by_name(data, model):
     calls = {
         "train": lambda: fc.train("pinches"),  # type: ignore[arg-type]
         "predict": lambda: model.predict(data.pinches[0]),  # type: ignore[arg-type]
@@ -135,9 +128,7 @@ def test_what_is_no_dataset_is_refused_by_name(data: fc.Dataset, model: fc.Model
     assert caught.value.parameter == "source"
 
 
-def test_each_wrong_value_is_refused_where_it_enters(
-    data: fc.Dataset, model: fc.Model, tmp_path: Path
-) -> None:
+def test_each_wrong_value_is_refused_where_it_enters(data, model, tmp_path):
     nul, out = "a\0b", tmp_path / "out"
     with fc.open("twin", speed=4.0) as source:
         calls: list[tuple[str, Callable[[], object]]] = [
@@ -170,22 +161,22 @@ def test_each_wrong_value_is_refused_where_it_enters(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_hand_of_ones_own_is_driven_and_released() -> None:
+def test_a_hand_of_ones_own_is_driven_and_released():
     class MyHand(Hand):
         name = "mine"
         limits = HandLimits(speed=0.5, force=20.0, rate=200.0, watchdog=float("inf"))
         real = False
 
-        def __init__(self) -> None:
+        def __init__(self):
             self.calls: list[str] = []
 
-        def send(self, command: Command) -> None:
+        def send(self, command):
             self.calls.append("send")
 
-        def release(self) -> None:
+        def release(self):
             self.calls.append("release")
 
-        def close(self) -> None:
+        def close(self):
             self.release()
 
     for wrap in (lambda hand: hand, SafeHand):
@@ -199,9 +190,7 @@ def test_a_hand_of_ones_own_is_driven_and_released() -> None:
     ("parameter", "value"),
     [("level", 0.2), ("seed", -1), ("windows", (5.0,)), ("windows", ()), ("contacts", "known")],
 )
-def test_training_names_the_parameter_that_is_wrong(
-    data: fc.Dataset, parameter: str, value: object
-) -> None:
+def test_training_names_the_parameter_that_is_wrong(data, parameter, value):
     unknown = data.take(np.arange(10))
     if parameter == "contacts":
         from dataclasses import replace
@@ -213,7 +202,7 @@ def test_training_names_the_parameter_that_is_wrong(
     assert caught.value.parameter == parameter
 
 
-def test_evaluation_scores_each_predictor_apart(data: fc.Dataset, model: fc.Model) -> None:
+def test_evaluation_scores_each_predictor_apart(data, model):
     window, network = fc.evaluate(model, data)
     assert network.groups[0].title == "seen in training"
     assert set(network.groups[0].rmse) == {0.002, 0.003, 0.005, 0.008, 0.015}
@@ -223,7 +212,7 @@ def test_evaluation_scores_each_predictor_apart(data: fc.Dataset, model: fc.Mode
     assert window.scored + window.left_out == len(data)
 
 
-def test_a_model_is_written_as_c(data: fc.Dataset, model: fc.Model, tmp_path: Path) -> None:
+def test_a_model_is_written_as_c(data, model, tmp_path):
     assert fc.export_model(model, tmp_path / "c", to="c", data=data)
     assert list((tmp_path / "c").rglob("*.c"))
     with pytest.raises(fc.InputError) as refused:
@@ -231,7 +220,7 @@ def test_a_model_is_written_as_c(data: fc.Dataset, model: fc.Model, tmp_path: Pa
     assert refused.value.parameter == "out"
 
 
-def test_contacts_are_detected(data: fc.Dataset) -> None:
+def test_contacts_are_detected(data):
     labelled_contacts = [p.first for p in data.pinches]
     detected = fc.detect(data)
     assert len(detected) == len(data)
@@ -243,7 +232,7 @@ def test_contacts_are_detected(data: fc.Dataset) -> None:
     assert np.median(np.abs(late)) < 0.003
 
 
-def test_live_gives_a_final_estimate_for_each_pinch() -> None:
+def test_live_gives_a_final_estimate_for_each_pinch():
     with fc.open("twin", speed=8.0, seed=2) as source:
         calibration = fc.calibrate(source, seconds=0.5)
         events = list(fc.live(source, calibration=calibration, pinches=2))
@@ -253,7 +242,7 @@ def test_live_gives_a_final_estimate_for_each_pinch() -> None:
     assert sum(isinstance(e, fc.Estimate) and e.final for e in events) >= 2
 
 
-def test_leaving_live_early_closes_the_source() -> None:
+def test_leaving_live_early_closes_the_source():
     with fc.open("twin", speed=8.0, seed=3) as source:
         calibration = fc.calibrate(source, seconds=0.5)
         events = fc.live(source, calibration=calibration)
@@ -262,7 +251,7 @@ def test_leaving_live_early_closes_the_source() -> None:
         assert source.ended or not source.health.connected
 
 
-def test_recorded_pinches_are_loaded_again(tmp_path: Path) -> None:
+def test_recorded_pinches_are_loaded_again(tmp_path):
     counted: list[int] = []
     with fc.open("twin", speed=8.0, seed=4) as source:
         path = fc.record(
@@ -279,30 +268,30 @@ def test_recorded_pinches_are_loaded_again(tmp_path: Path) -> None:
 
 
 class _Publisher:
-    def __init__(self) -> None:
+    def __init__(self):
         self.messages: list[object] = []
 
-    def publish(self, message: object) -> None:
+    def publish(self, message):
         self.messages.append(message)
 
 
 class _Node:
     """Stand-in for ``rclpy.node.Node`` with its interface but without ROS."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name):
         self.name = name
 
-    def create_publisher(self, kind: type, topic: str, depth: int) -> _Publisher:
+    def create_publisher(self, kind, topic, depth):
         assert (topic, depth) == ("stiffness", 10)
         return _Publisher()
 
 
 class _Message:
-    def __init__(self, data: list[float]) -> None:
+    def __init__(self, data):
         self.data = data
 
 
-def test_the_ros_node_publishes_each_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_ros_node_publishes_each_estimate(monkeypatch):
     modules = {name: types.ModuleType(name) for name in ("rclpy", "rclpy.node", "std_msgs")}
     modules["std_msgs.msg"] = types.ModuleType("std_msgs.msg")
     modules["rclpy"].ok = lambda: True  # type: ignore[attr-defined]
@@ -333,16 +322,14 @@ def test_the_ros_node_publishes_each_estimate(monkeypatch: pytest.MonkeyPatch) -
         ({"pinches": 0}, "pinches"),
     ],
 )
-def test_live_refuses_before_it_touches_the_source(
-    options: dict[str, object], parameter: str
-) -> None:
+def test_live_refuses_before_it_touches_the_source(options, parameter):
     with pytest.raises(fc.InputError) as caught:
         next(fc.live(fc.open("twin"), **options))  # type: ignore[arg-type]
     assert caught.value.parameter == parameter
 
 
 @pytest.mark.parametrize("shape", [np.float32(30), "30 mm"])
-def test_live_takes_a_shape_as_a_number_in_mm(shape: str | float, tmp_path: Path) -> None:
+def test_live_takes_a_shape_as_a_number_in_mm(shape, tmp_path):
     with fc.open("twin", speed=8.0, seed=2) as source:
         path = tmp_path / "calibration.json"
         write_calibration(fc.calibrate(source, seconds=0.5), path)

@@ -1,11 +1,8 @@
 """Plots, short descriptions and tables of what the front door returns."""
 
-from __future__ import annotations
-
 import base64
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +13,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*interactive.*")
 
 
 @pytest.fixture(scope="module")
-def shown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def shown(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plots") / "recordings"
     data = fc.simulate(folder, pinches_per_block=3, pinches_per_object=0)
     model = fc.adapt(data)
@@ -29,7 +26,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 @pytest.fixture(autouse=True)
-def without_display() -> None:
+def without_display():
     import matplotlib
 
     matplotlib.use("agg")
@@ -39,7 +36,7 @@ KINDS = ("pinch", "dataset", "predictions", "evaluation")
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_it_draws_axes_with_data_and_labels(kind: str, shown: dict[str, Any]) -> None:
+def test_it_draws_axes_with_data_and_labels(kind, shown):
     from matplotlib import pyplot
 
     axes = fc.plot(shown[kind])
@@ -51,7 +48,7 @@ def test_it_draws_axes_with_data_and_labels(kind: str, shown: dict[str, Any]) ->
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_it_describes_itself_in_one_line_and_as_a_picture(kind: str, shown: dict[str, Any]) -> None:
+def test_it_describes_itself_in_one_line_and_as_a_picture(kind, shown):
     text = repr(shown[kind])
     assert len(text) < 100
     assert "array" not in text
@@ -62,21 +59,21 @@ def test_it_describes_itself_in_one_line_and_as_a_picture(kind: str, shown: dict
     assert len(page) < 200_000
 
 
-def test_names_from_recordings_stay_text(shown: dict[str, Any]) -> None:
+def test_names_from_recordings_stay_text(shown):
     from dataclasses import replace
 
     pinch = replace(shown["pinch"], label=fc.Label(object="<script>$x$"))
     assert "<script>" not in pinch._repr_html_()
 
 
-def test_an_empty_dataset_and_other_things(shown: dict[str, Any]) -> None:
+def test_an_empty_dataset_and_other_things(shown):
     assert "0 pinches" in fc.Dataset(())._repr_html_()
     with pytest.raises(fc.InputError) as refusal:
         fc.plot(Path())  # type: ignore[arg-type]
     assert refusal.value.parameter == "subject"
 
 
-def test_tables_have_a_row_for_each_and_units(shown: dict[str, Any]) -> None:
+def test_tables_have_a_row_for_each_and_units(shown):
     pytest.importorskip("pandas")
     data, predictions, evaluation = (shown[kind] for kind in KINDS[1:])
     table = data.to_frame()
@@ -93,9 +90,7 @@ def test_tables_have_a_row_for_each_and_units(shown: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(("name", "n"), [("paper-rig", 190), ("everyday", 190), ("strikes", 60)])
-def test_a_sample_is_made_once(
-    name: Any, n: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sample_is_made_once(name, n, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     data = fc.sample(name)
     assert len(data) == n
@@ -107,7 +102,11 @@ def test_a_sample_is_made_once(
     assert files == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.mcap")}
 
 
-def test_another_sample_is_refused() -> None:
+def test_another_sample_and_an_unwritable_cache_are_refused(tmp_path, monkeypatch):
     with pytest.raises(fc.InputError) as refusal:
-        fc.sample("mine")  # type: ignore[arg-type]
+        fc.sample("mine")
     assert refusal.value.parameter == "name"
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    with pytest.raises(fc.InputError, match="XDG_CACHE_HOME"):
+        fc.sample("strikes")

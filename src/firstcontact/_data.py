@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from pathlib import Path
@@ -47,7 +46,7 @@ def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     """
     from firstcontact.recording import load_dataset
 
-    return load_dataset(path if isinstance(path, str | os.PathLike) else list(path))
+    return load_dataset(path)
 
 
 def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
@@ -162,16 +161,10 @@ def import_recordings(
     (4, 'synthetic')
     """
     from firstcontact.contact.finder import find_onsets
-    from firstcontact.core import VibrationSensor
     from firstcontact.recording import import_path
 
-    if sensor is not None and sensor not in tuple(VibrationSensor):
-        raise InputError(
-            f"{sensor!r} must be one of {', '.join(VibrationSensor)}", parameter="sensor"
-        )
-    kind = None if sensor is None else VibrationSensor(sensor)
     onsets = find_onsets if find else None
-    return import_path(path, out, rate, source, kind, events, channels, labels, onsets)
+    return import_path(path, out, rate, source, sensor, events, channels, labels, onsets)
 
 
 def simulate(

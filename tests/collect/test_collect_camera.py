@@ -22,7 +22,7 @@ def random_recording(seed: int, pinches: int = 40, epochs: int = 1) -> tuple[Rec
         first = 3.0 * number + rng.uniform(0.5, 1.0)
         times = {Finger.INDEX: first, Finger.THUMB: first + rng.normal(0, 0.016)}
         samples = {f: int(np.ceil(t * RATE)) for f, t in times.items()}
-        contacts = tuple(Contact(f, s, s) for f, s in samples.items())
+        contacts = tuple(Contact(f, s) for f, s in sorted(samples.items(), key=lambda c: c[1]))
         start = min(samples.values())
         marks.append(PinchMark(number, start - 500, start + 1500, epoch, Label(), contacts))
         truth |= {(number, f): (epoch, t) for f, t in times.items()}

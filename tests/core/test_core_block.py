@@ -1,7 +1,5 @@
 """Consecutive blocks join without gap or overlap."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -19,9 +17,7 @@ STEPS = st.tuples(
 
 
 @given(st.lists(STEPS), st.sampled_from([1, 10, np.inf]))
-def test_merged_blocks_are_few_and_keep_all_samples(
-    steps: list[tuple[int, int, int, int]], limit: float
-) -> None:
+def test_merged_blocks_are_few_and_keep_all_samples(steps, limit):
     blocks, place, epoch = [], 0, 0
     for count, missing, begun, columns in steps:
         place, epoch = place + missing, epoch + begun
@@ -30,7 +26,7 @@ def test_merged_blocks_are_few_and_keep_all_samples(
         place += count
     merged = merge_blocks(blocks, limit)
 
-    def samples(parts: list[Block]) -> list[tuple[int, tuple[int, ...]]]:
+    def samples(parts):
         return [(b.epoch, tuple(row)) for b in parts for row in b.data.tolist()]
 
     assert samples(merged) == samples(blocks)

@@ -1,13 +1,9 @@
 """Child processes end with their parent, however it ends."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 
@@ -39,7 +35,7 @@ sys.stdin.read()
 
 
 @pytest.fixture
-def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def module(tmp_path, monkeypatch):
     """The module ``child``, importable by processes. Each test writes its content."""
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     monkeypatch.setenv("PYTHONPATH", path)
@@ -48,7 +44,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @contextmanager
-def child(*options: str) -> Iterator[Child]:
+def child(*options):
     process = Child("child", *options)
     try:
         yield process
@@ -56,7 +52,7 @@ def child(*options: str) -> Iterator[Child]:
         process.end(0.0)
 
 
-def test_lines_travel_in_both_directions(module: Path) -> None:
+def test_lines_travel_in_both_directions(module):
     module.write_text(f"import sys; print(*sys.argv[1:], flush=True)\n{ECHO}")
     with child("--one", "two") as process:
         assert process.answer(PATIENCE) == "--one two"
@@ -73,14 +69,14 @@ def test_lines_travel_in_both_directions(module: Path) -> None:
             process.answer(1.0)
 
 
-def test_crash_of_a_child_raises(module: Path) -> None:
+def test_crash_of_a_child_raises(module):
     module.write_text("raise SystemExit(3)")
     with child() as process, pytest.raises(BrokenPipeError):
         process.answer(PATIENCE)
 
 
 @pytest.mark.parametrize("words", DEAF.values(), ids=DEAF)
-def test_deaf_child_times_out_and_is_ended(module: Path, words: str) -> None:
+def test_deaf_child_times_out_and_is_ended(module, words):
     module.write_text(f"print('ready', flush=True)\n{words}")
     with child() as process:
         assert process.answer(PATIENCE) == "ready"
@@ -96,7 +92,7 @@ def test_deaf_child_times_out_and_is_ended(module: Path, words: str) -> None:
     ("words", "is_stopped"),
     [(DEAF["is busy"], False), (DEAF["keeps the lock"], False), (DEAF["sleeps"], True)],
 )
-def test_children_die_with_a_killed_parent(module: Path, words: str, is_stopped: bool) -> None:
+def test_children_die_with_a_killed_parent(module, words, is_stopped):
     module.write_text(f"print('ready', flush=True)\n{words}")
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
@@ -108,9 +104,7 @@ def test_children_die_with_a_killed_parent(module: Path, words: str, is_stopped:
         assert gone(pid)
 
 
-def test_child_ignores_modules_of_the_working_folder(
-    module: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_child_ignores_modules_of_the_working_folder(module, tmp_path_factory, monkeypatch):
     module.write_text(ECHO)
     folder = tmp_path_factory.mktemp("user")
     folder.joinpath("lazy_loader.py").write_text("raise SystemExit('of the user')")
@@ -120,7 +114,7 @@ def test_child_ignores_modules_of_the_working_folder(
         assert process.answer(PATIENCE) == "heard hello"
 
 
-def test_suspended_child_with_wakes_is_continued(module: Path) -> None:
+def test_suspended_child_with_wakes_is_continued(module):
     proof = module.with_name("done")
     module.write_text(
         f"import sys, pathlib\nprint('ready', flush=True)\nsys.stdin.read()\n"

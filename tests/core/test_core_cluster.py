@@ -1,25 +1,19 @@
 """Jobs on a Dask cluster: they run there, survive lost workers, and fail with one sentence."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time
-from collections.abc import Iterator
-from contextlib import AbstractContextManager
-from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from dask_cluster import Cluster, cluster
+from dask_cluster import cluster
 from firstcontact.core import InputError
 from firstcontact.core.jobs import Serial, parallel
 from processes import until
 
 
-def use_cluster(address: str) -> AbstractContextManager[None]:
+def use_cluster(address):
     # Only the process that runs these tests imports Dask.
     from firstcontact.core.cluster import use_cluster
 
@@ -27,12 +21,12 @@ def use_cluster(address: str) -> AbstractContextManager[None]:
 
 
 @pytest.fixture(scope="module")
-def two_workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+def two_workers(tmp_path_factory):
     with cluster(tmp_path_factory.mktemp("cluster"), 2) as workers:
         yield workers
 
 
-def test_jobs_and_shared_values_reach_the_workers(two_workers: Cluster) -> None:
+def test_jobs_and_shared_values_reach_the_workers(two_workers):
     shared = np.arange(300_000, dtype=np.float32)
     ticks: list[tuple[int, int]] = []
     with (
@@ -47,21 +41,21 @@ def test_jobs_and_shared_values_reach_the_workers(two_workers: Cluster) -> None:
         assert runner.map(pid, [0]) == [os.getpid()]
 
 
-def test_arrays_in_arguments_are_aligned_on_the_workers(two_workers: Cluster) -> None:
+def test_arrays_in_arguments_are_aligned_on_the_workers(two_workers):
     """Compiled code refuses others. Dask's messages begin each array after text of any length."""
     jobs = [("x" * n, {"numbers": np.arange(500.0)}) for n in range(12)]
     with use_cluster(two_workers.address), parallel(2) as runner:
         assert all(runner.map(is_aligned, jobs))
 
 
-def test_error_ends_the_map_and_the_next_map_works(two_workers: Cluster) -> None:
+def test_error_ends_the_map_and_the_next_map_works(two_workers):
     with use_cluster(two_workers.address), parallel(1) as runner:
         with pytest.raises(InputError, match="job 1"):
             runner.map(refused, range(3))
         assert runner.map(abs, [-1]) == [1]
 
 
-def test_results_are_complete_after_a_cancelled_call(two_workers: Cluster) -> None:
+def test_results_are_complete_after_a_cancelled_call(two_workers):
     """Cancelled tasks must not end a later call, nor take places in its results."""
     with use_cluster(two_workers.address), parallel(1) as runner:
         for _ in range(5):
@@ -71,9 +65,7 @@ def test_results_are_complete_after_a_cancelled_call(two_workers: Cluster) -> No
             assert runner.map(squared_later, range(20)) == [n * n for n in range(20)]
 
 
-def test_killed_worker_and_killed_scheduler_are_input_errors(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_killed_worker_and_killed_scheduler_are_input_errors(tmp_path, monkeypatch):
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
     monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 4.0)
     with cluster(tmp_path, 2) as doomed, use_cluster(doomed.address), parallel(1) as runner:
@@ -90,14 +82,12 @@ def test_killed_worker_and_killed_scheduler_are_input_errors(
 
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://127.0.0.1", "ftp://a:1", "tcp://a:port"])
-def test_invalid_addresses_are_refused(address: str) -> None:
+def test_invalid_addresses_are_refused(address):
     with pytest.raises(InputError, match="tcp://HOST:PORT"), use_cluster(address):
         pass
 
 
-def test_missing_scheduler_and_empty_cluster_are_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_scheduler_and_empty_cluster_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 0.3)
     with pytest.raises(InputError, match=r"127\.0\.0\.1"), use_cluster("tcp://127.0.0.1:1"):
         pass
@@ -110,7 +100,7 @@ def test_missing_scheduler_and_empty_cluster_are_refused(
         pass
 
 
-def test_workers_of_another_version_are_refused(tmp_path: Path) -> None:
+def test_workers_of_another_version_are_refused(tmp_path):
     metadata = tmp_path / "packages" / "firstcontact-9.9.dist-info"
     metadata.mkdir(parents=True)
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: firstcontact\nVersion: 9.9\n")
@@ -123,34 +113,34 @@ def test_workers_of_another_version_are_refused(tmp_path: Path) -> None:
         pass
 
 
-def is_aligned(job: tuple[str, dict[str, NDArray[np.float64]]]) -> bool:
+def is_aligned(job):
     return bool(job[1]["numbers"].flags.aligned)
 
 
-def pid(_: int) -> int:
+def pid(_):
     return os.getpid()
 
 
-def picked(place: int, shared: NDArray[np.float32]) -> float:
+def picked(place, shared):
     return float(shared[place])
 
 
-def refused(job: int) -> int:
+def refused(job):
     if job == 1:
         raise InputError(f"job {job}")
     return job
 
 
-def paused(should_pause: bool) -> bool:
+def paused(should_pause):
     if should_pause:
         signal.pause()
     return should_pause
 
 
-def squared_later(number: int) -> int:
+def squared_later(number):
     time.sleep(0.005)
     return number * number
 
 
-def ended(_: int) -> None:
+def ended(_):
     os.kill(os.getpid(), signal.SIGKILL)

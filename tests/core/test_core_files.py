@@ -1,7 +1,5 @@
 """Files and folders are written completely or not at all, even if the writer is killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -62,11 +60,11 @@ with replacing_folder(out) as new:
 """
 
 
-def names(folder: Path) -> list[str]:
+def names(folder):
     return sorted(p.name for p in folder.iterdir())
 
 
-def writer(path: Path, how: str = "replacing") -> subprocess.Popen[str]:
+def writer(path, how="replacing"):
     child = subprocess.Popen(
         [sys.executable, "-c", WRITER.format(how=how), str(path)],
         stdin=subprocess.PIPE,
@@ -78,7 +76,7 @@ def writer(path: Path, how: str = "replacing") -> subprocess.Popen[str]:
     return child
 
 
-def test_write_creates_the_folder(tmp_path: Path) -> None:
+def test_write_creates_the_folder(tmp_path):
     path = tmp_path / "new" / "Prüfling 1.json"
     write_json(path, {"shore_a": 28.0})
     assert json.loads(path.read_text(encoding="utf-8")) == {"shore_a": 28.0}
@@ -88,11 +86,11 @@ def test_write_creates_the_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])
-def test_failure_keeps_only_the_old_file(tmp_path: Path, error: type[BaseException]) -> None:
+def test_failure_keeps_only_the_old_file(tmp_path, error):
     path = tmp_path / "results.json"
     write_text(path, "old")
 
-    def fail() -> None:
+    def fail():
         with replacing(path) as temporary:
             temporary.write_text("half", encoding="utf-8")
             raise error
@@ -103,7 +101,7 @@ def test_failure_keeps_only_the_old_file(tmp_path: Path, error: type[BaseExcepti
     assert names(tmp_path) == [path.name]
 
 
-def test_next_writer_removes_the_files_of_a_killed_one(tmp_path: Path) -> None:
+def test_next_writer_removes_the_files_of_a_killed_one(tmp_path):
     path = tmp_path / "results.json"
     with writer(path) as child:
         child.kill()
@@ -115,7 +113,7 @@ def test_next_writer_removes_the_files_of_a_killed_one(tmp_path: Path) -> None:
     assert names(tmp_path) == ["other.json", "results.json"]
 
 
-def test_files_of_a_running_writer_stay(tmp_path: Path) -> None:
+def test_files_of_a_running_writer_stay(tmp_path):
     path = tmp_path / "results.json"
     with writer(path) as child:
         write_text(path, "from here")
@@ -126,10 +124,10 @@ def test_files_of_a_running_writer_stay(tmp_path: Path) -> None:
     assert names(tmp_path) == ["results.json"]
 
 
-def test_creating_never_replaces_a_file(tmp_path: Path) -> None:
+def test_creating_never_replaces_a_file(tmp_path):
     path = tmp_path / "o.csv"
 
-    def create() -> None:
+    def create():
         with creating(path) as temporary:
             temporary.write_text("mine")
 
@@ -143,7 +141,7 @@ def test_creating_never_replaces_a_file(tmp_path: Path) -> None:
     assert names(tmp_path) == ["o.csv"]
 
 
-def test_first_of_two_creators_to_finish_wins(tmp_path: Path) -> None:
+def test_first_of_two_creators_to_finish_wins(tmp_path):
     path = tmp_path / "o.csv"
     with writer(path, "creating") as child:
         with creating(path) as temporary:
@@ -154,7 +152,7 @@ def test_first_of_two_creators_to_finish_wins(tmp_path: Path) -> None:
     assert names(tmp_path) == ["o.csv"]
 
 
-def test_read_accepts_only_small_regular_files(tmp_path: Path) -> None:
+def test_read_accepts_only_small_regular_files(tmp_path):
     pipe, file = tmp_path / "pipe", tmp_path / "file"
     os.mkfifo(pipe)
     file.write_bytes(b"12345")
@@ -168,7 +166,7 @@ def test_read_accepts_only_small_regular_files(tmp_path: Path) -> None:
         open_regular(tmp_path / "none")
 
 
-def test_files_are_found_by_suffix_up_to_a_limit(tmp_path: Path) -> None:
+def test_files_are_found_by_suffix_up_to_a_limit(tmp_path):
     (tmp_path / "a" / "b.wav").mkdir(parents=True)
     (tmp_path / "circle").symlink_to(tmp_path)
     expected = [tmp_path / "a" / "b.wav" / "1.wav", tmp_path / "a" / "c.WAV", tmp_path / "d.wav"]
@@ -184,7 +182,7 @@ NEW = {"a": "new", "b": "new"}
 
 
 @pytest.fixture
-def out(tmp_path: Path) -> Path:
+def out(tmp_path):
     folder = tmp_path / "there" / "m"
     (folder / "03ms").mkdir(parents=True)
     for name in OLD:
@@ -192,17 +190,17 @@ def out(tmp_path: Path) -> Path:
     return folder
 
 
-def content(folder: Path) -> dict[str, str]:
+def content(folder):
     return {str(p.relative_to(folder)): p.read_text() for p in folder.rglob("*") if p.is_file()}
 
 
-def write_folder(out: Path) -> None:
+def write_folder(out):
     with replacing_folder(out) as new:
         for name in NEW:
             (new / name).write_text("new")
 
 
-def test_old_folder_is_replaced_completely(out: Path, tmp_path: Path) -> None:
+def test_old_folder_is_replaced_completely(out, tmp_path):
     out.chmod(0o750)
     link = tmp_path / "link"
     link.symlink_to(out)
@@ -214,7 +212,7 @@ def test_old_folder_is_replaced_completely(out: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("exists", [True, False])
-def test_missing_or_empty_folder_is_replaced(tmp_path: Path, exists: bool) -> None:
+def test_missing_or_empty_folder_is_replaced(tmp_path, exists):
     out = tmp_path / "a" / "b"
     if exists:
         out.mkdir(parents=True)
@@ -224,8 +222,8 @@ def test_missing_or_empty_folder_is_replaced(tmp_path: Path, exists: bool) -> No
 
 
 @pytest.mark.parametrize("error", [InputError("no"), KeyboardInterrupt(), OSError(28, "full")])
-def test_error_restores_the_old_folder(out: Path, error: BaseException) -> None:
-    def fail() -> None:
+def test_error_restores_the_old_folder(out, error):
+    def fail():
         with replacing_folder(out) as new:
             (new / "a").write_text("new")
             raise error
@@ -240,7 +238,7 @@ def test_error_restores_the_old_folder(out: Path, error: BaseException) -> None:
 
 @pytest.mark.parametrize("when", ["before", "after"])
 @pytest.mark.parametrize("at", [1, 2, 3])
-def test_kill_at_any_rename_leaves_the_old_or_the_new_folder(out: Path, at: int, when: str) -> None:
+def test_kill_at_any_rename_leaves_the_old_or_the_new_folder(out, at, when):
     result = subprocess.run([sys.executable, "-c", KILLED, str(out), str(at), when])
     assert result.returncode == -signal.SIGKILL
     aside = displaced_folder(out)
@@ -259,9 +257,7 @@ def test_kill_at_any_rename_leaves_the_old_or_the_new_folder(out: Path, at: int,
     assert names(out.parent) == ["m"]
 
 
-def test_files_and_working_folders_are_refused(
-    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_and_working_folders_are_refused(out, tmp_path, monkeypatch):
     file = tmp_path / "file"
     file.touch()
     monkeypatch.chdir(out / "03ms")

@@ -1,7 +1,5 @@
 """Extras are named with their install command. Compiled functions and ONNX Runtime are checked."""
 
-from __future__ import annotations
-
 import json
 import os
 import shlex
@@ -31,7 +29,7 @@ class Entry:
     modules: tuple[str, ...] = ("numpy", "no_such_module")
 
 
-def test_missing_extra_is_named_with_its_install_command() -> None:
+def test_missing_extra_is_named_with_its_install_command():
     require_extra(Entry(modules=()))
     require_extra(Entry(modules=("numpy",)))
     with pytest.raises(InputError, match="no_such_module") as refused:
@@ -43,7 +41,7 @@ def test_missing_extra_is_named_with_its_install_command() -> None:
 @pytest.mark.parametrize(
     "registry", [IMPORTERS, EXPORTERS, MODEL_EXPORTERS, ESTIMATORS], ids=lambda r: r.kind
 )
-def test_entries_name_extras_that_exist(registry: object) -> None:
+def test_entries_name_extras_that_exist(registry):
     assert isinstance(registry, type(IMPORTERS))
     extras = tomllib.loads(PROJECT.read_text())["project"]["optional-dependencies"]
     for name, entry in registry.items():
@@ -51,7 +49,7 @@ def test_entries_name_extras_that_exist(registry: object) -> None:
         assert entry.extra in {"", *extras}, name
 
 
-def install_words(folder: Path, origin: str | None) -> list[str]:
+def install_words(folder, origin):
     """Return the install command that a copy of the package prints."""
     record = folder / "site" / "firstcontact-0.1.0.dist-info"
     record.mkdir(parents=True)
@@ -73,7 +71,7 @@ def install_words(folder: Path, origin: str | None) -> list[str]:
     return shlex.split(result.stdout)
 
 
-def test_install_command_names_the_path_of_a_clone() -> None:
+def test_install_command_names_the_path_of_a_clone():
     words = shlex.split(install_command("plot"))
     assert words[-3:] == ["install", "-e", f"{PROJECT.parent}[plot]"]
 
@@ -82,9 +80,7 @@ def test_install_command_names_the_path_of_a_clone() -> None:
     ("origin", "place"),
     [("file:///our%20wheels/firstcontact.whl", "/our wheels/firstcontact.whl"), (None, ".")],
 )
-def test_install_command_names_the_origin_of_a_copy(
-    tmp_path: Path, origin: str | None, place: str
-) -> None:
+def test_install_command_names_the_origin_of_a_copy(tmp_path, origin, place):
     assert install_words(tmp_path, origin)[-2:] == ["install", f"{place}[plot]"]
 
 
@@ -96,7 +92,7 @@ sys.exit(main(["simulate", "--out", "out"]))
 """
 
 
-def test_without_them_one_sentence_names_the_packages_to_install(tmp_path: Path) -> None:
+def test_without_them_one_sentence_names_the_packages_to_install(tmp_path):
     command = [sys.executable, "-c", BLOCKED]
     process = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert process.returncode == 2
@@ -110,8 +106,8 @@ def test_without_them_one_sentence_names_the_packages_to_install(tmp_path: Path)
     [(-60.0, True, False), (60.0, True, True), (-60.0, False, True)],
 )
 def test_only_a_checkout_refuses_a_module_older_than_its_sources(
-    age: float, in_checkout: bool, is_used: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    age, in_checkout, is_used, tmp_path, monkeypatch
+):
     if not in_checkout:
         monkeypatch.setattr(installation, "_CLONE", tmp_path)
     module = ModuleType("_compiled")
@@ -125,5 +121,5 @@ def test_only_a_checkout_refuses_a_module_older_than_its_sources(
         assert load() is module
 
 
-def test_the_sources_compile_without_warnings() -> None:
+def test_the_sources_compile_without_warnings():
     assert compiled_kernels().decode_samples is not None

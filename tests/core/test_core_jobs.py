@@ -1,7 +1,5 @@
 """Workers: order of results, errors, and no process left behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -12,13 +10,12 @@ import joblib
 import numpy as np
 import pytest
 import threadpoolctl
-from numpy.typing import NDArray
 
 from firstcontact.core.jobs import ALIGNMENT, Serial, pack_payload, parallel, unpack_payload
 from processes import children, command_line, gone, stop
 
 
-def test_results_are_in_order_and_workers_end() -> None:
+def test_results_are_in_order_and_workers_end():
     ticks: list[tuple[int, int]] = []
     with parallel(2, lambda finished, total: ticks.append((finished, total))) as runner:
         assert runner.map(abs, [-1, 2, -3]) == Serial().map(abs, [-1, 2, -3]) == [1, 2, 3]
@@ -28,7 +25,7 @@ def test_results_are_in_order_and_workers_end() -> None:
     assert not any(_alive(pid) for pid in pids)
 
 
-def test_every_job_gets_the_shared_value() -> None:
+def test_every_job_gets_the_shared_value():
     shared = np.arange(1_000_000, dtype=np.float32)  # larger than what joblib maps
     expected = [float(shared[n]) for n in range(4)]
     assert Serial().map(_picked, range(4), shared, "of") == expected
@@ -40,35 +37,35 @@ def test_every_job_gets_the_shared_value() -> None:
         assert runner.map(_picked, range(4), shared, "of") == expected
 
 
-def _picked(place: int, shared: NDArray[np.float32], word: str) -> float:
+def _picked(place, shared, word):
     assert word == "of"
     return float(shared[place])
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_each_job_has_one_thread(workers: int) -> None:
+def test_each_job_has_one_thread(workers):
     environment = dict(os.environ)
     with parallel(workers) as runner:
         assert runner.map(_threads, range(2)) == [{1}, {1}]
     assert dict(os.environ) == environment
 
 
-def _threads(_: int) -> set[int]:
+def _threads(_):
     np.linalg.inv(np.eye(3))
     return {library["num_threads"] for library in threadpoolctl.threadpool_info()}
 
 
-def test_job_may_run_further_jobs() -> None:
+def test_job_may_run_further_jobs():
     with parallel(2) as runner:
         assert runner.map(_inner_sum, range(3)) == [0, 2, 4]
 
 
-def _inner_sum(number: int) -> int:
+def _inner_sum(number):
     with parallel(1) as runner:
         return sum(runner.map(abs, [number, -number]))
 
 
-def test_abandoned_stream_ends_quietly() -> None:
+def test_abandoned_stream_ends_quietly():
     with parallel(2) as runner:
         stream = runner.stream(_pause, [False, True, True, True])
         assert next(stream) is False
@@ -76,17 +73,17 @@ def test_abandoned_stream_ends_quietly() -> None:
         assert runner.map(abs, [-2]) == [2]
 
 
-def _pause(still: bool) -> bool:
+def _pause(still):
     if still:
         signal.pause()
     return still
 
 
-def _pid(_: int) -> int:
+def _pid(_):
     return os.getpid()
 
 
-def _alive(pid: int) -> bool:
+def _alive(pid):
     try:
         state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0]
     except FileNotFoundError:
@@ -94,7 +91,7 @@ def _alive(pid: int) -> bool:
     return state != "Z"
 
 
-def test_worker_error_ends_the_map_and_the_next_map_works() -> None:
+def test_worker_error_ends_the_map_and_the_next_map_works():
     with parallel(2) as runner:
         with pytest.raises(ZeroDivisionError):
             runner.map((1.0).__truediv__, [1.0, 0.0, 1.0])
@@ -127,9 +124,7 @@ if __name__ == "__main__":
 @pytest.mark.parametrize(
     ("number", "still"), [(signal.SIGKILL, True), (signal.SIGKILL, False), (signal.SIGINT, False)]
 )
-def test_workers_end_with_their_parent_during_a_job(
-    number: signal.Signals, still: bool, tmp_path: Path
-) -> None:
+def test_workers_end_with_their_parent_during_a_job(number, still, tmp_path):
     with subprocess.Popen(
         [sys.executable, "-c", PARENT, tmp_path], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     ) as parent:
@@ -144,12 +139,12 @@ def test_workers_end_with_their_parent_during_a_job(
         assert all(gone(worker) for worker in workers)
 
 
-def tracks(pid: int) -> bool:
+def tracks(pid):
     """Return True if a process is the resource tracker of loky, which ends after the workers."""
     return b"resource_tracker" in command_line(pid)
 
 
-def test_values_round_trip_as_views_of_the_payload() -> None:
+def test_values_round_trip_as_views_of_the_payload():
     samples = [np.arange(n, dtype=kind) for n, kind in ((3, "f4"), (0, "i8"), (1000, "f8"))]
     names = np.array(["a", "", "long name"])
     turned = np.arange(12.0).reshape(3, 4).T

@@ -1,7 +1,5 @@
 """Columns, units and the JSON form of a layout."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -20,7 +18,7 @@ from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, SUBCOUNTS
 from firstcontact.core.records import read_record
 
 
-def channels() -> st.SearchStrategy[Channel]:
+def channels():
     number = st.floats(-1e6, 1e6)
     return st.builds(
         Channel,
@@ -42,9 +40,7 @@ def channels() -> st.SearchStrategy[Channel]:
     st.floats(2000, 1e5),
     st.none() | st.floats(0.01, 1),
 )
-def test_layout_round_trips_through_json(
-    columns: tuple[Channel, ...], rate: float, alpha: float | None
-) -> None:
+def test_layout_round_trips_through_json(columns, rate, alpha):
     layout = Layout(columns, rate, alpha)
     back = read_record(json.dumps(layout.to_json()).encode(), Layout, "layout", "mend it")
     assert back == layout
@@ -52,7 +48,7 @@ def test_layout_round_trips_through_json(
     assert all(c.finger is None or isinstance(c.finger, Finger) for c in back.channels)
 
 
-def test_fingertip_has_the_channels_of_the_published_hand() -> None:
+def test_fingertip_has_the_channels_of_the_published_hand():
     layout = fingertip_layout()
     assert len(layout.channels) == 16
     assert layout.rate == 4936
@@ -69,7 +65,7 @@ def test_fingertip_has_the_channels_of_the_published_hand() -> None:
     assert sorted(columns) == list(range(16))
 
 
-def test_counts_convert_to_volts() -> None:
+def test_counts_convert_to_volts():
     layout = fingertip_layout()
     piezo = layout.columns(ChannelKind.VIBRATION)
     force = layout.columns(ChannelKind.FORCE)
@@ -84,7 +80,7 @@ def test_counts_convert_to_volts() -> None:
     np.testing.assert_allclose(layout.physical(data, force)[2], 0)
 
 
-def test_columns_keep_the_requested_order() -> None:
+def test_columns_keep_the_requested_order():
     layout = fingertip_layout()
     data = np.arange(16, dtype=np.int16)[None, :]
     values = layout.physical(data, (15, 14))

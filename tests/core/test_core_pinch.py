@@ -1,7 +1,5 @@
 """Pinches and datasets: labels, offsets, selection."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
@@ -31,7 +29,7 @@ from firstcontact.core.pinch import FASTEST, SLOWEST, first_closed_sample
 from firstcontact.core.records import read_record
 
 
-def pinch(label: Label, *samples: int) -> Pinch:
+def pinch(label, *samples):
     truth = tuple(Contact(Finger(i % 2), s, s) for i, s in enumerate(samples))
     return Pinch(np.zeros((10, 16), dtype=np.int16), fingertip_layout(), label, truth=truth)
 
@@ -50,13 +48,13 @@ names = st.text(st.characters(exclude_categories=["Cs"]), max_size=200)
         role=st.sampled_from(Role),
     )
 )
-def test_label_round_trips_through_json(label: Label) -> None:
+def test_label_round_trips_through_json(label):
     text = json.dumps(label.to_json(), ensure_ascii=False).encode()
     assert read_record(text, Label, "label", "mend it") == label
 
 
 @given(st.floats(allow_nan=False))
-def test_shore_a_outside_its_scale_is_refused(shore_a: float) -> None:
+def test_shore_a_outside_its_scale_is_refused(shore_a):
     if 0 <= shore_a <= 100:
         assert Label(shore_a=shore_a).shore_a == shore_a
     else:
@@ -66,20 +64,20 @@ def test_shore_a_outside_its_scale_is_refused(shore_a: float) -> None:
 
 
 @pytest.mark.parametrize("shore_a", [-1, 428, 1e300])
-def test_stored_shore_a_outside_its_scale_is_refused_by_file_and_field(shore_a: float) -> None:
+def test_stored_shore_a_outside_its_scale_is_refused_by_file_and_field(shore_a):
     text = json.dumps({"object": "block", "shore_a": shore_a}).encode()
     with pytest.raises(InputError, match=r"marks\.json.*shore_a"):
         read_record(text, Label, "marks.json", "mend it")
 
 
-def test_offset_is_the_time_between_the_contacts() -> None:
+def test_offset_is_the_time_between_the_contacts():
     rate = fingertip_layout().rate
     assert pinch(Label(), 100, 182).offset == pytest.approx(82 / rate)
     assert pinch(Label(), 100).offset is None
     assert pinch(Label()).offset is None
 
 
-def test_times_of_a_slower_group_begin_with_the_pinch() -> None:
+def test_times_of_a_slower_group_begin_with_the_pinch():
     rate = fingertip_layout().rate
     slow = Layout((Channel("p", ChannelKind.FORCE, None, "V"),), 100.0)
     layout = replace(fingertip_layout(), groups=(Group("slow", slow),))
@@ -92,7 +90,7 @@ def test_times_of_a_slower_group_begin_with_the_pinch() -> None:
 
 
 @pytest.fixture
-def dataset() -> Dataset:
+def dataset():
     labels = [
         Label("block", 10.0, None, "block-10", "day 1"),
         Label("block", 60.0, None, "block-60", "day 2"),
@@ -101,7 +99,7 @@ def dataset() -> Dataset:
     return Dataset(tuple(pinch(label) for label in labels), "synthetic", ("a note",))
 
 
-def test_labels_are_arrays_with_nan_for_unknown(dataset: Dataset) -> None:
+def test_labels_are_arrays_with_nan_for_unknown(dataset):
     assert len(dataset) == 3
     np.testing.assert_array_equal(dataset.shore_a, [10, 60, np.nan])
     np.testing.assert_array_equal(dataset.hardness_rank, [np.nan, np.nan, 2])
@@ -111,7 +109,7 @@ def test_labels_are_arrays_with_nan_for_unknown(dataset: Dataset) -> None:
     assert list(dataset.test) == [False, False, True]
 
 
-def test_a_dataset_is_a_sequence_of_pinches(dataset: Dataset) -> None:
+def test_a_dataset_is_a_sequence_of_pinches(dataset):
     assert list(dataset) == list(dataset.pinches)
     assert dataset[0] is dataset.pinches[0]
     assert dataset[np.int64(-1)] is dataset.pinches[-1]
@@ -123,13 +121,13 @@ def test_a_dataset_is_a_sequence_of_pinches(dataset: Dataset) -> None:
 
 
 @pytest.mark.parametrize("index", [3, [3], np.array([True])])
-def test_invalid_index_raises_index_error(dataset: Dataset, index: object) -> None:
+def test_invalid_index_raises_index_error(dataset, index):
     with pytest.raises(IndexError):
         dataset[index]  # type: ignore[index]
 
 
 @pytest.mark.parametrize("closed", [[0, 0, 3, 0], [False, False, True, True]])
-def test_a_strip_closes_at_its_first_sample_that_is_not_0(closed: list[int]) -> None:
+def test_a_strip_closes_at_its_first_sample_that_is_not_0(closed):
     assert first_closed_sample(np.array(closed)) == 2
     assert first_closed_sample(np.array(closed), 100) == 102
     assert first_closed_sample(np.array(closed[:2]), 100) is None
@@ -143,7 +141,7 @@ def test_a_strip_closes_at_its_first_sample_that_is_not_0(closed: list[int]) -> 
         ("error", (-1.0, 2 * FASTEST, math.inf, math.nan)),
     ],
 )
-def test_a_closing_speed_out_of_range_is_refused(field: str, values: tuple[float, ...]) -> None:
+def test_a_closing_speed_out_of_range_is_refused(field, values):
     for value in values:
         with pytest.raises(InputError) as raised:
             ClosingSpeed(**{"speed": 0.1, "error": 0.0, field: value})

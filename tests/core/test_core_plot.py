@@ -1,9 +1,6 @@
 """Names in figures: any text can be drawn, without warnings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,14 +17,14 @@ MORE_NAMES = [
 
 
 @given(st.text(st.characters(), max_size=300))
-def test_figure_text_is_one_short_line_of_glyphs(name: str) -> None:
+def test_figure_text_is_one_short_line_of_glyphs(name):
     text = figure_label(name)
     assert len(text) <= MOST
     assert text.isprintable()
     text.encode("utf-8")
 
 
-def test_plain_names_are_unchanged() -> None:
+def test_plain_names_are_unchanged():
     for name in ("block 10", "Schwamm, weich (gelb)", r"$\frac{$", "µ 60 °C"):
         assert figure_label(name) == name
     assert figure_label("苹") == "U+82F9"
@@ -41,7 +38,7 @@ def test_plain_names_are_unchanged() -> None:
     [*NAMES, *(pytest.param(name, marks=pytest.mark.slow) for name in MORE_NAMES)],
     ids=ascii,
 )
-def test_pinch_with_any_name_is_drawn(name: str, tmp_path: Path) -> None:
+def test_pinch_with_any_name_is_drawn(name, tmp_path):
     layout = fingertip_layout()
     channels = tuple(replace(c, unit=name) for c in layout.channels)
     data = np.random.default_rng(0).integers(0, 30_000, (300, 16)).astype(np.int16)

@@ -1,9 +1,6 @@
 """Entries are imported on first use. Plug-ins are added, and broken ones are left out."""
 
-from __future__ import annotations
-
 from importlib.metadata import EntryPoint
-from pathlib import Path
 
 import pytest
 
@@ -22,7 +19,7 @@ class Red:
     name = "red"
 
 
-def colours(monkeypatch: pytest.MonkeyPatch, **points: str) -> Registry[Blue | Red]:
+def colours(monkeypatch, **points):
     """Return a registry with the entry blue, and plug-ins with these names and locations."""
     entry_points_of_test = [EntryPoint(name, place, GROUP) for name, place in points.items()]
     monkeypatch.setattr(
@@ -31,7 +28,7 @@ def colours(monkeypatch: pytest.MonkeyPatch, **points: str) -> Registry[Blue | R
     return Registry("colour", GROUP, {"blue": f"{__name__}:Blue"})
 
 
-def test_entries_are_imported_on_first_use(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_entries_are_imported_on_first_use(monkeypatch):
     registry = Registry("colour", GROUP, {"far": "nowhere.at.all:Thing", "blue": Blue()})
     assert list(registry) == ["far", "blue"]
     assert registry["blue"].name == "blue"
@@ -41,7 +38,7 @@ def test_entries_are_imported_on_first_use(monkeypatch: pytest.MonkeyPatch) -> N
     assert Registry("colour", GROUP, {"blue": Blue()}, default="blue").default == "blue"
 
 
-def test_plugins_follow_the_built_in_entries(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plugins_follow_the_built_in_entries(monkeypatch):
     registry = colours(monkeypatch, red=f"{__name__}:Red")
     assert list(registry) == ["blue", "red"]
     assert registry.find("red") is Red
@@ -57,13 +54,7 @@ def test_plugins_follow_the_built_in_entries(monkeypatch: pytest.MonkeyPatch) ->
         ("blue", f"{__name__}:Red", "colour"),
     ],
 )
-def test_broken_plugin_is_reported_and_skipped(
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
-    name: str,
-    place: str,
-    cause: str,
-) -> None:
+def test_broken_plugin_is_reported_and_skipped(monkeypatch, caplog, name, place, cause):
     registry = colours(monkeypatch, **{name: place})
     assert [entry.name for entry in registry.values()] == ["blue"]
     assert cause in registry.failed[name]
@@ -74,9 +65,7 @@ def test_broken_plugin_is_reported_and_skipped(
             registry.find(name)
 
 
-def test_unknown_name_is_refused_with_the_choices(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_unknown_name_is_refused_with_the_choices(monkeypatch):
     registry = colours(monkeypatch, red=f"{__name__}:Red")
     with pytest.raises(InputError, match=r"'green'.*blue, red"):
         registry.find("green")
@@ -84,7 +73,7 @@ def test_unknown_name_is_refused_with_the_choices(
         registry["green"]
 
 
-def test_errors_of_other_code_name_it_and_keep_their_cause(tmp_path: Path) -> None:
+def test_errors_of_other_code_name_it_and_keep_their_cause(tmp_path):
     with (
         pytest.raises(InputError, match=r"^MyModel\.fit raised ValueError: no$") as raised,
         foreign_errors("MyModel.fit"),

@@ -1,7 +1,5 @@
 """Text: numbers in messages, percentages, numbers that people type, summaries of errors."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -22,7 +20,7 @@ from firstcontact.core.text import counted, parse_float, parse_int, percent, sum
         (3, "Shore A level", "3 Shore A levels"),
     ],
 )
-def test_one_is_singular(number: int, noun: str, expected: str) -> None:
+def test_one_is_singular(number, noun, expected):
     assert counted(number, noun) == expected
 
 
@@ -38,12 +36,12 @@ def test_one_is_singular(number: int, noun: str, expected: str) -> None:
         (1.2, 0, "120 %"),
     ],
 )
-def test_percent_has_useful_decimals(share: float, decimals: int, expected: str) -> None:
+def test_percent_has_useful_decimals(share, decimals, expected):
     assert percent(share, decimals) == expected
 
 
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 2))
-def test_percent_is_never_rounded_up_to_100(share: float, decimals: int) -> None:
+def test_percent_is_never_rounded_up_to_100(share, decimals):
     text = percent(share, decimals)
     assert float(text.removesuffix(" %")) < 100
     assert len(text) <= len("99.99 %")
@@ -52,24 +50,24 @@ def test_percent_is_never_rounded_up_to_100(share: float, decimals: int) -> None
 @pytest.mark.parametrize(
     ("text", "value"), [("1", 1.0), (" -2.5 ", -2.5), ("+.5e-3", 5e-4), ("1e-05", 1e-5)]
 )
-def test_plain_numbers(text: str, value: float) -> None:
+def test_plain_numbers(text, value):
     assert parse_float(text) == value
 
 
 @pytest.mark.parametrize("text", ["1_0", "1_000.5", "１２", "٣", "", " ", "0x10", "1,5", "9_9e1"])
-def test_ambiguous_numbers_are_refused(text: str) -> None:
+def test_ambiguous_numbers_are_refused(text):
     for parse in (parse_float, parse_int):
         with pytest.raises(ValueError, match="which is not a"):
             parse(text)
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "-Infinity", "1e999"])
-def test_infinity_is_refused_by_default(text: str) -> None:
+def test_infinity_is_refused_by_default(text):
     with pytest.raises(ValueError, match="finite"):
         parse_float(text)
     assert str(parse_float(text, finite=False)) in ("nan", "inf", "-inf")
 
 
-def test_errors_are_summarized_in_one_line() -> None:
+def test_errors_are_summarized_in_one_line():
     assert summarize_error(ValueError("a\n  b")) == "ValueError: a b"
     assert summarize_error(SystemExit()) == "SystemExit"

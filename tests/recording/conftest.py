@@ -3,21 +3,16 @@
 Also a check that ``import`` refuses a file.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.core import Block, Channel, ChannelKind, Finger, Layout
-from firstcontact.recording import Header, Recording, RecordingWriter
+from firstcontact.recording import Header, RecordingWriter
 
 
 @pytest.fixture
-def layout() -> Layout:
+def layout():
     channels = (
         Channel("piezo_index", ChannelKind.VIBRATION, Finger.INDEX, "V", 0.001),
         Channel("piezo_thumb", ChannelKind.VIBRATION, Finger.THUMB, "V", 0.001),
@@ -26,10 +21,10 @@ def layout() -> Layout:
 
 
 @pytest.fixture
-def counted() -> Callable[..., Block]:
+def counted():
     """Return a function that makes a block whose channels hold the sample number."""
 
-    def make(first: int, samples: int, epoch: int = 0) -> Block:
+    def make(first, samples, epoch=0):
         number = np.arange(first, first + samples)
         return Block(np.stack([number, -number], axis=1).astype(np.int16), first, epoch)
 
@@ -37,7 +32,7 @@ def counted() -> Callable[..., Block]:
 
 
 @pytest.fixture
-def small(tmp_path: Path, layout: Layout, counted: Callable[..., Block]) -> Path:
+def small(tmp_path, layout, counted):
     """Write a closed recording of 350 samples in blocks of 70."""
     path = tmp_path / "small.mcap"
     with RecordingWriter(path, Header(layout, "synthetic")) as writer:
@@ -47,10 +42,10 @@ def small(tmp_path: Path, layout: Layout, counted: Callable[..., Block]) -> Path
 
 
 @pytest.fixture
-def numbers_agree() -> Callable[[Recording], None]:
+def numbers_agree():
     """Return a function that asserts that every sample holds its own number."""
 
-    def check(recording: Recording) -> None:
+    def check(recording):
         for stretch in recording.stretches:
             number = np.arange(stretch.first_sample, stretch.end)
             assert np.array_equal(stretch.data, np.stack([number, -number], axis=1))
@@ -59,13 +54,13 @@ def numbers_agree() -> Callable[[Recording], None]:
 
 
 @pytest.fixture
-def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
+def check_refused(tmp_path, capsys):
     """Return a function that runs ``import`` and asserts a refusal.
 
     The refusal must be one short sentence with the given words, and nothing may be written.
     """
 
-    def check(path: Path, *words: str, **options: object) -> None:
+    def check(path, *words, **options):
         out = tmp_path / "refused"
         given = [word for name, value in options.items() for word in (f"--{name}", str(value))]
         assert main(["import", str(path), "--out", str(out), *given]) == 2

@@ -1,22 +1,19 @@
 """Export for plotting tools, checked with a reader that knows only ROS 2 message definitions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
-from firstcontact.core import Block, Channel, ChannelKind, Dataset, Group, Layout
+from firstcontact.core import Block, Channel, ChannelKind, Group, Layout
 from firstcontact.recording import EXPORTERS, export
 
 mcap_ros2 = pytest.importorskip("mcap_ros2.reader")
 SLOW = Layout((Channel("grip", ChannelKind.FORCE, None, "N", 0.5),), 100.0)
 
 
-def test_every_channel_is_a_topic_of_numbers(shore: Dataset, tmp_path: Path) -> None:
+def test_every_channel_is_a_topic_of_numbers(shore, tmp_path):
     layout = replace(shore.layout, groups=(Group("100_hz", SLOW),))
     pinches = []
     for pinch in shore.pinches[:3]:
@@ -46,7 +43,7 @@ def test_every_channel_is_a_topic_of_numbers(shore: Dataset, tmp_path: Path) -> 
     assert "Shore A" in str(topics["/contacts"][0][1])
 
 
-def test_recordings_are_readable_as_ros_2_messages(shore: Dataset, tmp_path: Path) -> None:
+def test_recordings_are_readable_as_ros_2_messages(shore, tmp_path):
     from firstcontact.recording import Header, RecordingWriter
 
     path = tmp_path / "a.mcap"

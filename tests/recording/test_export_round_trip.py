@@ -1,13 +1,10 @@
 """Exported recordings of every kind come back equal, or the export is refused."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -42,12 +39,7 @@ VIBRATION, FORCE = ChannelKind.VIBRATION, ChannelKind.FORCE
 SAMPLES = 60
 
 
-def recorded(
-    folder: Path,
-    channels: tuple[Channel, ...],
-    fingers: tuple[Finger | None, ...],
-    dtype: str = "float32",
-) -> Dataset:
+def recorded(folder, channels, fingers, dtype="float32"):
     """Write a recording with one pinch for each finger that touches first, and load it."""
     layout = Layout(channels, 4936.0)
     rng = np.random.default_rng(len(channels))
@@ -63,7 +55,7 @@ def recorded(
     return load_dataset(folder)
 
 
-def board(folder: Path, *columns: str) -> Dataset:
+def board(folder, *columns):
     """Return a recording of a ``csv:`` device with these columns."""
     fingers = (None,) if len(columns) == 1 else tuple(Finger)
     channels = tuple(
@@ -73,7 +65,7 @@ def board(folder: Path, *columns: str) -> Dataset:
     return recorded(folder, channels, fingers)
 
 
-def matlab(folder: Path, *rows: str) -> Dataset:
+def matlab(folder, *rows):
     """Return an import of MATLAB variables that a table describes."""
     table = folder.with_suffix(".csv")
     table.write_text("\n".join(["variable,sensor,finger,rate_hz,unit,scale,offset", *rows]))
@@ -86,11 +78,11 @@ def matlab(folder: Path, *rows: str) -> Dataset:
     return load_dataset(folder)
 
 
-def twin(folder: Path) -> Dataset:
+def twin(folder):
     return fc.simulate(folder, pinches_per_block=1, pinches_per_object=0, seed=5)[:2]
 
 
-def sensor(finger: Finger | None, **changes: Any) -> Channel:
+def sensor(finger, **changes):
     name = "disc" if finger is None else f"disc {finger.name}"
     return replace(Channel(name, VIBRATION, finger, "V"), **changes)
 
@@ -130,14 +122,14 @@ REFUSED = {
 }
 
 
-def physical(pinch: Pinch) -> dict[str, Any]:
+def physical(pinch):
     """Return the samples of each column in their unit."""
     layout = pinch.layout
     values = layout.physical(pinch.data, tuple(range(layout.width))).astype(np.float32)
     return dict(zip(layout.column_names, values.T, strict=True))
 
 
-def check_equal(one: Dataset, other: Dataset) -> None:
+def check_equal(one, other):
     a, b = one.layout, other.layout
     assert a.rate == b.rate
     assert {replace(c, scale=1.0, offset=0.0) for c in a.channels} == set(b.channels)
@@ -153,7 +145,7 @@ def check_equal(one: Dataset, other: Dataset) -> None:
 
 @pytest.mark.parametrize("to", ["csv", "hdf5"])
 @pytest.mark.parametrize("name", RECORDINGS)
-def test_every_recording_comes_back_equal_or_is_refused(tmp_path: Path, name: str, to: str) -> None:
+def test_every_recording_comes_back_equal_or_is_refused(tmp_path, name, to):
     dataset = RECORDINGS[name](tmp_path / "in")
     path = tmp_path / f"x.{to}"
     if name in REFUSED[to]:
@@ -179,7 +171,7 @@ LAYOUT_OF_ONE = Layout((sensor(None),), 5000.0).to_json()
     ],
 )
 @pytest.mark.parametrize("to", ["csv", "hdf5"])
-def test_a_wrong_layout_is_refused(tmp_path: Path, to: str, text: str) -> None:
+def test_a_wrong_layout_is_refused(tmp_path, to, text):
     if to == "hdf5":
         path = tmp_path / "x.h5"
         with h5py.File(path, "w") as file:

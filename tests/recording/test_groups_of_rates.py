@@ -1,9 +1,6 @@
 """Layouts with groups of different rates, such as a BioTac's 2200 Hz and 100 Hz."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -42,16 +39,16 @@ PAC = Channel("pac", ChannelKind.VIBRATION, Finger.INDEX, "", sensor=VibrationSe
 LAYOUT = Layout((PAC,), 2200.0, groups=(Group("electrodes", SLOW),))
 
 
-def fast(first: int, n: int) -> Block:
+def fast(first, n):
     return Block(np.arange(first, first + n, dtype=np.int16)[:, None], first)
 
 
-def slow(first: int, n: int) -> Block:
+def slow(first, n):
     return Block(np.arange(first, first + n, dtype=np.int16)[:, None].repeat(3, 1), first)
 
 
 @pytest.fixture
-def recording_path(tmp_path: Path) -> Path:
+def recording_path(tmp_path):
     """Return the path of a recording: 2 s at both rates, then 0.5 s without the slower group."""
     path = tmp_path / "biotac.mcap"
     with RecordingWriter(path, Header(LAYOUT, "real")) as writer:
@@ -63,7 +60,7 @@ def recording_path(tmp_path: Path) -> Path:
     return path
 
 
-def test_each_group_keeps_its_rate(recording_path: Path) -> None:
+def test_each_group_keeps_its_rate(recording_path):
     recording = read_recording(recording_path)
     assert recording.header.layout == LAYOUT
     assert recording.skipped == ()
@@ -72,7 +69,7 @@ def test_each_group_keeps_its_rate(recording_path: Path) -> None:
     assert recording.samples == 5500
 
 
-def test_pinch_has_the_group_samples_of_its_time(tmp_path: Path) -> None:
+def test_pinch_has_the_group_samples_of_its_time(tmp_path):
     first, n = 2201, 1099
     pinch = Pinch(
         fast(first, n).data, LAYOUT, first_sample=first, groups={"electrodes": slow(101, 49)}
@@ -98,11 +95,11 @@ def test_pinch_has_the_group_samples_of_its_time(tmp_path: Path) -> None:
     assert np.array_equal(reloaded.groups["electrodes"].data, slow(101, 49).data)
 
 
-def test_incomplete_group_is_dropped_from_the_pinch(recording_path: Path) -> None:
+def test_incomplete_group_is_dropped_from_the_pinch(recording_path):
     assert "electrodes" not in load_dataset(recording_path).pinches[0].groups
 
 
-def test_recordings_with_and_without_a_group_load_together(recording_path: Path) -> None:
+def test_recordings_with_and_without_a_group_load_together(recording_path):
     pinch = Pinch(fast(0, 1100).data, replace(LAYOUT, groups=()))
     with RecordingWriter(
         recording_path.with_name("a.mcap"), Header(pinch.layout, "real")
@@ -111,7 +108,7 @@ def test_recordings_with_and_without_a_group_load_together(recording_path: Path)
     assert len(load_dataset(recording_path.parent)) == 2
 
 
-def test_damaged_first_chunk_keeps_the_groups(recording_path: Path) -> None:
+def test_damaged_first_chunk_keeps_the_groups(recording_path):
     data = bytearray(recording_path.read_bytes())
     at = data.index(b"/samples/electrodes")
     data[at] ^= 1
@@ -121,7 +118,7 @@ def test_damaged_first_chunk_keeps_the_groups(recording_path: Path) -> None:
     assert sum(len(s.data) for s in recording.groups["electrodes"]) == 200
 
 
-def test_writer_refuses_invalid_group_blocks(tmp_path: Path) -> None:
+def test_writer_refuses_invalid_group_blocks(tmp_path):
     with RecordingWriter(tmp_path / "a.mcap", Header(LAYOUT)) as writer:
         with pytest.raises(InputError, match="'other'"):
             writer.write(slow(0, 10), "other")
@@ -129,7 +126,7 @@ def test_writer_refuses_invalid_group_blocks(tmp_path: Path) -> None:
             writer.write(fast(0, 10), "electrodes")
 
 
-def test_inspect_shows_the_groups(recording_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_inspect_shows_the_groups(recording_path, capsys):
     assert main(["inspect", str(recording_path)]) == 0
     assert "electrodes: 3 channels at 100 Hz, 200 samples" in capsys.readouterr().out
     out = recording_path.with_suffix(".csv")

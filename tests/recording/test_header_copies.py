@@ -1,9 +1,6 @@
 """Recordings have two copies of the header, so that one damaged byte does not lose everything."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +13,7 @@ HEADER = Header(fingertip_layout(), "synthetic", session="1", notes="the only on
 
 
 @pytest.fixture
-def killed(tmp_path: Path) -> Path:
+def killed(tmp_path):
     """Write a file like that of a writer killed after one second of samples."""
     path = tmp_path / "whole.mcap"
     killed_path = tmp_path / "killed.mcap"
@@ -28,7 +25,7 @@ def killed(tmp_path: Path) -> Path:
     return killed_path
 
 
-def test_flipped_byte_costs_at_most_its_chunk(killed: Path) -> None:
+def test_flipped_byte_costs_at_most_its_chunk(killed):
     intact = read_recording(killed)
     data = killed.read_bytes()
     for at in (*range(0, 64), *range(64, 9000, 37), *range(9000, len(data), 997)):
@@ -40,7 +37,7 @@ def test_flipped_byte_costs_at_most_its_chunk(killed: Path) -> None:
         assert intact.samples - recording.samples <= 0.1 * HEADER.layout.rate
 
 
-def test_recording_at_the_highest_rate_is_read(tmp_path: Path) -> None:
+def test_recording_at_the_highest_rate_is_read(tmp_path):
     """The padding after the first header is longer than the longest JSON."""
     path = tmp_path / "a.mcap"
     header = Header(replace(HEADER.layout, rate=1e7), "synthetic", "float32")
@@ -50,7 +47,7 @@ def test_recording_at_the_highest_rate_is_read(tmp_path: Path) -> None:
     assert (recording.header, recording.samples, recording.skipped) == (header, 1000, ())
 
 
-def test_invalid_header_leaves_no_file(tmp_path: Path) -> None:
+def test_invalid_header_leaves_no_file(tmp_path):
     path = tmp_path / "a.mcap"
     for header in (
         Header(HEADER.layout, session="\udcff"),  # a name that is not UTF-8, as arguments can be
@@ -62,7 +59,7 @@ def test_invalid_header_leaves_no_file(tmp_path: Path) -> None:
         assert not path.exists()
 
 
-def test_invalid_marker_text_does_not_end_a_recording(tmp_path: Path) -> None:
+def test_invalid_marker_text_does_not_end_a_recording(tmp_path):
     path = tmp_path / "a.mcap"
     with RecordingWriter(path, HEADER) as writer:
         writer.marker(Marker(3, "half \udcff"))

@@ -1,13 +1,8 @@
 """Malicious recordings: they are refused in one sentence or noted, with little time and memory."""
 
-from __future__ import annotations
-
 import json
 import tracemalloc
 import zlib
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import lz4.frame
 import numpy as np
@@ -30,7 +25,7 @@ MARK = PinchMark(
 BLOCK = Block(np.ones((1000, 16), np.int16))
 
 
-def write(path: Path, *parts: tuple[str, bytes]) -> Path:
+def write(path, *parts):
     """Write a complete recording of these messages."""
     with path.open("wb") as stream:
         file = Writer(stream, 100, compression=CompressionType.NONE)
@@ -44,11 +39,11 @@ def write(path: Path, *parts: tuple[str, bytes]) -> Path:
     return path
 
 
-def packed(tree: Any) -> bytes:
+def packed(tree):
     return json.dumps(tree).encode()
 
 
-def changed(tree: dict[str, Any], *path: str | int, to: Any) -> dict[str, Any]:
+def changed(tree, *path, to):
     """Return a copy with one changed field."""
     copy = json.loads(json.dumps(tree))
     place = copy
@@ -58,9 +53,7 @@ def changed(tree: dict[str, Any], *path: str | int, to: Any) -> dict[str, Any]:
     return dict(copy)
 
 
-def write_recording(
-    path: Path, header: Any = HEADER, mark: Any = MARK, block: Block = BLOCK
-) -> Path:
+def write_recording(path, header=HEADER, mark=MARK, block=BLOCK):
     head = header if isinstance(header, bytes) else packed(header)
     samples = ("/samples", block_message(block, "int16"))
     return write(path, ("/header", head), samples, ("/pinch", packed(mark)))
@@ -87,7 +80,7 @@ CHANNEL = ("layout", "channels", 0)
     ],
     ids=range(12),
 )
-def test_header_out_of_bounds_is_refused(tmp_path: Path, header: Any) -> None:
+def test_header_out_of_bounds_is_refused(tmp_path, header):
     path = write_recording(tmp_path / "a.mcap", header)
     with pytest.raises(InputError, match=r"a\.mcap: /header") as error:
         read_recording(path)
@@ -108,7 +101,7 @@ def test_header_out_of_bounds_is_refused(tmp_path: Path, header: Any) -> None:
     ],
     ids=range(8),
 )
-def test_mark_out_of_bounds_is_skipped(tmp_path: Path, mark: Any) -> None:
+def test_mark_out_of_bounds_is_skipped(tmp_path, mark):
     recording = read_recording(write_recording(tmp_path / "a.mcap", mark=mark))
     assert (recording.samples, recording.pinches) == (1000, ())
     (message,) = recording.skipped
@@ -116,12 +109,11 @@ def test_mark_out_of_bounds_is_skipped(tmp_path: Path, mark: Any) -> None:
     assert len(message) < 500
 
 
-def test_writer_refuses_invalid_marks(tmp_path: Path) -> None:
+def test_writer_refuses_invalid_marks(tmp_path):
     with RecordingWriter(tmp_path / "a.mcap", Header(LAYOUT, "synthetic")) as writer:
         writer.write(BLOCK)
-        for mark in (PinchMark(0, 100, 100), PinchMark(0, 100, 900, 0, Label("x" * 300))):
-            with pytest.raises(InputError, match="the mark of pinch 0"):
-                writer.mark(mark)
+        with pytest.raises(InputError, match="the mark of pinch 0"):
+            writer.mark(PinchMark(0, 100, 900, 0, Label("x" * 300)))
         with pytest.raises(InputError, match="sample number"):
             writer.write(Block(BLOCK.data, 1 << 60))
     recording = read_recording(tmp_path / "a.mcap")
@@ -129,7 +121,7 @@ def test_writer_refuses_invalid_marks(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def check_memory() -> Iterator[None]:
+def check_memory():
     """Assert that a test allocates far less memory than a bomb would."""
     tracemalloc.start()
     try:
@@ -140,13 +132,13 @@ def check_memory() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("check_memory")
-def test_huge_pinch_number_takes_no_memory(tmp_path: Path) -> None:
+def test_huge_pinch_number_takes_no_memory(tmp_path):
     path = write_recording(tmp_path / "a.mcap", mark=changed(MARK, "number", to=10**18))
-    assert f"pinches 0 to {10**18 - 1} are lost" in " ".join(read_recording(path).skipped)
+    assert f"{10**18:,} pinches" in " ".join(read_recording(path).skipped)
 
 
 @pytest.fixture(scope="module")
-def bombs() -> dict[str, bytes]:
+def bombs():
     """Return compressed chunks that unpack to 600 MiB of zeros."""
     zeros = bytes(1 << 20)
     pack = zstandard.ZstdCompressor().compressobj()
@@ -159,24 +151,20 @@ def bombs() -> dict[str, bytes]:
 @pytest.mark.usefixtures("check_memory")
 @pytest.mark.parametrize("declared", [1 << 20, 600 << 20, (1 << 64) - 1])
 @pytest.mark.parametrize("kind", ["zstd", "lz4"])
-def test_decompression_bomb_is_skipped(
-    tmp_path: Path, bombs: dict[str, bytes], kind: str, declared: int
-) -> None:
+def test_decompression_bomb_is_skipped(tmp_path, bombs, kind, declared):
     path = write_recording(tmp_path / "a.mcap")
     path.write_bytes(path.read_bytes() + _chunk(kind, bombs[kind], declared, 1))
     assert "not closed" in " ".join(read_recording(path).skipped)
 
 
-def _chunk(kind: str, data: bytes, size: int, crc: int) -> bytes:
+def _chunk(kind, data, size, crc):
     builder = RecordBuilder()
     Chunk(kind, data, 0, 0, crc, size).write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
 
 
 @pytest.mark.parametrize("kind", ["zstd", "lz4"])
-def test_compressed_chunks_are_read(
-    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_compressed_chunks_are_read(tmp_path, kind, monkeypatch):
     path = write_recording(tmp_path / "a.mcap")
     original = read_recording(path)
     data = path.read_bytes()
@@ -196,7 +184,7 @@ def test_compressed_chunks_are_read(
     assert np.array_equal(recompressed.stretches[0].data, original.stretches[0].data)
 
 
-def test_false_chunk_headers_are_refused_quickly(tmp_path: Path) -> None:
+def test_false_chunk_headers_are_refused_quickly(tmp_path):
     """Each of 20,000 chunk headers claims the whole remaining file."""
     path = tmp_path / "a.mcap"
     entry = 9 + 40
@@ -211,7 +199,7 @@ def test_false_chunk_headers_are_refused_quickly(tmp_path: Path) -> None:
         read_recording(path)
 
 
-def test_unusable_samples_are_skipped(tmp_path: Path) -> None:
+def test_unusable_samples_are_skipped(tmp_path):
     far = Block(BLOCK.data, (1 << 64) - 1000)
     assert "1 messages hold no samples" in " ".join(
         read_recording(write_recording(tmp_path / "a.mcap", block=far)).skipped
@@ -228,7 +216,7 @@ def test_unusable_samples_are_skipped(tmp_path: Path) -> None:
     assert "2 messages hold no samples" in recording.skipped[0]
 
 
-def test_endless_pinch_is_dropped_alone(tmp_path: Path) -> None:
+def test_endless_pinch_is_dropped_alone(tmp_path):
     path = write(
         tmp_path / "a.mcap",
         ("/header", packed(HEADER)),
@@ -241,7 +229,7 @@ def test_endless_pinch_is_dropped_alone(tmp_path: Path) -> None:
     assert dataset.losses == ("a.mcap: pinch 1 has missing samples and is left out",)
 
 
-def test_any_intact_header_is_used(tmp_path: Path) -> None:
+def test_any_intact_header_is_used(tmp_path):
     path = write(
         tmp_path / "a.mcap",
         ("/header", b"{"),

@@ -1,7 +1,5 @@
 """Import writes complete recordings to the requested folder."""
 
-from __future__ import annotations
-
 import h5py
 import numpy as np
 import pytest
@@ -9,10 +7,10 @@ from import_files import LENGTH, RATE, arrays, imported, long_csv, npz, table, w
 from scipy.io import wavfile
 
 from firstcontact.cli.main import main
-from firstcontact.core import Dataset, Finger
+from firstcontact.core import Finger
 
 
-def check_arrays(dataset: Dataset) -> None:
+def check_arrays(dataset):
     made = arrays()
     order = [0, 1, 2, 3]
     assert len(dataset) == 4

@@ -1,19 +1,13 @@
 """Labels, contacts, speeds, sessions and sources of imported files, and what is assumed."""
 
-from __future__ import annotations
-
-import csv
 import json
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import h5py
 import numpy as np
 import pytest
-from scipy.io import wavfile
+from import_files import MAKERS, RATE, as_npz
 
-from firstcontact.core import ClosingSpeed, Contact, Dataset, Finger, InputError, fingertip_layout
+from firstcontact.core import ClosingSpeed, Contact, Finger, InputError, fingertip_layout
 from firstcontact.recording import (
     EXPORTERS,
     Header,
@@ -26,8 +20,7 @@ from firstcontact.recording import (
 from firstcontact.recording.messages import read_header
 from firstcontact.signal import resample_dataset
 
-RATE, SAMPLES = 5000, 80
-DATA = np.random.default_rng(1).normal(size=(3, SAMPLES, 1)).astype(np.float32)
+DATA = np.random.default_rng(1).normal(size=(3, 80, 1)).astype(np.float32)
 SPEEDS = [ClosingSpeed(0.12, 0.003), None, ClosingSpeed(0.2, 0.0)]
 LABELS = {
     "first_contact": [40, 41, -1],
@@ -38,58 +31,16 @@ LABELS = {
 }
 
 
-def npz(folder: Path, labels: dict[str, Any], **settings: Any) -> Path:
-    np.savez(
-        folder / "x.npz", piezo=DATA, sample_rate_hz=RATE, piezo_unit="V", **labels, **settings
-    )
-    return folder / "x.npz"
+EACH_FORMAT = pytest.mark.parametrize("make", MAKERS)
 
 
-def hdf5(folder: Path, labels: dict[str, Any], **settings: Any) -> Path:
-    with h5py.File(folder / "x.h5", "w") as file:
-        file.update({"piezo": DATA, **labels})
-        file.attrs.update({"sample_rate_hz": RATE, "piezo_unit": "V", **settings})
-    return folder / "x.h5"
-
-
-def rows(labels: dict[str, Any], **settings: Any) -> list[list[Any]]:
-    """Return the cells of each pinch, below a header."""
-    cells = [[column[i] for column in labels.values()] for i in range(3)]
-    return [[*labels, *settings], *([*row, *settings.values()] for row in cells)]
-
-
-def wav(folder: Path, labels: dict[str, Any], **settings: Any) -> Path:
-    (folder / "wavs").mkdir()
-    for i, data in enumerate(DATA):
-        wavfile.write(folder / "wavs" / f"{i}.wav", RATE, data)
-    header, *cells = rows(labels, **settings)
-    with (folder / "wavs" / "labels.csv").open("w", newline="") as stream:
-        table = [["file", *header], *([f"{i}.wav", *row] for i, row in enumerate(cells))]
-        csv.writer(stream).writerows(table)
-    return folder / "wavs"
-
-
-def long_csv(folder: Path, labels: dict[str, Any], **settings: Any) -> Path:
-    header, *cells = rows(labels, **settings)
-    table = [["pinch", "time_s", "piezo_index", *header]]
-    for i, data in enumerate(DATA):
-        table += [[i, k / RATE, float(v), *cells[i]] for k, v in enumerate(data[:, 0])]
-    with (folder / "x.csv").open("w", newline="") as stream:
-        csv.writer(stream).writerows(table)
-    return folder / "x.csv"
-
-
-MAKERS = pytest.mark.parametrize("make", [npz, hdf5, wav, long_csv])
-Maker = Callable[..., Path]
-
-
-def starts(dataset: Dataset) -> list[int]:
+def starts(dataset):
     return [
         -1 if p.motor_start is None else p.motor_start - p.first_sample for p in dataset.pinches
     ]
 
 
-def check_labels(dataset: Dataset) -> None:
+def check_labels(dataset):
     assert starts(dataset) == LABELS["motor_start"]
     assert [p.closing_speed for p in dataset] == SPEEDS
     assert [p.label.shape for p in dataset] == ["flat", "37 mm", ""]
@@ -97,11 +48,9 @@ def check_labels(dataset: Dataset) -> None:
     assert firsts == LABELS["first_contact"]
 
 
-@MAKERS
-def test_labels_of_every_kind_of_file_survive_import_and_export(
-    tmp_path: Path, make: Maker
-) -> None:
-    import_path(make(tmp_path, LABELS), tmp_path / "out")
+@EACH_FORMAT
+def test_labels_of_every_kind_of_file_survive_import_and_export(tmp_path, make):
+    import_path(make(tmp_path, DATA, LABELS), tmp_path / "out")
     dataset = load_dataset(tmp_path / "out")
     check_labels(dataset)
     for to, name in (("hdf5", "y.h5"), ("csv", "y.csv")):
@@ -136,20 +85,18 @@ def test_labels_of_every_kind_of_file_survive_import_and_export(
         ({"object": ["a"]}, "object"),
     ],
 )
-def test_labels_out_of_range_are_refused(
-    tmp_path: Path, changes: dict[str, Any], field: str
-) -> None:
+def test_labels_out_of_range_are_refused(tmp_path, changes, field):
     with pytest.raises(InputError, match=rf"x\.npz.*'{field}'"):
-        import_path(npz(tmp_path, LABELS | changes), tmp_path / "out")
+        import_path(as_npz(tmp_path, DATA, LABELS | changes), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
-def arrays(piezo: Any, **labels: Any) -> Dataset:
+def arrays(piezo, **labels):
     given = {"piezo": piezo, "sample_rate_hz": 4936.0, "piezo_unit": "V", **labels}
     return from_arrays(Path("x"), {name: np.array(value) for name, value in given.items()})
 
 
-def two_fingers(seed: int, finger: Finger, first: int, second: int) -> np.ndarray:
+def two_fingers(seed, finger, first, second):
     """Return noise on both channels, and a step response on each after its finger touches."""
     piezo = np.random.default_rng(seed).normal(0, 0.01, (1, 300, 2))
     # The fingers' gains differ, so the larger trace is not always the livelier one.
@@ -163,9 +110,7 @@ def two_fingers(seed: int, finger: Finger, first: int, second: int) -> np.ndarra
 
 @pytest.mark.parametrize("finger", Finger)
 @pytest.mark.parametrize("unknown", [{}, {"first_finger": [-1]}, {"first_finger": [""]}])
-def test_unknown_first_finger_is_estimated_with_a_note(
-    finger: Finger, unknown: dict[str, Any]
-) -> None:
+def test_unknown_first_finger_is_estimated_with_a_note(finger, unknown):
     piezo = two_fingers(1, finger, 150, 180)
     dataset = arrays(piezo, first_contact=[150], second_contact=[180], **unknown)
     (pinch,) = dataset
@@ -173,7 +118,7 @@ def test_unknown_first_finger_is_estimated_with_a_note(
     assert any("first_finger of 1 pinches is not known" in note for note in dataset.notes)
 
 
-def test_given_first_finger_is_used_unless_there_is_one_channel() -> None:
+def test_given_first_finger_is_used_unless_there_is_one_channel():
     piezo = two_fingers(2, Finger.INDEX, 150, 180)
     both = arrays(piezo, first_contact=[150], first_finger=["thumb"])
     assert [p.truth for p in both] == [(Contact(Finger.THUMB, 150, 150),)]
@@ -185,7 +130,7 @@ def test_given_first_finger_is_used_unless_there_is_one_channel() -> None:
 
 
 @pytest.mark.parametrize("number", [int, float, np.int16, np.float32])
-def test_whole_numbers_of_any_type_are_equal_labels(number: type) -> None:
+def test_whole_numbers_of_any_type_are_equal_labels(number):
     piezo = np.repeat(two_fingers(1, Finger.INDEX, 20, 40), 2, axis=0)
     dataset = arrays(
         piezo,
@@ -204,12 +149,12 @@ def test_whole_numbers_of_any_type_are_equal_labels(number: type) -> None:
     ("alpha", "rate", "is_noted"),
     [(0.5, 4936, False), (1, 9000, False), (0.9, 4936, True), (0.5, 16000, True)],
 )
-def test_smoothing_unlike_the_device_adds_a_note(alpha: float, rate: float, is_noted: bool) -> None:
+def test_smoothing_unlike_the_device_adds_a_note(alpha, rate, is_noted):
     dataset = arrays(DATA, sample_rate_hz=rate, smoothing_alpha=alpha)
     assert any("smoothed before" in note for note in dataset.notes) == is_noted
 
 
-@MAKERS
+@EACH_FORMAT
 @pytest.mark.parametrize(
     ("stated", "option", "source"),
     [
@@ -220,25 +165,23 @@ def test_smoothing_unlike_the_device_adds_a_note(alpha: float, rate: float, is_n
         ("unknown", "real", "real"),
     ],
 )
-def test_source_comes_from_the_file_or_the_option(
-    tmp_path: Path, make: Maker, stated: str | None, option: str | None, source: str
-) -> None:
+def test_source_comes_from_the_file_or_the_option(tmp_path, make, stated, option, source):
     settings = {} if stated is None else {"source": stated}
-    import_path(make(tmp_path, {}, **settings), tmp_path / "o", source=option)
+    import_path(make(tmp_path, DATA, **settings), tmp_path / "o", source=option)
     dataset = load_dataset(tmp_path / "o")
     assert dataset.source == source
     assert any("source" in note for note in dataset.notes) == (source == "unknown")
 
 
-@MAKERS
-def test_wrong_sources_are_refused(tmp_path: Path, make: Maker) -> None:
-    path = make(tmp_path, {}, source="real")
+@EACH_FORMAT
+def test_wrong_sources_are_refused(tmp_path, make):
+    path = make(tmp_path, DATA, source="real")
     with pytest.raises(InputError, match=r"real.*twin") as refused:
         import_path(path, tmp_path / "o", source="twin")
     assert refused.value.parameter == "source"
     (tmp_path / "other").mkdir()
     with pytest.raises(InputError, match=r"'source' .*'martian'"):
-        import_path(make(tmp_path / "other", {}, source="martian"), tmp_path / "o")
+        import_path(make(tmp_path / "other", DATA, source="martian"), tmp_path / "o")
     assert not (tmp_path / "o").exists()
 
 
@@ -246,10 +189,10 @@ def test_wrong_sources_are_refused(tmp_path: Path, make: Maker) -> None:
 OLD = "imported from x.csv\nno session column: all pinches were taken as one session"
 
 
-def test_assumed_sessions_are_known_from_the_header(tmp_path: Path) -> None:
+def test_assumed_sessions_are_known_from_the_header(tmp_path):
     for name, labels in (("a", {}), ("b", {"session": ["a"] * 3})):
         (tmp_path / name).mkdir()
-        import_path(npz(tmp_path / name, labels), tmp_path / name / "out")
+        import_path(as_npz(tmp_path / name, DATA, labels), tmp_path / name / "out")
         (file,) = (tmp_path / name / "out").iterdir()
         assert read_recording(file).header.session_assumed is (name == "a")
         dataset = load_dataset(file)

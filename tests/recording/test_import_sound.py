@@ -1,8 +1,5 @@
 """Long sound files with a table of their contacts, or an Audacity label track."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +21,7 @@ SAMPLES = 20_000
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """Write two long files in which each sample is its number, so a cut pinch shows its place."""
     (tmp_path / "in").mkdir()
     count = np.arange(SAMPLES, dtype=np.int16)
@@ -33,13 +30,13 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "in"
 
 
-def table(folder: Path, *lines: str) -> Path:
+def table(folder, *lines):
     path = folder / "events.csv"
     path.write_text("\n".join(lines) + "\n")
     return path
 
 
-def test_seconds_and_samples_give_the_same_contacts(folder: Path, tmp_path: Path) -> None:
+def test_seconds_and_samples_give_the_same_contacts(folder, tmp_path):
     contacts = []
     for name, cells in (("onset_s", ("0.25", "1.5")), ("onset_sample", ("2000", "12000"))):
         events = table(folder, f"{name},shore_a", *(f"{cell},20" for cell in cells))
@@ -59,7 +56,7 @@ def test_seconds_and_samples_give_the_same_contacts(folder: Path, tmp_path: Path
 
 
 @given(st.lists(st.integers(0, SAMPLES - 1), min_size=1, max_size=12, unique=True))
-def test_cuts_contain_their_contact_and_do_not_overlap(onsets: list[int]) -> None:
+def test_cuts_contain_their_contact_and_do_not_overlap(onsets):
     import tempfile
 
     with tempfile.TemporaryDirectory() as place:
@@ -77,9 +74,7 @@ def test_cuts_contain_their_contact_and_do_not_overlap(onsets: list[int]) -> Non
     assert len(used_samples) == len(set(used_samples))
 
 
-def test_one_of_many_channels_is_selected(
-    folder: Path, tmp_path: Path, check_refused: Callable[..., None]
-) -> None:
+def test_one_of_many_channels_is_selected(folder, tmp_path, check_refused):
     many = np.stack([np.arange(SAMPLES, dtype=np.int16) + k for k in range(4)], axis=1)
     wavfile.write(folder / "many.wav", RATE, many)
     path = folder / "many.wav"
@@ -92,7 +87,7 @@ def test_one_of_many_channels_is_selected(
     assert pinch.data[pinch.first.sample - pinch.first_sample].tolist() == [9003]
 
 
-def test_channel_column_selects_the_channel(folder: Path) -> None:
+def test_channel_column_selects_the_channel(folder):
     events = table(
         folder,
         "file,onset_sample,channel,object,hardness_class",
@@ -106,7 +101,7 @@ def test_channel_column_selects_the_channel(folder: Path) -> None:
     assert dataset.hardness_rank.tolist() == [0, 2]
 
 
-def test_skipped_rows_and_files_are_counted(folder: Path) -> None:
+def test_skipped_rows_and_files_are_counted(folder):
     rows = ("file,onset_sample,channel,remark", "mono.wav,9000,0,loud", "stereo.wav,9000,0,")
     events = table(folder, *rows)
     notes = " ".join(import_events(folder / "mono.wav", events=events).notes)
@@ -137,15 +132,11 @@ def test_skipped_rows_and_files_are_counted(folder: Path) -> None:
         (("file,onset_sample,shore_a", "mono.wav,9,200"), ("'shore_a' of line 2", "200")),
     ],
 )
-def test_invalid_event_table_is_refused(
-    folder: Path, check_refused: Callable[..., None], lines: tuple[str, ...], words: tuple[str, ...]
-) -> None:
+def test_invalid_event_table_is_refused(folder, check_refused, lines, words):
     check_refused(folder, *words, events=table(folder, *lines))
 
 
-def test_events_are_for_sound_files_only(
-    folder: Path, check_refused: Callable[..., None], tmp_path: Path
-) -> None:
+def test_events_are_for_sound_files_only(folder, check_refused, tmp_path):
     events = table(folder, "onset_s", "1")
     (tmp_path / "some.npz").write_bytes(b"")
     check_refused(tmp_path / "some.npz", "events", events=events)
@@ -154,7 +145,7 @@ def test_events_are_for_sound_files_only(
     check_refused(folder / "mono.wav", "no row is for", "mono.wav", events=other_events)
 
 
-def taps(folder: Path, *names: str) -> Path:
+def taps(folder, *names):
     """Write sound files of three taps each, in both channels within 20 ms."""
     folder.mkdir()
     rng = np.random.default_rng(0)
@@ -171,7 +162,7 @@ def taps(folder: Path, *names: str) -> Path:
 TAPS = (4000, 9000, 15000)
 
 
-def test_each_tap_found_becomes_a_pinch_that_nobody_confirmed(tmp_path: Path) -> None:
+def test_each_tap_found_becomes_a_pinch_that_nobody_confirmed(tmp_path):
     folder = taps(tmp_path / "in", "eraser.wav", "foam.wav")
     dataset = fc.import_recordings(folder, tmp_path / "own", find=True)
     assert dataset.objects.tolist() == ["eraser"] * 3 + ["foam"] * 3
@@ -187,7 +178,7 @@ def test_each_tap_found_becomes_a_pinch_that_nobody_confirmed(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("kind", ["npz", "events", "silence"])
-def test_contacts_are_only_searched_in_sounds_that_have_some(tmp_path: Path, kind: str) -> None:
+def test_contacts_are_only_searched_in_sounds_that_have_some(tmp_path, kind):
     folder = taps(tmp_path / "in", "eraser.wav")
     path, options = folder / "eraser.wav", {}
     if kind == "npz":
@@ -201,14 +192,14 @@ def test_contacts_are_only_searched_in_sounds_that_have_some(tmp_path: Path, kin
     assert refused.value.parameter == ("" if kind == "silence" else "find")
 
 
-def flac(tmp_path: Path, subtype: str = "PCM_16") -> Path:
+def flac(tmp_path, subtype="PCM_16"):
     soundfile = pytest.importorskip("soundfile")
     path = tmp_path / f"{subtype}.flac"
     soundfile.write(path, np.arange(SAMPLES, dtype=np.int16), RATE, subtype)
     return path
 
 
-def track(tmp_path: Path, text: str) -> Path:
+def track(tmp_path, text):
     path = tmp_path / "labels.txt"
     path.write_bytes(text.encode(errors="surrogateescape"))
     return path
@@ -220,7 +211,7 @@ LABELS = (
 )
 
 
-def test_points_and_ranges_become_labelled_contacts(folder: Path, tmp_path: Path) -> None:
+def test_points_and_ranges_become_labelled_contacts(folder, tmp_path):
     dataset = import_path(folder / "mono.wav", tmp_path / "out", events=track(tmp_path, LABELS))
     assert dataset.objects.tolist() == ["eraser", "foam"]
     assert dataset.shore_a.tolist() == [40, 20]
@@ -230,7 +221,7 @@ def test_points_and_ranges_become_labelled_contacts(folder: Path, tmp_path: Path
 
 
 @pytest.mark.parametrize("subtype", ["PCM_16", "PCM_24"])
-def test_flac_imports_like_its_wav(folder: Path, tmp_path: Path, subtype: str) -> None:
+def test_flac_imports_like_its_wav(folder, tmp_path, subtype):
     events = track(tmp_path, LABELS)
     from_wav = import_path(folder / "mono.wav", tmp_path / "wav", events=events)
     from_flac = import_path(flac(tmp_path, subtype), tmp_path / "flac", events=events)
@@ -254,17 +245,11 @@ def test_flac_imports_like_its_wav(folder: Path, tmp_path: Path, subtype: str) -
         ("\udcff", ("UTF-8",)),
     ],
 )
-def test_invalid_label_track_is_refused(
-    folder: Path,
-    tmp_path: Path,
-    check_refused: Callable[..., None],
-    text: str,
-    words: tuple[str, ...],
-) -> None:
+def test_invalid_label_track_is_refused(folder, tmp_path, check_refused, text, words):
     check_refused(folder / "mono.wav", *words, events=track(tmp_path, text))
 
 
-def test_a_damaged_flac_is_refused(tmp_path: Path, check_refused: Callable[..., None]) -> None:
+def test_a_damaged_flac_is_refused(tmp_path, check_refused):
     content = flac(tmp_path).read_bytes()
     events = track(tmp_path, LABELS)
     for name, raw in (("cut", content[:-4000]), ("none", b""), ("noise", bytes(range(256)) * 20)):

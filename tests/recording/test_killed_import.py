@@ -1,11 +1,8 @@
 """A killed import leaves no file that could be mistaken for a recording."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,7 +27,7 @@ importing.import_path(Path(sys.argv[1]), Path(sys.argv[2]))
 
 
 @pytest.fixture
-def arrays(tmp_path: Path) -> Path:
+def arrays(tmp_path):
     piezo = np.random.default_rng(1).normal(size=(3, 600, 1)).astype(np.float32)
     path = tmp_path / "x.npz"
     np.savez(path, piezo=piezo, shore_a=[1, 2, 3], sample_rate_hz=4936, piezo_unit="V")
@@ -38,7 +35,7 @@ def arrays(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def killed_folder(tmp_path: Path, arrays: Path) -> Path:
+def killed_folder(tmp_path, arrays):
     """Folder in which an import into its subfolder ``o`` was killed."""
     folder = tmp_path / "data"
     folder.mkdir()
@@ -48,9 +45,7 @@ def killed_folder(tmp_path: Path, arrays: Path) -> Path:
     return folder
 
 
-def test_leftovers_of_a_killed_import_are_not_read(
-    killed_folder: Path, arrays: Path, tmp_path: Path
-) -> None:
+def test_leftovers_of_a_killed_import_are_not_read(killed_folder, arrays, tmp_path):
     with pytest.raises(InputError, match=killed_folder.name):
         find_recordings(killed_folder)
     import_path(arrays, killed_folder / "other")

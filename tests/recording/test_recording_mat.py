@@ -1,13 +1,9 @@
 """MATLAB files: arrays of pinches, and signals at several rates described by a table."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -26,7 +22,7 @@ skin,,thumb,100,,1,0
 """
 
 
-def variables(n: int = 200, seed: int = 0) -> dict[str, Any]:
+def variables(n=200, seed=0):
     """Return BioTac variables: packets of 22 samples in columns, and slower signals."""
     rng = np.random.default_rng(seed)
     count = np.arange(22 * n, dtype=np.uint16)
@@ -40,7 +36,7 @@ def variables(n: int = 200, seed: int = 0) -> dict[str, Any]:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     place = tmp_path / "in"
     place.mkdir()
     for k, name in enumerate(("steel", "foam")):
@@ -50,12 +46,12 @@ def folder(tmp_path: Path) -> Path:
     return place
 
 
-def run(folder: Path, out: Path, *options: str) -> int:
+def run(folder, out, *options):
     channels = str(out.parent / "channels.csv")
     return main(["import", str(folder), "--channels", channels, "--out", str(out), *options])
 
 
-def test_each_mat_file_is_one_pinch_with_slower_signals(folder: Path, tmp_path: Path) -> None:
+def test_each_mat_file_is_one_pinch_with_slower_signals(folder, tmp_path):
     assert run(folder, tmp_path / "out") == 0
     dataset = load_dataset(tmp_path / "out")
     assert sorted(dataset.objects.tolist()) == ["foam", "steel"]
@@ -73,7 +69,7 @@ def test_each_mat_file_is_one_pinch_with_slower_signals(folder: Path, tmp_path: 
     assert any("joint" in note for note in dataset.notes)
 
 
-def write_version_73(path: Path, content: dict[str, Any]) -> Path:
+def write_version_73(path, content):
     """Write a file as MATLAB does: reversed dimensions, and character codes."""
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, values in content.items():
@@ -85,7 +81,7 @@ def write_version_73(path: Path, content: dict[str, Any]) -> Path:
     return path
 
 
-def test_version_73_file_imports_equally(folder: Path, tmp_path: Path) -> None:
+def test_version_73_file_imports_equally(folder, tmp_path):
     assert run(folder / "steel.mat", tmp_path / "old") == 0
     new = write_version_73(tmp_path / "new.mat", variables())
     assert run(new, tmp_path / "new") == 0
@@ -94,7 +90,7 @@ def test_version_73_file_imports_equally(folder: Path, tmp_path: Path) -> None:
     assert np.array_equal(old_pinch.group("100_hz")[1], new_pinch.group("100_hz")[1])
 
 
-def test_arrays_with_our_names_need_no_table(tmp_path: Path) -> None:
+def test_arrays_with_our_names_need_no_table(tmp_path):
     volts = np.random.default_rng(0).normal(size=(4, 300))
     cells = np.array(["foam", "steel", "foam", "steel"], dtype=object)
     savemat(
@@ -117,13 +113,13 @@ def test_arrays_with_our_names_need_no_table(tmp_path: Path) -> None:
     assert np.allclose([p.vibration()[:, 0] for p in dataset.pinches], volts)
 
 
-def ours(**changes: Any) -> dict[str, Any]:
+def ours(**changes):
     piezo = np.random.default_rng(0).normal(size=(3, 300))
     return {"piezo": piezo, "sample_rate_hz": np.array([[5000.0]]), "piezo_unit": "V", **changes}
 
 
 @pytest.mark.parametrize("columns", [1, 2])
-def test_signals_in_columns_are_not_pinches_of_a_sample(tmp_path: Path, columns: int) -> None:
+def test_signals_in_columns_are_not_pinches_of_a_sample(tmp_path, columns):
     signals = np.random.default_rng(0).normal(size=(5000, columns))
     path = tmp_path / "column.mat"
     savemat(path, ours(piezo=signals))
@@ -142,7 +138,7 @@ CELLS = {
 }
 
 
-def test_cell_arrays_hold_texts_and_numbers(tmp_path: Path) -> None:
+def test_cell_arrays_hold_texts_and_numbers(tmp_path):
     cells = {name: np.array(values, dtype=object) for name, values in CELLS.items()}
     savemat(tmp_path / "cells.mat", ours(**cells))
     dataset = import_path(tmp_path / "cells.mat", tmp_path / "out")
@@ -151,16 +147,14 @@ def test_cell_arrays_hold_texts_and_numbers(tmp_path: Path) -> None:
     assert dataset.sessions.tolist() == CELLS["session"]
 
 
-def test_cell_arrays_of_version_73_are_refused(
-    tmp_path: Path, check_refused: Callable[..., None]
-) -> None:
+def test_cell_arrays_of_version_73_are_refused(tmp_path, check_refused):
     path = write_version_73(tmp_path / "cells.mat", ours())
     with h5py.File(path, "r+") as file:
         file["session"] = np.array([file.ref] * 3, h5py.ref_dtype)
     check_refused(path, "cells.mat", "'session'", "-v7")
 
 
-def changed_variables(**changes: Any) -> dict[str, Any]:
+def changed_variables(**changes):
     return {k: v for k, v in {**variables(), **changes}.items() if v is not None}
 
 
@@ -183,45 +177,32 @@ def changed_variables(**changes: Any) -> dict[str, Any]:
         (variables(), "variable,sensor,column\npac,piezo,-1\n", ("'column' of line 2", "'-1'")),
     ],
 )
-def test_bad_signals_and_tables_are_refused(
-    folder: Path,
-    tmp_path: Path,
-    check_refused: Callable[..., None],
-    content: dict[str, Any],
-    table: str,
-    words: tuple[str, ...],
-) -> None:
+def test_bad_signals_and_tables_are_refused(folder, tmp_path, check_refused, content, table, words):
     savemat(folder / "steel.mat", content)
     (tmp_path / "channels.csv").write_text(table)
     check_refused(folder, *words, channels=tmp_path / "channels.csv")
 
 
 @pytest.mark.parametrize("keep", [0, 60, 127, 1000, 19_000])
-def test_truncated_mat_file_is_refused(
-    folder: Path, tmp_path: Path, check_refused: Callable[..., None], keep: int
-) -> None:
+def test_truncated_mat_file_is_refused(folder, tmp_path, check_refused, keep):
     path = folder / "steel.mat"
     path.write_bytes(path.read_bytes()[:keep])
     check_refused(folder, "steel.mat", channels=tmp_path / "channels.csv")
 
 
-def test_codes_of_no_characters_are_refused(
-    tmp_path: Path, check_refused: Callable[..., None]
-) -> None:
+def test_codes_of_no_characters_are_refused(tmp_path, check_refused):
     path = tmp_path / "a.mat"
     savemat(path, ours(piezo_unit=np.array([0x110000, -1])))
     check_refused(path, "piezo_unit")
 
 
-def test_missing_tables_and_rows_are_refused(
-    folder: Path, tmp_path: Path, check_refused: Callable[..., None]
-) -> None:
+def test_missing_tables_and_rows_are_refused(folder, tmp_path, check_refused):
     check_refused(folder / "steel.mat", "--channels")
     (folder / "labels.csv").write_text("file,object\nsteel.mat,steel\n")
     check_refused(folder, "1 .mat file", channels=tmp_path / "channels.csv")
 
 
-def test_real_biotac_recordings_run_through_a_study(biotac: Path, tmp_path: Path) -> None:
+def test_real_biotac_recordings_run_through_a_study(biotac, tmp_path):
     maker = Path(__file__).parents[2] / "examples" / "biotac_tables.py"
     tables = [str(tmp_path / name) for name in ("labels.csv", "channels.csv")]
     subprocess.run([sys.executable, maker, str(biotac), *tables], check=True, env=os.environ)

@@ -1,5 +1,4 @@
 import os
-import re
 import struct
 
 import numpy as np
@@ -11,7 +10,7 @@ from mcap.writer import Writer
 from firstcontact.core import Block, InputError, Pinch
 from firstcontact.core.text import counted as count_text
 from firstcontact.recording import Header, RecordingWriter, read_recording
-from firstcontact.recording._chunks import MAGIC, find_chunks, unpack_chunk
+from firstcontact.recording._chunks import MAGIC, find_chunks
 from firstcontact.recording._reader import join
 
 
@@ -56,29 +55,6 @@ def test_truncated_file_gives_all_complete_chunks(small, numbers_agree, step):
         cut.write_bytes(data[:length])
         with pytest.raises(InputError):
             read_recording(cut)
-
-
-def test_file_cut_while_it_is_read_is_refused(tmp_path, layout, counted, monkeypatch):
-    path = tmp_path / "a.mcap"
-    with RecordingWriter(path, Header(layout)) as writer:
-        for first in range(0, 20_000, 1000):
-            writer.write(counted(first, 1000))
-
-    def cut_and_read(body, most):
-        os.truncate(path, 100)
-        return unpack_chunk(body, most)
-
-    monkeypatch.setattr("firstcontact.recording._chunks.unpack_chunk", cut_and_read)
-    with pytest.raises(InputError, match=re.escape(str(path))):
-        read_recording(path)
-
-
-def test_chunk_is_found_across_the_blocks_of_the_search(small, monkeypatch):
-    data, ends, intact = chunk_ends(small)
-    for block in (1, 50, 53, 300):
-        monkeypatch.setattr("firstcontact.recording._chunks._BLOCK", block)
-        assert [stop for _, stop in find_chunks(data)] == ends
-    assert read_recording(small).samples == intact.samples
 
 
 @STEPS
@@ -138,7 +114,7 @@ def test_lost_marks_are_listed(tmp_path, layout, counted):
     path.write_bytes(data[:position] + b"!" + data[position + 1 :])
     recording = read_recording(path)
     assert [p.number for p in recording.pinches] == [0, 1, 3, 4]
-    assert any("pinches 2 " in s for s in recording.skipped)
+    assert any("1 pinch" in s for s in recording.skipped)
 
 
 def test_lost_and_doubled_samples_are_counted(tmp_path, layout, counted):
@@ -155,22 +131,14 @@ def test_lost_and_doubled_samples_are_counted(tmp_path, layout, counted):
 
 
 @pytest.mark.parametrize(
-    ("content", "problem"),
-    [
-        (b"", r"other\.mcap"),
-        (b"RIFF....WAVEfmt ", r"other\.mcap"),
-        (MAGIC[:3], r"other\.mcap"),
-        (b"\x89MCAP1\r\n" + bytes(50), "'1'"),
-        (MAGIC, r"other\.mcap"),
-        (MAGIC + bytes(1000), r"other\.mcap"),
-    ],
+    "content",
+    [b"", b"RIFF....WAVEfmt ", MAGIC[:3], b"\x89MCAP1\r\n" + bytes(50), MAGIC, MAGIC + bytes(1000)],
 )
-def test_other_files_are_refused(tmp_path, content, problem):
+def test_other_files_are_refused(tmp_path, content):
     path = tmp_path / "other.mcap"
     path.write_bytes(content)
-    with pytest.raises(InputError, match=problem) as error:
+    with pytest.raises(InputError, match=path.name):
         read_recording(path)
-    assert str(path) in str(error.value)
 
 
 def test_files_that_cannot_be_opened_are_refused(tmp_path):

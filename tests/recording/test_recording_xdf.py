@@ -1,10 +1,7 @@
 """XDF files, written byte by byte so that tests can damage them."""
 
-from __future__ import annotations
-
 import math
 import struct
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +19,11 @@ MARKS = ((0.5, "eraser; shore_a=40"), (1.25, "foam; shore_a=20"))
 Values = np.ndarray[Any, np.dtype[Any]]
 
 
-def chunk(tag: int, content: bytes) -> bytes:
+def chunk(tag, content):
     return b"\x04" + struct.pack("<IH", len(content) + 2, tag) + content
 
 
-def stream(
-    number: int, name: str, rate: float, kind: str, stamps: Any, values: Any, foot: bool = True
-) -> bytes:
+def stream(number, name, rate, kind, stamps, values, foot=True):
     """Return one stream: header, samples in chunks of 0.1 s, a clock offset and footer."""
     numbers = np.zeros((len(stamps), 1)) if kind == "string" else np.asarray(values)
     numbers = numbers.reshape(len(stamps), -1).astype("<f4")
@@ -63,34 +58,34 @@ def stream(
     return b"".join(parts)
 
 
-def times(n: int, rate: float, jitter: float = 0.0, begin: float = 50.0) -> Values:
+def times(n, rate, jitter=0.0, begin=50.0):
     rng = np.random.default_rng(1)
     return begin + np.arange(n) / rate + jitter * rng.uniform(-1, 1, n)
 
 
-def vibration(name: str = "finger", number: int = 1, **changes: Any) -> bytes:
+def vibration(name="finger", number=1, **changes):
     fields = {"rate": RATE, "kind": "float32", "stamps": times(SAMPLES, RATE, 0.0004)}
     fields |= {"values": np.arange(SAMPLES, dtype=np.float32)} | changes
     return stream(number, name, **fields)
 
 
-def slow(**changes: Any) -> bytes:
+def slow(**changes):
     fields = {"stamps": times(200, SLOW), "values": np.arange(400.0).reshape(200, 2)} | changes
     return stream(2, "grip", SLOW, "float32", **fields)
 
 
-def marks(number: int = 3, name: str = "marks", texts: Any = MARKS) -> bytes:
+def marks(number=3, name="marks", texts=MARKS):
     return stream(number, name, 0.0, "string", [50.0 + t for t, _ in texts], [x for _, x in texts])
 
 
-def xdf(tmp_path: Path, *streams: bytes) -> Path:
+def xdf(tmp_path, *streams):
     path = tmp_path / "taps.xdf"
     head = chunk(1, b"<?xml version='1.0'?><info><version>1.0</version></info>")
     path.write_bytes(b"XDF:" + head + b"".join(streams))
     return path
 
 
-def test_markers_are_contacts_and_slower_streams_go_along(tmp_path: Path) -> None:
+def test_markers_are_contacts_and_slower_streams_go_along(tmp_path):
     path = xdf(tmp_path, vibration(), slow(), marks())
     out = tmp_path / "out"
     assert main(["import", str(path), "--source", "real", "--out", str(out)]) == 0
@@ -110,7 +105,7 @@ def test_markers_are_contacts_and_slower_streams_go_along(tmp_path: Path) -> Non
         assert values[:, 0] / 2 / SLOW == pytest.approx(begin + seconds, abs=1.1 / SLOW)
 
 
-def test_a_table_names_the_stream_and_its_column(tmp_path: Path) -> None:
+def test_a_table_names_the_stream_and_its_column(tmp_path):
     columns = np.stack([np.zeros(SAMPLES), np.arange(SAMPLES)], axis=1)
     path = xdf(tmp_path, vibration(values=columns), marks())
     out = str(tmp_path / "out")
@@ -123,7 +118,7 @@ def test_a_table_names_the_stream_and_its_column(tmp_path: Path) -> None:
     assert pinch.data[0, 0] > 0
 
 
-def test_pinches_do_not_span_a_gap(tmp_path: Path) -> None:
+def test_pinches_do_not_span_a_gap(tmp_path):
     stamps = times(SAMPLES, RATE)
     stamps[SAMPLES // 2 :] += 3.0
     texts = ((0.5, "before"), (4.5, "behind"))
@@ -138,7 +133,7 @@ def test_pinches_do_not_span_a_gap(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("column", ["onset_s", "onset_sample"])
 @pytest.mark.parametrize("late", [False, True])
-def test_event_times_start_at_the_vibration(tmp_path: Path, column: str, late: bool) -> None:
+def test_event_times_start_at_the_vibration(tmp_path, column, late):
     # Behind a gap, and where the part before it is left out: another stream began later.
     stamps = times(SAMPLES, RATE)
     stamps[SAMPLES // 2 :] += 3.0
@@ -158,9 +153,7 @@ def test_event_times_start_at_the_vibration(tmp_path: Path, column: str, late: b
     assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == pytest.approx(expected, abs=1)
 
 
-def test_markers_outside_the_kept_samples_are_skipped_with_a_note(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_markers_outside_the_kept_samples_are_skipped_with_a_note(tmp_path, capsys):
     # The first half is left out, since the other stream began behind the gap.
     stamps = times(SAMPLES, RATE)
     stamps[SAMPLES // 2 :] += 3.0
@@ -178,9 +171,7 @@ def test_markers_outside_the_kept_samples_are_skipped_with_a_note(
     assert "no samples" in capsys.readouterr().err
 
 
-def test_numbers_without_a_rate_are_left_out_with_a_note(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_numbers_without_a_rate_are_left_out_with_a_note(tmp_path, capsys):
     codes = stream(4, "triggers", 0.0, "float32", [50.5, 51.0], [5.0, 6.0])
     seldom = stream(5, "seldom", 0.5, "float32", times(2, 0.5), np.zeros(2))
     path = xdf(tmp_path, vibration(), marks(), codes, seldom)
@@ -191,7 +182,7 @@ def test_numbers_without_a_rate_are_left_out_with_a_note(
     assert note in capsys.readouterr().out
 
 
-def test_without_markers_the_file_is_one_pinch_to_label(tmp_path: Path) -> None:
+def test_without_markers_the_file_is_one_pinch_to_label(tmp_path):
     out = tmp_path / "out"
     assert main(["import", str(xdf(tmp_path, vibration())), "--out", str(out)]) == 0
     (pinch,) = load_dataset(out).pinches
@@ -227,18 +218,11 @@ HOLED[9] = np.nan
         ((), ("0 streams",)),
     ],
 )
-def test_invalid_streams_are_refused(
-    tmp_path: Path,
-    check_refused: Callable[..., None],
-    streams: tuple[bytes, ...],
-    words: tuple[str, ...],
-) -> None:
+def test_invalid_streams_are_refused(tmp_path, check_refused, streams, words):
     check_refused(xdf(tmp_path, *streams), *words)
 
 
-def test_truncated_file_is_refused_or_noted(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_truncated_file_is_refused_or_noted(tmp_path, capsys):
     path = xdf(tmp_path, vibration(), marks())
     content = path.read_bytes()
     for place, keep in enumerate((0, 3, 50, 3000, len(content) // 2, len(content) - 30)):

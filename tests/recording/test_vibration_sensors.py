@@ -1,8 +1,5 @@
 """Vibration sensors with or without a finger, with one or several axes, smoothed or not."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +13,6 @@ from firstcontact.core import (
     Block,
     Channel,
     ChannelKind,
-    Dataset,
     Finger,
     Layout,
     VibrationSensor,
@@ -31,7 +27,7 @@ RATE = 5000
 TOUCH = 600
 
 
-def ring(n: int, seed: int, axes: int = 1) -> np.ndarray:
+def ring(n, seed, axes=1):
     """Return noise with a contact in the last axis, shape (n, 1000, axes)."""
     data = np.random.default_rng(seed).normal(0, 0.01, (n, 1000, axes))
     t = np.arange(1000 - TOUCH) / RATE
@@ -39,7 +35,7 @@ def ring(n: int, seed: int, axes: int = 1) -> np.ndarray:
     return data.astype(np.float32)
 
 
-def wavs(folder: Path) -> Path:
+def wavs(folder):
     folder.mkdir()
     for k, data in enumerate(ring(3, 1)):
         wavfile.write(folder / f"{k}.wav", RATE, data)
@@ -48,7 +44,7 @@ def wavs(folder: Path) -> Path:
     return folder
 
 
-def arrays(folder: Path, **fields: object) -> Path:
+def arrays(folder, **fields):
     defaults = {"accelerometer": ring(3, 2, axes=3)[:, :, None], "accelerometer_unit": "m/s2"}
     np.savez(
         folder / "x.npz", sample_rate_hz=RATE, first_contact=[TOUCH] * 3, **{**defaults, **fields}
@@ -56,12 +52,12 @@ def arrays(folder: Path, **fields: object) -> Path:
     return folder / "x.npz"
 
 
-def import_file(path: Path, out: Path, *options: str) -> Dataset:
+def import_file(path, out, *options):
     assert main(["import", str(path), "--out", str(out), *options]) == 0
     return load_dataset(out)
 
 
-def test_version_1_recording_is_read(tmp_path: Path) -> None:
+def test_version_1_recording_is_read(tmp_path):
     header = read_recording(VERSION_1).header
     assert header.layout == fingertip_layout()
     assert header.calibration is not None
@@ -74,7 +70,7 @@ def test_version_1_recording_is_read(tmp_path: Path) -> None:
     assert np.array_equal(versions.pinches[0].vibration(), versions.pinches[1].vibration())
 
 
-def test_microphone_belongs_to_no_finger(tmp_path: Path) -> None:
+def test_microphone_belongs_to_no_finger(tmp_path):
     dataset = import_file(wavs(tmp_path / "w"), tmp_path / "out")
     (channel,) = dataset.layout.channels
     assert (channel.sensor, channel.finger) == (VibrationSensor.MICROPHONE, None)
@@ -85,7 +81,7 @@ def test_microphone_belongs_to_no_finger(tmp_path: Path) -> None:
     assert contact_windows(dataset, [p.first for p in dataset.pinches], 0.015)[1].all()
 
 
-def test_three_axes_are_one_channel(tmp_path: Path) -> None:
+def test_three_axes_are_one_channel(tmp_path):
     dataset = import_file(arrays(tmp_path, axis=2), tmp_path / "out")
     (channel,) = dataset.layout.channels
     assert (channel.axes, channel.axis, dataset.layout.width) == (3, 2, 3)
@@ -102,21 +98,17 @@ def test_three_axes_are_one_channel(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("axis", [{}, {"axis": 3}, {"axis": "x"}, {"axis": -1}])
-def test_vector_sensor_needs_a_valid_axis(
-    tmp_path: Path, check_refused: Callable[..., None], axis: dict[str, object]
-) -> None:
+def test_vector_sensor_needs_a_valid_axis(tmp_path, check_refused, axis):
     check_refused(arrays(tmp_path, **axis), "axis")
 
 
-def test_a_second_kind_of_sensor_is_refused(
-    tmp_path: Path, check_refused: Callable[..., None]
-) -> None:
+def test_a_second_kind_of_sensor_is_refused(tmp_path, check_refused):
     check_refused(arrays(tmp_path, axis=2), "--sensor", sensor="piezo")
     path = arrays(tmp_path, axis=2, piezo=ring(3, 3), piezo_unit="V")
     check_refused(path, "one kind of sensor")
 
 
-def test_invalid_sensor_layouts_are_refused() -> None:
+def test_invalid_sensor_layouts_are_refused():
     channel = Channel("a", ChannelKind.VIBRATION, None, "V")
     assert "no finger" in Layout((channel, replace(channel, name="b")), RATE).fault
     with pytest.raises(ValueError, match="no vibration channel"):

@@ -1,39 +1,35 @@
 """XDF streams whose clocks differ from their stated rates, and from each other."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
-from test_recording_xdf import RATE, SLOW, Values, marks, slow, stream, times, vibration, xdf
+from test_recording_xdf import RATE, SLOW, marks, slow, stream, times, vibration, xdf
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import InputError
 from firstcontact.recording import import_path
 
 pytest.importorskip("pyxdf")
 SECONDS = 8.0
 
 
-def clock(rate: float, begin: float = 0.0, end: float = SECONDS) -> Values:
+def clock(rate, begin=0.0, end=SECONDS):
     """Return the seconds of a stream's samples after the vibration's first sample."""
     seconds = np.arange(round(SECONDS * 1.1 * rate)) / rate
     return seconds[(seconds >= begin) & (seconds < end)]
 
 
-def timed(rate: float, begin: float = 0.0, end: float = SECONDS) -> bytes:
+def timed(rate, begin=0.0, end=SECONDS):
     """Return a vibration whose samples are their times, s."""
     seconds = clock(rate, begin, end)
     return vibration(stamps=50.0 + seconds, values=seconds)
 
 
-def timed_slow(*stretches: tuple[float, float], rate: float = SLOW) -> bytes:
+def timed_slow(*stretches, rate=SLOW):
     """Return a slow stream with samples in stretches of time; the samples are their times, s."""
     seconds = np.concatenate([clock(rate, *stretch) for stretch in stretches])
     return slow(stamps=50.0 + seconds, values=np.column_stack([seconds, seconds]))
 
 
-def contact_times(dataset: Dataset) -> Values:
+def contact_times(dataset):
     """Return the true time of each contact, s, which is the sample there."""
     return np.array([p.data[p.first.sample - p.first_sample, 0] for p in dataset if p.first])
 
@@ -41,9 +37,7 @@ def contact_times(dataset: Dataset) -> Values:
 @pytest.mark.parametrize("share", [0.992, 1 - 5e-5, 1.0, 1 + 5e-5, 1.008])
 @pytest.mark.parametrize("gap", [False, True])
 @pytest.mark.parametrize("given", ["markers", "events"])
-def test_contacts_and_samples_do_not_drift(
-    tmp_path: Path, share: float, gap: bool, given: str
-) -> None:
+def test_contacts_and_samples_do_not_drift(tmp_path, share, gap, given):
     seconds = clock(RATE * share)
     if gap:
         seconds = seconds[(seconds < 3.0) | (seconds > 4.0)]
@@ -60,7 +54,7 @@ def test_contacts_and_samples_do_not_drift(
 
 @pytest.mark.parametrize("jitter", [0.0, 0.002])
 @pytest.mark.parametrize("lost", [0.02, 0.4])
-def test_short_losses_move_no_contact(tmp_path: Path, jitter: float, lost: float) -> None:
+def test_short_losses_move_no_contact(tmp_path, jitter, lost):
     seconds = clock(RATE)
     seconds = seconds[(seconds < 4.0) | (seconds >= 4.0 + lost)]
     stamps = 50.0 + seconds + jitter * np.random.default_rng(1).standard_normal(len(seconds))
@@ -75,7 +69,7 @@ def test_short_losses_move_no_contact(tmp_path: Path, jitter: float, lost: float
     assert any("1 gaps" in note for note in dataset.notes)
 
 
-def test_many_losses_are_refused(tmp_path: Path) -> None:
+def test_many_losses_are_refused(tmp_path):
     seconds = clock(RATE)
     lossy = np.delete(seconds, np.arange(3, len(seconds), 10))
     path = xdf(tmp_path, vibration(stamps=50.0 + lossy, values=lossy))
@@ -85,9 +79,7 @@ def test_many_losses_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stated_share", [0.992, 1 - 6e-5, 1.0, 1 + 6e-5, 1.008])
 @pytest.mark.parametrize("slow_share", [0.992, 1.0, 1.008])
-def test_slower_samples_are_the_nearest_in_time(
-    tmp_path: Path, stated_share: float, slow_share: float
-) -> None:
+def test_slower_samples_are_the_nearest_in_time(tmp_path, stated_share, slow_share):
     streams = [timed(RATE * stated_share), timed_slow((0.0, SECONDS), rate=SLOW * slow_share)]
     (pinch,) = import_path(xdf(tmp_path, *streams), tmp_path / "out")
     seconds, values = pinch.group("100_hz")
@@ -107,9 +99,7 @@ def test_slower_samples_are_the_nearest_in_time(
         [(0.3, 3.0), (5.0, SECONDS - 0.7)],
     ],
 )
-def test_vibration_is_kept_where_the_slower_stream_has_samples(
-    tmp_path: Path, stretches: list[tuple[float, float]]
-) -> None:
+def test_vibration_is_kept_where_the_slower_stream_has_samples(tmp_path, stretches):
     path = xdf(tmp_path, timed(RATE), timed_slow(*stretches))
     dataset = import_path(path, tmp_path / "out")
     assert len(dataset) == len(stretches)
@@ -121,7 +111,7 @@ def test_vibration_is_kept_where_the_slower_stream_has_samples(
     assert any("left out" in note for note in dataset.notes)
 
 
-def test_contacts_outside_the_common_time_are_left_out(tmp_path: Path) -> None:
+def test_contacts_outside_the_common_time_are_left_out(tmp_path):
     texts = ((0.1, "early"), (4.0, "common"), (7.9, "late"))
     path = xdf(tmp_path, timed(RATE), timed_slow((0.3, 7.7)), marks(texts=texts))
     dataset = import_path(path, tmp_path / "out")
@@ -129,7 +119,7 @@ def test_contacts_outside_the_common_time_are_left_out(tmp_path: Path) -> None:
     assert contact_times(dataset) == pytest.approx([4.0], abs=0.6 / RATE)
 
 
-def test_streams_of_seconds_go_along(tmp_path: Path) -> None:
+def test_streams_of_seconds_go_along(tmp_path):
     warmth = stream(2, "warmth", 1.0, "float32", times(8, 1.0), np.arange(8.0))
     (pinch,) = import_path(xdf(tmp_path, timed(RATE), warmth), tmp_path / "out")
     _, values = pinch.group("1_hz")

@@ -31,6 +31,8 @@ AnyPath = str | os.PathLike[str]
 
 #: Error numbers of disks without hard links.
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
+#: Error numbers of a rename to a folder that holds files.
+_NOT_EMPTY = (errno.ENOTEMPTY, errno.EEXIST)
 #: Largest number of files and folders that a search visits.
 MOST_ENTRIES = 100_000
 #: Names of temporary folders.
@@ -110,16 +112,18 @@ def cache_path(name: str) -> Path:
 
 def make_once(folder: Path, make: Callable[[Path], object]) -> None:
     """Let ``make`` write a missing folder under a temporary name, then give it its own."""
-    if folder.is_dir():
-        return
-    with temporary_path(folder) as making:
-        make(making)
-        try:
+    try:
+        if folder.is_dir():
+            return
+        with temporary_path(folder) as making:
+            make(making)
             making.rename(folder)
-        except OSError:
-            # Another program may have made the folder meanwhile.
-            if not folder.is_dir():
-                raise
+    except OSError as error:
+        if error.errno not in _NOT_EMPTY:  # another program has made the folder meanwhile
+            raise InputError(
+                f"{folder} cannot be written ({error.strerror or error}): make room on the disk, "
+                "or name another cache folder in the variable XDG_CACHE_HOME"
+            ) from error
 
 
 @contextmanager
@@ -239,7 +243,7 @@ def _swap(path: Path, new: Path) -> None:
         new.rename(path)  # the target does not exist, or is an empty folder
         return
     except OSError as error:
-        if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+        if error.errno not in _NOT_EMPTY:
             raise
     old = path.with_name(f".{path.name}.{uuid4().hex[:8]}.old")
     try:

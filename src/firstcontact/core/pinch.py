@@ -95,12 +95,16 @@ class Contact:
     """Contact of one finger, in the device's sample numbers.
 
     ``finger`` is None if the sensor belongs to no finger. ``decided`` is the last sample that the
-    detector needed to detect the contact. For ground truth it equals ``sample``.
+    detector needed to detect the contact. By default it is ``sample``, as for ground truth.
     """
 
     finger: Finger | None
     sample: int
-    decided: int
+    decided: int = -1
+
+    def __post_init__(self) -> None:
+        if self.decided == -1:
+            object.__setattr__(self, "decided", self.sample)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import logging
 import threading
 from collections.abc import Iterator, Mapping
@@ -58,8 +57,7 @@ class Registry(Mapping[str, E], Generic[E]):
     default
         Name of the default entry; None means the first.
     base
-        Base class of entries of other packages: "package.module:Class". If the base is a protocol,
-        only the attributes are checked.
+        Base class of entries of other packages: "package.module:Class".
     instances
         True if entries are instances of the base, False if they are subclasses.
     maker
@@ -206,32 +204,20 @@ class Registry(Mapping[str, E], Generic[E]):
             return True
 
     def _check(self, name: str, entry: Any) -> None:
-        """Raise an error if an entry has another name or kind, or lacks an attribute."""
+        """Raise an error if an entry has another name or kind, or lacks a method."""
         if entry.name != name:
             raise TypeError(f"its attribute 'name' is {entry.name!r}")
         if self._base is None:
             return
         base: Any = self._import(self._base)
-        protocol = getattr(base, "_is_protocol", False)
         if self._instances:
-            is_valid = isinstance(entry, base)
+            is_valid, required = isinstance(entry, base), "an instance"
         else:
-            is_valid = isinstance(entry, type) and (protocol or issubclass(entry, base))
+            is_valid, required = isinstance(entry, type) and issubclass(entry, base), "a class"
         if not is_valid:
-            required = "an instance" if self._instances else "a class"
             raise TypeError(f"it must be {required} of {self._base.replace(':', '.')}")
-        needed = {
-            attribute
-            for ancestor in base.__mro__
-            for attribute, annotation in inspect.get_annotations(ancestor).items()
-            if str(annotation).startswith("ClassVar")
-        }
-        if protocol:
-            needed |= {attribute for attribute in vars(base) if not attribute.startswith("_")}
-        missing = {attribute for attribute in needed if not hasattr(entry, attribute)}
-        missing |= getattr(entry, "__abstractmethods__", frozenset())
-        if missing:
-            raise TypeError(f"it lacks the attributes {', '.join(sorted(missing))}")
+        if missing := getattr(entry, "__abstractmethods__", None):
+            raise TypeError(f"it lacks the methods {', '.join(sorted(missing))}")
 
     def _fail(self, name: str, reason: str) -> None:
         self.failed[name] = reason

@@ -6,7 +6,7 @@ The page docs/how-to/import-recordings.md lists the names and shapes. The attrib
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import open_regular
+from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import TAXELS
 from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
-from firstcontact.recording._hdf5 import read_hdf5
 from firstcontact.recording._labels import PINCH_COLUMNS, make_dataset, note_unknown
 from firstcontact.recording.messages import SOURCES
 from firstcontact.recording.settings import (
@@ -35,7 +35,7 @@ from firstcontact.recording.settings import (
     read_settings,
 )
 from firstcontact.recording.table import Table
-from firstcontact.recording.untrusted import check_unpacked, library_errors, one_of
+from firstcontact.recording.untrusted import library_errors, one_of
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -58,20 +58,41 @@ def import_npz(path: Path, rate: float | None = None) -> Dataset:
     remedy = "save it with numpy.savez and without objects"
     with library_errors(path, "an NPZ of plain arrays", remedy), open_regular(path) as stream:
         archive = np.load(stream, allow_pickle=False)
-        members = {i.filename.removesuffix(".npy"): i for i in archive.zip.infolist()}
-        names = [name for name in members if name in NAMES]
-        check_unpacked(path, sum(members[name].file_size for name in names))
-        for name in names:
+        for name in NAMES.intersection(archive.files):
             with library_errors(f"{path}: '{name}'", "a plain array", remedy):
-                # By its full name: a second member "piezo" beside "piezo.npy" may be of any size.
-                arrays[name] = archive[members[name].filename]
+                arrays[name] = archive[name]
                 if not isinstance(arrays[name], np.ndarray):
                     raise ValueError("it is not in NumPy's format")
-                if arrays[name].size > members[name].file_size:  # its items have no bytes
-                    raise ValueError("its values are empty")
                 if arrays[name].dtype.kind == "U":
                     arrays[name].tolist()  # raises an error for invalid characters
-    return from_arrays(path, arrays, sorted(set(members) - set(names)))
+        return from_arrays(path, arrays, sorted(set(archive.files) - NAMES))
+
+
+def read_hdf5(
+    path: Path, names: Collection[str], settings: Collection[str] = ()
+) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    """Read datasets and attributes by name. Return them and the names that were not read."""
+    require_modules("files", "h5py")
+    with library_errors(path, "HDF5", "write it again"):
+        open_regular(path).close()
+        import h5py
+
+        arrays: dict[str, NDArray[Any]] = {}
+        with h5py.File(path, "r") as file:
+            for name in (wanted := [name for name in file if name in names]):
+                if not isinstance(dataset := file[name], h5py.Dataset):
+                    continue
+                if dataset.dtype.hasobject and h5py.check_string_dtype(dataset.dtype) is None:
+                    raise InputError(
+                        f"{path}: '{name}' holds neither numbers nor texts: store those, or save a "
+                        "MATLAB file with -v7"
+                    )
+                arrays[name] = np.asarray(dataset[()])
+            for holder in (file, *map(file.get, VibrationSensor)):
+                for name in settings if holder is not None else ():
+                    if name in holder.attrs:
+                        arrays[name] = np.asarray(holder.attrs[name])
+            return arrays, sorted(set(file) - set(wanted))
 
 
 def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Dataset:

@@ -1,25 +1,21 @@
 """Search for the chunks of a damaged MCAP file, which trusts only their checksums.
 
 Usual readers stop at the first wrong length. This search accepts a chunk if its lengths are
-consistent and its CRC is right. After damage it continues at the next byte. It checks
-sizes before it allocates memory.
+consistent and its CRC is right. After damage it continues at the next byte.
 """
 
 from __future__ import annotations
 
-import os
 import re
 import struct
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO
 
 from firstcontact.core import InputError
 from firstcontact.core.files import open_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.recording._mcap import FRAME, MAGIC, Opcode, read_records
-from firstcontact.recording.untrusted import most_unpacked
 
 # Record: opcode, length; chunk: start and end time, size, CRC, compression.
 _CHUNK_START = re.compile(
@@ -29,37 +25,14 @@ _LENGTH = struct.Struct("<Q")
 _FOOTER_BYTES = FRAME.size + 20
 #: Number of intact bytes of the magic that a damaged MCAP file must have.
 _MAGIC_LEFT = 6
-#: Number of bytes that the search reads at once, and the length of the longest match less one.
-_BLOCK, _OVERLAP = 1 << 20, 52
+#: Limit on the unpacked size of all compressed chunks, bytes, and per byte of the file.
+_UNPACKED, _UNPACKED_TIMES = 64 << 20, 100
 #: Limit on the search: false chunks may add up to this many times the size of the file.
 _PATIENCE = 16
 #: Largest window of a compressor, bytes.
 _WINDOW = 1 << 27
-
-
 #: Number and topic of a channel, or channel and data of a message.
 Record = tuple[int, str | bytes]
-
-
-class _FileBytes:
-    """Bytes of a file, read when they are needed."""
-
-    def __init__(self, path: Path, stream: IO[bytes]) -> None:
-        self._path, self._stream = path, stream
-        self._size = os.fstat(stream.fileno()).st_size
-
-    def __len__(self) -> int:
-        return self._size
-
-    def __getitem__(self, part: slice) -> bytes:
-        start, stop, _ = part.indices(self._size)
-        self._stream.seek(start)
-        data = self._stream.read(max(stop - start, 0))
-        if len(data) < stop - start:
-            raise InputError(
-                f"{self._path} was cut while it was read: read it again when its writer has ended"
-            )
-        return data
 
 
 def read_chunks(path: Path) -> tuple[list[Record], list[str]]:
@@ -69,48 +42,40 @@ def read_chunks(path: Path) -> tuple[list[Record], list[str]]:
     try:
         with open_regular(path) as stream:
             start = stream.read(len(MAGIC))
-            if not start:
-                raise InputError(f"{path} is empty: nothing was recorded in it")
-            if sum(a == b for a, b in zip(start, MAGIC, strict=False)) < _MAGIC_LEFT:
-                raise _not_ours(path, start)
-            records, damage = _search(path, _FileBytes(path, stream))
+            intact = sum(a == b for a, b in zip(start, MAGIC, strict=False))
+            stream.seek(0)
+            data = stream.read() if intact >= _MAGIC_LEFT else b""
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
-    if start == MAGIC:
-        return records, damage
-    if not records:
-        raise _not_ours(path, start)
-    return records, [f"the first {len(MAGIC)} bytes are damaged", *damage]
+    if not start:
+        raise InputError(f"{path} is empty: nothing was recorded in it")
+    records, damage = _search(path, data)
+    if intact < len(MAGIC):
+        if not records:
+            raise InputError(
+                f"{path} is not an MCAP file of version 0: give a recording, or convert files of "
+                "other programs with `firstcontact import` (`import_recordings` in Python)"
+            )
+        damage.insert(0, f"the first {len(MAGIC)} bytes are damaged")
+    return records, damage
 
 
-def _not_ours(path: Path, start: bytes) -> InputError:
-    if start[:5] == MAGIC[:5] and start[6:] == MAGIC[6:]:
-        return InputError(
-            f"{path} is MCAP of version {chr(start[5])!r}, but this program reads version '0': "
-            "convert the file with the program `mcap`"
-        )
-    return InputError(
-        f"{path} is not an MCAP file: give a recording, or convert files of other programs with "
-        "`firstcontact import` (`import_recordings` in Python)"
-    )
-
-
-def _search(path: Path, view: _FileBytes) -> tuple[list[Record], list[str]]:
+def _search(path: Path, data: bytes) -> tuple[list[Record], list[str]]:
     records: list[Record] = []
     damage: list[str] = []
     chunks = 0
     end = len(MAGIC)  # end of the bytes processed
-    left = most_unpacked(len(view))  # bytes for all compressed chunks together
-    patience = _PATIENCE * len(view)
-    for start, stop in find_chunks(view):
+    left = _UNPACKED + _UNPACKED_TIMES * len(data)  # bytes for all compressed chunks together
+    patience = _PATIENCE * len(data)
+    for start, stop in find_chunks(data):
         if start < end:
             continue
         try:
-            data, crc, unpacked = unpack_chunk(view[start + FRAME.size : stop], left)
+            content, crc, unpacked = _unpack_chunk(data[start + FRAME.size : stop], left)
             left -= unpacked  # also if the chunk is damaged: each attempt takes time
-            if zlib.crc32(data) != crc:
+            if zlib.crc32(content) != crc:
                 raise ValueError("the checksum is wrong")
-            inside = list(read_records(data))
+            inside = list(read_records(content))
         except InputError:  # a library for compressed chunks is missing
             raise
         except (ValueError, RuntimeError, OverflowError, struct.error) as error:
@@ -121,16 +86,16 @@ def _search(path: Path, view: _FileBytes) -> tuple[list[Record], list[str]]:
                     "too long: choose another recording"
                 ) from error
             continue
-        if not _is_framed(view, end, start):
+        if not _is_framed(data, end, start):
             damage.append(_describe(end, start))
         records += inside
         chunks += 1
         end = stop
-    damage += _tail(view, end, chunks)
+    damage += _tail(data, end, chunks)
     return records, damage
 
 
-def unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
+def _unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
     """Return a chunk's records and stated CRC, and the number of bytes that were decompressed."""
     size, crc, letters = struct.unpack_from("<16xQII", body)
     kind, data = body[32 : 32 + letters], body[40 + letters :]
@@ -163,41 +128,40 @@ def _decompressed(kind: bytes, packed: bytes, size: int) -> bytes:
     return data
 
 
-def find_chunks(view: _FileBytes | bytes) -> Iterator[tuple[int, int]]:
+def find_chunks(data: bytes) -> Iterator[tuple[int, int]]:
     """Yield start and end of all bytes that look like a chunk, also inside damaged chunks."""
-    for first in range(len(MAGIC), len(view), _BLOCK):
-        block, position = view[first : first + _BLOCK + _OVERLAP], 0
-        while (match := _CHUNK_START.search(block, position)) and match.start() < _BLOCK:
-            length, data = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
-            stop = match.start() + FRAME.size + length
-            if match.end() + data == stop <= len(view) - first:
-                yield first + match.start(), first + stop
-            position = match.start() + 1
+    position = len(MAGIC)
+    while match := _CHUNK_START.search(data, position):
+        length, size = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
+        stop = match.start() + FRAME.size + length
+        if match.end() + size == stop <= len(data):
+            yield match.start(), stop
+        position = match.start() + 1
 
 
-def _is_framed(view: _FileBytes, position: int, stop: int) -> bool:
+def _is_framed(data: bytes, position: int, stop: int) -> bool:
     """Return True if ``position`` to ``stop`` holds complete records, and no chunk among them."""
     while position < stop:
         if stop - position < FRAME.size:
             return False
-        opcode, length = FRAME.unpack(view[position : position + FRAME.size])
+        opcode, length = FRAME.unpack_from(data, position)
         if opcode == Opcode.CHUNK or not 0 < opcode <= Opcode.DATA_END:
             return False
         position += FRAME.size + length
     return position == stop
 
 
-def _tail(view: _FileBytes, end: int, read: int) -> list[str]:
+def _tail(data: bytes, end: int, read: int) -> list[str]:
     """Return notes on damage after the last intact chunk, and on chunks known only by the index."""
-    footer = len(view) - len(MAGIC) - _FOOTER_BYTES
-    is_footer = footer >= end and view[footer : footer + 1] == bytes([Opcode.FOOTER])
-    if view[-len(MAGIC) :] != MAGIC or not is_footer:
+    footer = len(data) - len(MAGIC) - _FOOTER_BYTES
+    is_footer = footer >= end and data[footer : footer + 1] == bytes([Opcode.FOOTER])
+    if data[-len(MAGIC) :] != MAGIC or not is_footer:
         return [
             "the file was not closed (no footer): its writer was killed or the file was cut; all "
-            f"that is complete was read, the last {len(view) - end} bytes are not a complete chunk"
+            f"that is complete was read, the last {len(data) - end} bytes are not a complete chunk"
         ]
-    damaged = [] if _is_framed(view, end, footer) else [_describe(end, footer)]
-    counted = _chunk_count(view, footer)
+    damaged = [] if _is_framed(data, end, footer) else [_describe(end, footer)]
+    counted = _chunk_count(data, footer)
     if counted is None:
         return [*damaged, "the index at the end is damaged: some chunks may not have been read"]
     if counted > read:
@@ -205,16 +169,16 @@ def _tail(view: _FileBytes, end: int, read: int) -> list[str]:
     return damaged
 
 
-def _chunk_count(view: _FileBytes, footer: int) -> int | None:
+def _chunk_count(data: bytes, footer: int) -> int | None:
     """Return the number of chunks stated by the summary; None if the summary is damaged."""
-    position, _, crc = struct.unpack("<QQI", view[footer + FRAME.size : -len(MAGIC)])
-    if not 0 < position <= footer or zlib.crc32(view[position : footer + FRAME.size + 16]) != crc:
+    position, _, crc = struct.unpack("<QQI", data[footer + FRAME.size : -len(MAGIC)])
+    if not 0 < position <= footer or zlib.crc32(data[position : footer + FRAME.size + 16]) != crc:
         return None
     while position < footer:
-        opcode, length = FRAME.unpack(view[position : position + FRAME.size])
+        opcode, length = FRAME.unpack_from(data, position)
         position += FRAME.size
         if opcode == Opcode.STATISTICS:
-            body = view[position : position + length]
+            body = data[position : position + length]
             return struct.unpack_from("<22xI", body)[0] if length >= 26 else None
         position += length
     return None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from difflib import get_close_matches
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -95,11 +96,16 @@ def _parse_class(value: Any) -> int:
     return CLASSES.index(text) if text in CLASSES else _parse_rank(text)
 
 
-def _parse_role(value: Any) -> Role:
-    try:
-        return Role(as_text(value).strip().lower())
-    except ValueError:
-        raise ValueError("which must be train or test") from None
+def choice(kind: type[StrEnum]) -> Callable[[Any], Any]:
+    """Return a parser of the values of an enumeration."""
+
+    def parse_choice(value: Any) -> StrEnum:
+        try:
+            return kind(as_text(value).strip().lower())
+        except ValueError:
+            raise ValueError(f"which must be one of {', '.join(kind)}") from None
+
+    return parse_choice
 
 
 def _parse_shape(value: Any) -> str:
@@ -111,7 +117,7 @@ def _parse_shape(value: Any) -> str:
     return radius_text(radius).removeprefix("radius ")
 
 
-def _bounded(
+def bounded(
     parse: Callable[[Any], Any], low: float, high: float, *, or_unknown: bool = False
 ) -> Callable[[Any], Any]:
     """Return a parser of numbers from ``low`` to ``high``, and of -1 if it stands for unknown."""
@@ -126,20 +132,20 @@ def _bounded(
     return parse_bounded
 
 
-_parse_rank = _bounded(parse_whole, -HIGHEST_RANK, HIGHEST_RANK)
+_parse_rank = bounded(parse_whole, -HIGHEST_RANK, HIGHEST_RANK)
 #: Columns that describe the object and how the hand closed on it, with their parsers.
 LABEL_COLUMNS: Mapping[str, Callable[[Any], Any]] = {
     "object": parse_text,
     "material": parse_text,
-    "shore_a": _bounded(parse_number, 0.0, 100.0),
+    "shore_a": bounded(parse_number, 0.0, 100.0),
     "hardness_rank": _parse_rank,
     "hardness_class": _parse_class,
     "specimen": parse_name,
     "session": parse_name,
-    "role": _parse_role,
+    "role": choice(Role),
     "shape": _parse_shape,
-    "closing_speed": _bounded(parse_number, SLOWEST, FASTEST, or_unknown=True),
-    "closing_speed_error": _bounded(parse_number, 0.0, FASTEST, or_unknown=True),
+    "closing_speed": bounded(parse_number, SLOWEST, FASTEST, or_unknown=True),
+    "closing_speed_error": bounded(parse_number, 0.0, FASTEST, or_unknown=True),
 }
 #: Columns with the contacts and the start of the motor, with their parsers.
 CONTACT_COLUMNS: Mapping[str, Callable[[Any], Any]] = {

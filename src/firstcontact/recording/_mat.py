@@ -6,7 +6,6 @@ channels, each file is one pinch, with signals of any name and rate.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -16,9 +15,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import files_below, open_regular
-from firstcontact.recording._arrays import NAMES, SHAPES, from_arrays
+from firstcontact.recording._arrays import NAMES, SHAPES, from_arrays, read_hdf5
 from firstcontact.recording._formats import Importer
-from firstcontact.recording._hdf5 import read_hdf5
 from firstcontact.recording._labels import note_unknown
 from firstcontact.recording._signals import (
     Signal,
@@ -30,7 +28,7 @@ from firstcontact.recording._signals import (
 )
 from firstcontact.recording.sound import LABELS
 from firstcontact.recording.table import Table, match_each_file, read_columns
-from firstcontact.recording.untrusted import check_unpacked, library_errors, listed
+from firstcontact.recording.untrusted import library_errors, listed
 
 #: Smallest character code that is no character.
 _SURROGATES = 0xD800
@@ -148,13 +146,12 @@ def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
         from scipy.io import loadmat, whosmat
 
         stream.seek(0)
-        shapes = {name: shape for name, shape, _ in whosmat(stream)}
-        wanted = [name for name in shapes if name in names]
-        check_unpacked(path, sum(math.prod(shapes[name]) * 8 for name in wanted))
+        stored = [name for name, _, _ in whosmat(stream)]
+        wanted = [name for name in stored if name in names]
         stream.seek(0)
         loaded = loadmat(stream, variable_names=wanted)
         arrays = {name: _plain(path, name, loaded[name]) for name in wanted}
-        return arrays, sorted(set(shapes) - set(names))
+        return arrays, sorted(set(stored) - set(names))
 
 
 def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:

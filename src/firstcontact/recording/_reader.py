@@ -37,8 +37,6 @@ T = TypeVar("T")
 TOPICS = {1: "/header", 2: "/samples", 3: "/pinch", 4: "/marker"}
 #: Channel number of the first group. The others follow in layout order.
 FIRST_GROUP = 5
-#: Largest number of gaps in the numbers of pinches that are reported one by one.
-_GAPS_LISTED = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,13 +205,9 @@ def _read(
 
 
 def _missing_marks(pinches: Iterable[PinchMark]) -> list[str]:
-    numbers = [-1, *sorted({p.number for p in pinches})]
-    gaps = [(a + 1, b - 1) for a, b in pairwise(numbers) if b > a + 1]
-    if not gaps:
-        return []
-    ranges = [f"{a}" if a == b else f"{a} to {b}" for a, b in gaps[:_GAPS_LISTED]]
-    more = f" and in {len(gaps) - _GAPS_LISTED} more gaps" if len(gaps) > _GAPS_LISTED else ""
-    return [f"the marks of pinches {', '.join(ranges)}{more} are lost: their labels are not known"]
+    numbers = {p.number for p in pinches}
+    lost = max(numbers, default=-1) + 1 - len(numbers)
+    return [f"marks of {counted(lost, 'pinch')} are lost, with their labels"] if lost else []
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:

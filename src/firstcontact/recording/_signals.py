@@ -28,6 +28,8 @@ from firstcontact.core import (
 )
 from firstcontact.core.layout import MOST_CHANNELS, SCALES
 from firstcontact.recording._labels import (
+    bounded,
+    choice,
     make_dataset,
     parse_finger,
     parse_name,
@@ -93,27 +95,6 @@ def _optional(parse: Callable[[str], Any], absent: Any = None) -> Callable[[str]
     return lambda cell: parse(cell) if cell else absent
 
 
-def _parse_sensor(cell: str) -> VibrationSensor:
-    try:
-        return VibrationSensor(cell.lower())
-    except ValueError:
-        raise ValueError(f"which must be one of {', '.join(VibrationSensor)}") from None
-
-
-def _parse_rate(cell: str) -> float:
-    rate = parse_number(cell)
-    if not LOWEST_SIGNAL <= rate <= HIGHEST_RATE:
-        raise ValueError(f"which must be from {LOWEST_SIGNAL:g} to {HIGHEST_RATE:g}")
-    return rate
-
-
-def _parse_column(cell: str) -> int:
-    column = parse_whole(cell)
-    if not 0 <= column < 1 << 31:
-        raise ValueError("which must be a whole number from 0 on")
-    return column
-
-
 def _parse_scale(cell: str) -> float:
     scale = parse_number(cell)
     if not SCALES[0] <= abs(scale) <= SCALES[1]:
@@ -126,10 +107,10 @@ def _parse_scale(cell: str) -> float:
 #: Parsers of the columns, in the order of the fields of :class:`Signal`.
 _PARSERS: Mapping[str, Callable[[str], Any]] = {
     "variable": parse_name,
-    "rate_hz": _optional(_parse_rate),
-    "sensor": _optional(_parse_sensor),
+    "rate_hz": _optional(bounded(parse_number, LOWEST_SIGNAL, HIGHEST_RATE)),
+    "sensor": _optional(choice(VibrationSensor)),
     "finger": parse_finger,
-    "column": _optional(_parse_column),
+    "column": _optional(bounded(parse_whole, 0, 1 << 31)),
     "unit": parse_text,
     "scale": _optional(_parse_scale, 1.0),
     "offset": _optional(parse_number, 0.0),

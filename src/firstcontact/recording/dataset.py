@@ -7,7 +7,7 @@ import math
 import os
 import re
 from bisect import bisect_right
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,20 +21,8 @@ from firstcontact.recording._writer import RecordingWriter
 from firstcontact.recording.messages import Header, PinchMark
 
 
-def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
-    """Load all pinches of one recording, of several recordings, or of a folder and its subfolders.
-
-    The samples keep their type. The dataset's notes include those of the headers, and list damage
-    and omissions. If there are several files, unreadable files are skipped and named in the notes,
-    and so are copies of a file. A file that is named twice is read once. One recording at a time is
-    in memory, besides all pinches.
-
-    Raises
-    ------
-    InputError
-        No recording or no whole pinch was found, the only file cannot be read, or two recordings
-        differ in layout, rate or source.
-    """
+def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
+    """Load the pinches of recordings and folders; see :func:`firstcontact.load`."""
     paths = [given_path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
     named = [file for p in paths for file in find_recordings(p)]
     files = list({os.path.realpath(file): file for file in named}.values())

@@ -24,43 +24,20 @@ def import_path(
     out: AnyPath,
     rate: float | None = None,
     source: str | None = None,
-    sensor: VibrationSensor | None = None,
+    sensor: str | None = None,
     events: AnyPath | None = None,
     channels: AnyPath | None = None,
     labels: AnyPath | None = None,
     find: Find | None = None,
 ) -> Dataset:
-    """Import a file or folder into a new folder of recordings.
+    """Import a file or folder as :func:`firstcontact.import_recordings` does.
 
-    Parameters
-    ----------
-    path
-        Path of the data.
-    out
-        Folder for the recordings, which must be missing or empty.
-    rate, source, sensor
-        Rate in Hz, source ("twin", "real", "synthetic" or "unknown") and sensor, for a file that
-        does not state them.
-    events
-        Table of the contacts in long files.
-    channels
-        Table that maps the signals of a file to the names that firstcontact uses.
-    labels
-        Table of the labels of a folder's files, if it lies outside the folder.
-    find
-        Function that finds contacts; with it, each contact in a sound file becomes a pinch.
-
-    Returns
-    -------
-    Dataset
-        The imported data, session by session as written. Its notes list assumptions.
-
-    Raises
-    ------
-    InputError
-        The data cannot be used or state another source, or ``out`` is not empty. Nothing was
-        written.
+    ``find`` is a function that finds the contacts in sounds.
     """
+    if sensor is not None and sensor not in tuple(VibrationSensor):
+        raise InputError(
+            f"{sensor!r} must be one of {', '.join(VibrationSensor)}", parameter="sensor"
+        )
     path, out = given_path(path), resolved(given_path(out, "out"))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -78,7 +55,12 @@ def import_path(
     if find is not None and "find" not in importer.options:
         raise InputError(f"{path} is no sound: leave this out", parameter="find")
     require_extra(importer)
-    given = {"sensor": sensor, "find": find, **dict.fromkeys(named), **tables}
+    given = {
+        "sensor": sensor and VibrationSensor(sensor),
+        "find": find,
+        **dict.fromkeys(named),
+        **tables,
+    }
     options = {name: value for name, value in given.items() if name in importer.options}
     _log.info("importing %s as %s", path, importer.name)
     with IMPORTERS.calling(importer.name):

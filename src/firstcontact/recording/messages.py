@@ -159,86 +159,48 @@ class PinchMark:
         Contacts that a detector marked during the recording, as hints for labelling, and its name.
     closing_speed
         Closing speed before the first contact, as the hand measured it; None if unknown.
+
+    Raises
+    ------
+    InputError
+        The pinch is empty, or its contacts or motor start do not fit it.
     """
-
-    number: int
-    first_sample: int
-    end: int
-    epoch: int = 0
-    label: Label = field(default_factory=Label)
-    truth: tuple[Contact, ...] = ()
-    motor_start: int | None = None
-    found: tuple[Contact, ...] = ()
-    found_by: str = ""
-    closing_speed: ClosingSpeed | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the mark as a tree for JSON."""
-        tree = {
-            "number": self.number,
-            "first_sample": self.first_sample,
-            "end": self.end,
-            "epoch": self.epoch,
-            "label": self.label.to_json(),
-            "truth": [{"finger": c.finger, "sample": c.sample} for c in self.truth],
-        }
-        if self.motor_start is not None:
-            tree["motor_start"] = self.motor_start
-        if self.found:
-            tree["found"] = [{"finger": c.finger, "sample": c.sample} for c in self.found]
-            tree["found_by"] = self.found_by
-        if self.closing_speed is not None:
-            tree["closing_speed"] = asdict(self.closing_speed)
-        return tree
-
-
-@dataclass(frozen=True, slots=True)
-class _Touch:
-    """Contact in a stored mark."""
-
-    finger: Finger | None
-    sample: Sample
-
-
-@dataclass(frozen=True, slots=True)
-class _StoredMark:
-    """Pinch mark as a recording stores it; see :class:`PinchMark`."""
 
     number: Count
     first_sample: Sample
     end: Sample
-    epoch: Epoch
-    label: Label
-    truth: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))]
+    epoch: Epoch = 0
+    label: Label = field(default_factory=Label)
+    truth: Annotated[tuple[Contact, ...], Meta(max_length=len(Finger))] = ()
     motor_start: Sample | None = None
-    found: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))] = ()
+    found: Annotated[tuple[Contact, ...], Meta(max_length=len(Finger))] = ()
     found_by: Name = ""
     closing_speed: ClosingSpeed | None = None
 
     def __post_init__(self) -> None:
         if self.end <= self.first_sample:
-            raise ValueError(
-                f"the pinch ends at sample {self.end}, but begins at sample {self.first_sample}"
-            )
+            raise InputError("the pinch must end after its first sample", "end")
         samples = [c.sample for c in self.truth]
         fingers = [c.finger for c in self.truth if c.finger is not None]
         if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-            raise ValueError(
-                "the pinch has two contacts of one finger, or contacts that are not in time order"
-            )
+            raise InputError("each finger must have one contact, in time order", "truth")
         samples += [c.sample for c in self.found]
         samples += [] if self.motor_start is None else [self.motor_start]
         if not all(self.first_sample <= sample < self.end for sample in samples):
-            raise ValueError("a contact or the motor's start is outside of the pinch's samples")
+            raise InputError("contacts and the motor's start must be samples of the pinch")
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the mark as a tree for JSON."""
+        tree = asdict(self)
+        for name in ("truth", "found"):
+            contacts = getattr(self, name)
+            tree[name] = [{"finger": c.finger, "sample": c.sample} for c in contacts]
+        return {k: v for k, v in tree.items() if k == "truth" or v not in (None, [], "")}
 
 
 def read_mark(data: bytes, origin: str) -> PinchMark:
     """Return the pinch mark in a message."""
-    stored = read_record(data, _StoredMark, origin, "mark the pinch again", LONGEST_MARK)
-    fields = {name: getattr(stored, name) for name in PinchMark.__slots__}
-    for name in ("truth", "found"):
-        fields[name] = tuple(Contact(c.finger, c.sample, c.sample) for c in fields[name])
-    return PinchMark(**fields)
+    return read_record(data, PinchMark, origin, "mark the pinch again", LONGEST_MARK)
 
 
 @dataclass(frozen=True, slots=True)

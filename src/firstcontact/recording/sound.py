@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import warnings
 from collections.abc import Callable, Sequence
 from io import BytesIO
@@ -30,7 +29,7 @@ from firstcontact.recording.events import (
 )
 from firstcontact.recording.settings import FileSettings, check_rate, check_vibration, make_layout
 from firstcontact.recording.table import Table, match_each_file, match_files, read_columns
-from firstcontact.recording.untrusted import check_unpacked, library_errors
+from firstcontact.recording.untrusted import library_errors
 
 LABELS = "labels.csv"
 SUFFIXES = (".wav", ".flac")
@@ -208,27 +207,11 @@ def _read_wav(file: Path) -> Sound:
 
     with library_errors(file, "WAV", "convert it to PCM WAV"):
         data = read_regular(file, LONGEST)
-        _check_length(file, data)
         warnings.simplefilter("error", wavfile.WavFileWarning)
         warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
         # From memory: for files, the library allocates the size that a header declares.
         sound: Sound = wavfile.read(BytesIO(data))
         return sound
-
-
-def _check_length(file: Path, data: bytes) -> None:
-    """Raise an error for a truncated file, which the library accepts."""
-    order = ">" if data[:4] == b"RIFX" else "<"
-    start = 12
-    while len(head := data[start : start + 8]) == 8:
-        kind, size = struct.unpack(order + "4sI", head)
-        start += 8
-        if kind == b"data" and size > len(data) - start:
-            raise InputError(
-                f"{file} declares {size} bytes of samples but holds {len(data) - start}: copy it "
-                "again"
-            )
-        start += size + size % 2
 
 
 def _read_flac(file: Path) -> Sound:
@@ -239,7 +222,6 @@ def _read_flac(file: Path) -> Sound:
 
         with soundfile.SoundFile(file) as sound:
             dtype = "int16" if sound.subtype == "PCM_16" else "int32"
-            check_unpacked(file, sound.frames * sound.channels * np.dtype(dtype).itemsize)
             values = sound.read(dtype=dtype, always_2d=True)
             if len(values) != sound.frames:
                 raise ValueError(f"{len(values)} of {sound.frames} samples are left")

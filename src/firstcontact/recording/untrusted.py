@@ -1,19 +1,14 @@
-"""Files from others: their size, the errors of libraries that read them, and quoted text."""
+"""Files from others: errors of the libraries that read them, and quoted text."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from firstcontact.core import InputError
 
-#: Unpacked size that any file may have, bytes, and largest ratio to its own size beyond that.
-#: Sensor samples shrink to a third at best; a malicious file shrinks a thousandfold.
-UNPACKED_BYTES = 64 << 20
-UNPACKED_TIMES = 100
 #: Longest quoted value and library message, in characters, and longest list, in names.
 _QUOTED = 60
 _REASON = 200
@@ -33,22 +28,6 @@ def library_errors(origin: object, kind: str, remedy: str) -> Iterator[None]:
         text = text if text.isprintable() else ascii(text)[1:-1]
         reason = text if len(text) <= _REASON else f"{text[:_REASON]}..."
         raise InputError(f"{origin} cannot be read as {kind} ({reason}): {remedy}") from error
-
-
-def most_unpacked(size: int) -> int:
-    """Return the largest allowed unpacked size of a file of ``size`` bytes, bytes."""
-    return UNPACKED_BYTES + UNPACKED_TIMES * size
-
-
-def check_unpacked(path: Path, declared: int) -> None:
-    """Raise an error for a file that declares an impossible size, before it is unpacked."""
-    size = path.stat().st_size
-    if declared > most_unpacked(size):
-        raise InputError(
-            f"{path} has {size} bytes, but declares {declared} bytes of content. The limit is "
-            f"{UNPACKED_BYTES >> 20} MiB plus {UNPACKED_TIMES} times the size of the file: save it "
-            "without compression"
-        )
 
 
 def as_text(value: Any) -> str:

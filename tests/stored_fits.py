@@ -16,7 +16,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from firstcontact.contact import SvmDetector, _logistic_training, training
+from firstcontact.contact import SvmDetector, training
 from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact.detector import TrainedDetector
 from firstcontact.core import Dataset
@@ -35,7 +35,7 @@ def stored(fit: Callable[..., Any]) -> Callable[..., Any]:
         Method of the detector's class. Its results depend on its arguments, on the constants of
         its module and of the modules that prepare its training data.
     """
-    modules = (sys.modules[fit.__module__], _logistic_training, training)
+    modules = (sys.modules[fit.__module__], training)
 
     @wraps(fit)
     def fitted(

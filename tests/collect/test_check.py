@@ -41,7 +41,7 @@ def test_rows_and_columns_are_named() -> None:
 def test_the_command_writes_one_page_without_links(tmp_path, capsys) -> None:
     out = tmp_path / "check.html"
     options = ["--speed", "20", "--drift", "0", "--fault", "polarity", "--out", str(out)]
-    assert main(["check", "--device", "twin", *options]) == 0
+    assert main(["check", "--device", "twin", *options]) == 1
     assert "polarity" in capsys.readouterr().out
     page = out.read_text()
     assert "The disc lies on its wrong face" in page

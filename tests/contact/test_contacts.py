@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from firstcontact.chain import EventKind
 from firstcontact.contact import ThresholdDetector, detect
-from firstcontact.contact.closing import Closings, ClosingSamples
 from firstcontact.contact.contacts import judge_pinch, judge_windows
 from firstcontact.core import Block, Pinch
 from firstcontact.signal import samples_in
@@ -30,27 +29,6 @@ def test_judging_ends_when_the_first_contact_stands(clicked: Pinch, until: int) 
     least = max(deadline - samples_in(detector.step, LAYOUT.rate), judged.first.decided - 1)
     assert judged.windows.ends[-1] > least
     assert (n < len(every.ends)) == (until < len(clicked.data))
-
-
-def test_contacts_come_when_they_are_due_until_both_stand(clicked: Pinch) -> None:
-    closings = Closings(LAYOUT, ThresholdDetector(8.0))
-    start = 0
-    contacts = 0
-
-    def take(stop: int) -> int:
-        block = Block(clicked.data[start:stop], clicked.first_sample + start)
-        stages = [s for s in closings.update(block) if isinstance(s, ClosingSamples)]
-        return sum(len(s.contacts) - 2 * (s.withdrawn is not None) for s in stages)
-
-    assert take(1) == 0
-    start = 1
-    while (due := closings.due) is not None and start + due <= len(clicked.data):
-        assert take(start + due - 1) == 0
-        start += due - 1
-        contacts += take(start + 1)
-        start += 1
-    assert closings.due is None
-    assert contacts > 0
 
 
 @given(st.lists(st.integers(0, 900), max_size=20))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from firstcontact.cli.main import main
 from firstcontact.contact import (
     Detector,
     SvmDetector,
-    ThresholdDetector,
     detect,
     general_detector,
     load_detector,
@@ -51,15 +49,6 @@ def test_loaded_detector_finds_the_same_contacts(detector: Detector, tmp_path: P
     assert any(contacts)
 
 
-def test_threshold_of_an_older_card_is_read(tmp_path: Path) -> None:
-    save_detector(ThresholdDetector(), tmp_path)
-    card = json.loads((tmp_path / CARD).read_text())
-    (tmp_path / CARD).write_text(json.dumps({**card, "sha256": None, "sigmas": 4.5}))
-    loaded = load_detector(tmp_path)
-    assert isinstance(loaded, ThresholdDetector)
-    assert loaded.sigmas == 4.5
-
-
 def test_untrained_detector_is_not_saved(tmp_path: Path) -> None:
     with pytest.raises(InputError):
         save_detector(SvmDetector(), tmp_path / "m")
@@ -74,7 +63,6 @@ def test_untrained_detector_is_not_saved(tmp_path: Path) -> None:
         {"rate_hz": 1000.0},
         {"sha256": None},
         {"name": "three_sigma"},
-        {"name": "three_sigma", "sigmas": -1},
     ],
     ids=str,
 )

@@ -10,12 +10,12 @@ from scipy.signal import lfilter
 
 from firstcontact.chain.touch import fit_predictions, look_features
 from firstcontact.contact import detect
-from firstcontact.contact._logistic import LogisticDetector
-from firstcontact.contact._logistic_training import (
+from firstcontact.contact._logistic import (
     EACH,
     FLOOR,
     LOOKS,
     ORDER,
+    LogisticDetector,
     add_clicks,
     best_threshold,
     parts,

@@ -1,8 +1,8 @@
 """Program that closes a hand, for tests that end the program.
 
-Arguments: the hand's name, its port or "-", and the action after closing: ``wait`` for a signal,
-``raise``, ``exit``, ``hang`` without a message, or ``hold`` Python's global lock once a line
-arrives.
+Arguments: the hand's name ("slow" for one that waits for a line when it is closed), its port or
+"-", and the action after closing: ``wait`` for a signal, ``raise``, ``exit``, ``hang`` without a
+message, or ``hold`` Python's global lock once a line arrives.
 """
 
 from __future__ import annotations
@@ -14,14 +14,26 @@ import threading
 
 from firstcontact.core import Command
 from firstcontact.grasp import SafeHand, _separate, open_hand
+from firstcontact.grasp._printing import PrintHand
 
 CLOSE = Command(0.02, 2.0)
 #: Longest wait on a busy machine, s.
 _separate.MUTE = 60.0
 
 
+class SlowHand(PrintHand):
+    """Hand that waits for a line on standard input when it is closed."""
+
+    def close(self) -> None:
+        print("letting go", flush=True)
+        sys.stdin.readline()
+        print("let go", flush=True)
+
+
 def make_hand(name: str, port: str) -> SafeHand:
     """Return the named hand, or an Ability Hand that tolerates late answers."""
+    if name == "slow":
+        return SafeHand(SlowHand())
     if name != "ability":
         return open_hand(name)
     from patient_ability import PatientAbilityHand

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
+
 import pytest
 
+from firstcontact.core import Command
 from firstcontact.device import SOURCES
 from firstcontact.device.opening import SourceOptions
 from firstcontact.grasp import HANDS, HandError
@@ -41,6 +44,17 @@ class Swallowing(PrintHand):
 def test_conformance_check_rejects_a_faulty_hand(kind: type[PrintHand]) -> None:
     with pytest.raises((AssertionError, HandError)):
         check_hand(kind)
+
+
+def test_the_print_hand_prints_each_new_command_until_its_output_is_closed() -> None:
+    out = io.StringIO()
+    with PrintHand(out=out) as hand:
+        for speed in (0.02, 0.02, 0.0, -0.1):
+            hand.send(Command(speed, 1.0))
+        assert len(out.getvalue().splitlines()) == 3
+        out.close()
+        hand.release()
+        assert hand.commands[-1] is None
 
 
 def test_a_hand_that_moves_needs_live_samples_except_at_its_simulated_port() -> None:

@@ -18,7 +18,6 @@ from firstcontact.core import Command, InputError
 from firstcontact.grasp import HandError, HandLimits, SafeHand, open_hand
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
-SLOW_PROGRAM = Path(__file__).with_name("slow_hand_program.py")
 SLOW = Command(0.01, 1.0)
 HOLD = Command(0.0, 1.0)
 
@@ -190,7 +189,7 @@ def test_hand_that_is_interrupted_while_opening_is_closed() -> None:
 def slow_program() -> Iterator[subprocess.Popen[str]]:
     """Run a program that has closed a slow hand, and interrupt it."""
     with subprocess.Popen(
-        [sys.executable, SLOW_PROGRAM],
+        [sys.executable, PROGRAM, "slow", "-", "wait"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -22,6 +22,7 @@ from firstcontact.core import (
 from firstcontact.grasp import POLICIES, Grip, HandError, Policy
 from firstcontact.grasp.loop import REST, GraspLoop, Taxels
 from firstcontact.grasp.policy import Truth
+from firstcontact.grasp.registry import make_policy
 from firstcontact.testing import make_estimate
 
 RATE = 1000.0
@@ -31,8 +32,8 @@ SHORT = make_estimate(50.0, 10.0, 90.0, 0.003)
 
 def make_loop(name: str, deadline: float | None = None) -> tuple[GraspLoop, list[Command]]:
     sent: list[Command] = []
-    truth = (Truth(30.0),) if POLICIES[name].needs_truth else ()
-    loop = GraspLoop(POLICIES[name](Grip(), *truth), sent.append, RATE, deadline)
+    policy = make_policy(POLICIES[name], Grip(), Truth(30.0), {})
+    loop = GraspLoop(policy, sent.append, RATE, deadline)
     loop.begin()
     return loop, sent
 
@@ -60,9 +61,7 @@ class Failing(Policy):
         return None
 
 
-@pytest.mark.parametrize(
-    "method", ["begin", "touched", "estimated", "felt", "slipped", "late", "none"]
-)
+@pytest.mark.parametrize("method", ["begin", "touched", "estimated", "felt", "slipped", "late"])
 def test_policy_that_raises_is_named(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Failing, "fails_in", method)
     sent: list[Command] = []
@@ -76,9 +75,6 @@ def test_policy_that_raises_is_named(method: str, monkeypatch: pytest.MonkeyPatc
         loop.slipped(0.116)
         loop.felt(0.0, 0.2)
 
-    if method == "none":
-        close()
-        return
     with pytest.raises(InputError, match=r"'failing'.*not mine") as caught:
         close()
     assert caught.value.parameter == "policy"
@@ -194,10 +190,20 @@ def test_withdrawn_contact_leaves_no_trace(name: str) -> None:
     assert counts.withdrawn == 1
 
 
+class Feeling(Policy):
+    """Policy that acts on force only."""
+
+    name = title = "feeling"
+
+    def felt(self, volts: float, since: float | None) -> Command:
+        return Command(0.0, 2.0)
+
+
 def test_withdrawn_contact_leaves_a_policy_alone_that_uses_no_contact() -> None:
-    loop, sent = make_loop("force_feedback", deadline=None)
+    sent: list[Command] = []
+    loop = GraspLoop(Feeling(Grip()), sent.append, RATE)
+    loop.begin()
     touch(loop)
     loop.felt(0.3, 0.2)
-    pressing = sent[-1]
     loop.withdrawn()
-    assert sent[-1] == pressing
+    assert sent == [Grip().approach, Command(0.0, 2.0)]

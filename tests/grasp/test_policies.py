@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Command, Contact, Estimate, InputError
 from firstcontact.grasp import POLICIES, Grip, Policy
-from firstcontact.grasp._payload_policies import EarlyExit, FirstContact, ForceFeedback, Touch
+from firstcontact.grasp._payload_policies import EarlyExit, FirstContact, Touch
 from firstcontact.grasp.policy import Task
 from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.testing import check_policy, make_estimate
@@ -57,11 +57,11 @@ class Rash(FirstContact):
         return self.grip.command_for(100 - estimate.value)
 
 
-class Once(ForceFeedback):
+class Once(EarlyExit):
     """Faulty policy that acts in its first closing only."""
 
     def begin(self) -> Command:
-        return Command(self.grip.speed, self.approach)
+        return self.grip.approach
 
 
 @pytest.mark.parametrize("kind", [Wild, Rash, Once])
@@ -84,15 +84,6 @@ def test_force_stays_within_the_margins_of_the_holding_force() -> None:
     assert grip.force_for(100) == pytest.approx(2.0 * grip.holding)
     assert grip.force_for(nan) == grip.force_for(0)
     assert Grip(force=1.0).force_for(100) == 1.0
-
-
-def test_feedback_acts_once_per_closing_and_only_above_its_threshold() -> None:
-    policy = ForceFeedback(Grip(), 0.1, 3.0, 0.02, 2.0)
-    for _ in range(2):
-        assert policy.begin() == Command(Grip().speed, 3.0)
-        assert policy.felt(0.1, None) is None
-        assert policy.felt(0.11, None) == Command(0.02, 2.0)
-        assert policy.felt(0.5, 0.1) is None
 
 
 def test_first_contact_waits_for_its_window_and_early_exit_for_a_tight_interval() -> None:

@@ -63,7 +63,7 @@ ENTRIES = {
         "A policy",
         "grasp/_halfway.py",
         "grasp/registry.py",
-        '"none": ',
+        '"touch": ',
         '"halfway": "firstcontact.grasp._halfway:Halfway",',
         "live --device {recording} --model general --speed inf --hand print --policy halfway",
         "halfway",

@@ -274,7 +274,7 @@ def test_positions_faster_than_the_samples_are_refused(
 ) -> None:
     with ReplaySource(recorded, float("inf")) as source:
         pipeline = Pipeline(LAYOUT, detector)
-        grasping = Grasping(live_policy("none"), TooFast(), LAYOUT)
+        grasping = Grasping(live_policy("touch"), TooFast(), LAYOUT)
         session = LiveSession(source, pipeline, grasping, recordings=tmp_path)
         with pytest.raises(InputError) as refused:
             session.start_recording()

@@ -15,8 +15,8 @@ from firstcontact.cli.verbs import configuration, overview
 from firstcontact.core import InputError
 from firstcontact.core.text import one_line, summarize_error
 
-#: Exit codes: success, unusable input, unexpected error. After a signal the code is 128 plus the
-#: signal's number.
+#: Exit codes: success, unusable input, unexpected error. A verb may return another one. After a
+#: signal the code is 128 plus the signal's number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70
 #: Option of all verbs.
 VERBOSE = "--verbose"
@@ -40,13 +40,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
     verb = None
+    code = None
     try:
         verb = _parse(arguments)
         if verb is not None:
             from firstcontact.cli.logs import logged
 
             with logged(verbose):
-                verb.run()
+                code = verb.run()
     except InputError as error:
         return _failed(INPUT, _with_option(error, verb))
     except KeyboardInterrupt as interrupt:  # its text may name unfinished work
@@ -67,7 +68,7 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
         return _failed(UNFORESEEN, crash_report(error, arguments))
     # Ctrl-C is the normal end of some verbs; the loss of the terminal is not.
     orderly = stop.signal is None or stop.signal.name in ("SIGINT", "SIGTERM")
-    return DONE if orderly else stop.code
+    return code or DONE if orderly else stop.code
 
 
 def _parse(arguments: list[str]) -> Any:

@@ -166,9 +166,10 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
         words = "exchanged" if is_swapped else "as named"
         yield Verdict("fingers", "", words, "as named", not is_swapped)
     column = {f: vibration[f.other if is_swapped else f] for f in taps}
-    peaks = [float(t.peak[column[f]]) for f, t in taps.items()]
+    loudest = max((float(t.peak[column[f]]) for f, t in taps.items()), default=0.0)
+    quietest = min((float(t.loudness[column[f]]) for f, t in taps.items()), default=0.0)
     for f, t in taps.items():
-        yield from _tap_verdicts(finger_name(f), t, column[f], min(peaks), max(peaks))
+        yield from _tap_verdicts(finger_name(f), t, column[f], quietest, loudest)
     for f, r in rises.items():
         messages = array_faults(r[f.other if is_swapped else f])
         words = "; ".join(messages) or "all taxels rise"
@@ -200,7 +201,8 @@ def _tap_verdicts(
     least = max(WEAK, loudest / ALIKE)
     yield Verdict("sensitivity", name, f"{peak:.3f} V a tap", f"{least:.3f} V", peak >= least)
     count = f"{taps.clipped} of {taps.number} taps"
-    most = 0 if peak > ALIKE * quietest else CLIPPED_TAPS - 1
+    is_louder = taps.loudness[column] > ALIKE * quietest
+    most = 0 if is_louder else CLIPPED_TAPS - 1
     yield Verdict("clipping", name, count, f"{most} taps", taps.clipped <= most)
     if peak >= LEAST:
         is_positive = bool(taps.swing[column] > 0)

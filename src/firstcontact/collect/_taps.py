@@ -44,6 +44,8 @@ class TapMeasures(NamedTuple):
     clipped: int
     peak: Volts
     """Median peak, V. Clipped taps count if all are clipped."""
+    loudness: Volts
+    """Median peak up to the first clipped tap, V. Later taps are gentler on request."""
     swing: Volts
     """Median sign of the first swing."""
     decay: Volts
@@ -77,14 +79,16 @@ def measure_taps(layout: Layout, taps: Sequence[Tap], rest: Volts) -> TapMeasure
     columns = rest.shape[1]
     if not usable:
         nothing = np.zeros(columns)
-        return TapMeasures(0, 0, nothing, nothing, np.full(columns, math.nan))
+        return TapMeasures(0, 0, nothing, nothing, nothing, np.full(columns, math.nan))
     volts = np.array(usable)
     peaks = np.abs(volts).max(axis=1)
     first = (np.abs(volts) >= SWING * peaks[:, None]).argmax(axis=1)
+    end = next((k + 1 for k, tap in enumerate(taps) if tap.is_clipped), len(taps))
+    before = [np.abs(tap.volts).max(axis=0) for tap in taps[:end]]
     swings = np.sign(np.take_along_axis(volts, first[:, None], axis=1)[:, 0])
     return TapMeasures(
-        len(taps), clipped, np.median(peaks, axis=0), np.sign(swings.sum(axis=0)),
-        _decay(layout, usable, rest),
+        len(taps), clipped, np.median(peaks, axis=0), np.median(before, axis=0),
+        np.sign(swings.sum(axis=0)), _decay(layout, usable, rest),
     )  # fmt: skip
 
 

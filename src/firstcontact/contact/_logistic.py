@@ -1,31 +1,215 @@
 """Contact detector with a logistic regression on loudness.
 
-It looks every 0.4 ms. Four consecutive looks must agree.
+It looks every 0.4 ms. Four consecutive looks must agree. Each look is one window.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import DetectorConstants, DetectorKind
-from firstcontact.contact._logistic_training import (
-    EACH,
-    FLOOR,
-    LOOKS,
-    best_threshold,
-    cut_looks,
-    fit_line,
-    parts,
-)
+from firstcontact.chain.image import RESETTLED, SETTLED, DetectorConstants, DetectorKind
+from firstcontact.chain.touch import fit_predictions, look_features
 from firstcontact.contact.closing_start import cut_closings
-from firstcontact.contact.detector import TrainedDetector, spread_out, stored_array
-from firstcontact.contact.training import session_groups
-from firstcontact.core import Dataset, InputError
+from firstcontact.contact.detector import TrainedDetector, WindowSizes, spread_out, stored_array
+from firstcontact.contact.training import SteadyState, session_groups
+from firstcontact.core import Dataset, InputError, Pinch
 from firstcontact.core.display import GREEN
+from firstcontact.core.installation import require_modules
+from firstcontact.signal import DeviceSmoothing, samples_in
+
+#: Lengths of the newest parts, s: from two samples to three milliseconds.
+PARTS = (0.0004, 0.0008, 0.0014, 0.0022, 0.003)
+#: Length of the recent part at the end of a window, s. The rest is the quiet part.
+RECENT = 0.006
+#: Order of the linear prediction.
+ORDER = 12
+#: Added to a level, in sigmas, before its logarithm. Smaller levels do not matter.
+FLOOR = 0.1
+#: Number of features of the signal, and of its prediction error.
+EACH = len(PARTS) + 3
+
+
+def parts(rate: float) -> list[int]:
+    """Return the lengths of spans that end with a window, ascending, in samples."""
+    lengths: list[int] = []
+    for part in (*PARTS, RECENT):
+        lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
+    return lengths
+
+
+#: Number of consecutive looks that must agree: 1.2 ms, longer than most clicks.
+LOOKS = 4
+#: In training, a look must show a contact whose age is between these, s.
+YOUNGEST, OLDEST = 0.0008, 0.0030
+#: Latest age of a contact at which its detection counts as in time, s.
+DUE = 0.0026
+#: Clicks added to a channel of a pinch of average length: their mean number, their median peak in
+#: sigmas of the prediction error, their longest duration in samples, and the share of the ringing
+#: that remains after each sample.
+CLICKS = 4.0
+CLICK = 8.0
+CLICK_LENGTH = 5
+DAMPED = 0.9
+#: Largest number of looks per class in training.
+MOST = 40_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Looks:
+    """Looks at one pinch, as features of windows, grouped by finger."""
+
+    features: NDArray[np.float64]
+    quiet: NDArray[np.bool_]
+    shows: NDArray[np.bool_]
+    early: NDArray[np.bool_]
+    due: NDArray[np.bool_]
+    begins: tuple[int, ...]
+
+    def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
+        """Return the highest score before the first contact, and the highest in time after it."""
+        score = scores(self.features, line)
+        agreed = np.full(len(score), -np.inf)
+        for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):
+            if b - a >= LOOKS:
+                agreed[a + LOOKS - 1 : b] = sliding_window_view(score[a:b], LOOKS).min(axis=1)
+        return (
+            float(agreed[self.early].max(initial=-np.inf)),
+            float(agreed[self.due].max(initial=-np.inf)),
+        )
+
+
+def add_clicks(
+    x: NDArray[np.float64], weights: NDArray[np.float64], stop: int, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return a channel with added clicks, as the rig's gears could make them."""
+    burst = np.zeros(len(x))
+    for start in rng.integers(0, max(1, stop), rng.poisson(CLICKS * stop / len(x))):
+        length = int(rng.integers(1, CLICK_LENGTH + 1))
+        peak = CLICK * math.exp(0.5 * rng.standard_normal()) * rng.choice((-1.0, 1.0))
+        shape = peak * np.sin(np.pi * (np.arange(length) + 0.5) / length)
+        burst[start : start + length] += shape[: len(x) - start]
+    if not weights[0] > 0.0:
+        return x
+    from scipy.signal import lfilter  # slow to import, and a trained detector does not need it
+
+    rung: NDArray[np.float64] = lfilter([1.0], weights * DAMPED ** np.arange(ORDER + 1), burst)
+    return x + rung
+
+
+def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Generator) -> Looks:
+    """Return the looks at a pinch with a known first contact, from the start of its closing."""
+    layout, rate = pinch.layout, pinch.layout.rate
+    smooth = DeviceSmoothing(layout).update(pinch.vibration())
+    steady = SteadyState.measure(smooth[: sizes.steady])
+    margin = samples_in(early, rate)
+    first = pinch.truth[0].sample - pinch.first_sample
+    length = sizes.window - (LOOKS - 1) * sizes.step
+    lengths = parts(rate)
+    rows = []
+    for column, finger in enumerate(layout.vibration_fingers):
+        if not steady.alive[column]:
+            continue
+        x = steady.normalise(smooth)[:, column]
+        (ringing,) = fit_predictions(x[None, : sizes.steady])
+        contacts_of_finger = [
+            c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger
+        ][:1]
+        contact = (contacts_of_finger or [first])[0]
+        oldest = samples_in(OLDEST, rate) if contacts_of_finger else -margin
+        stop = min(len(x), contact + oldest)
+        x = add_clicks(x, ringing, contact - samples_in(0.02, rate), rng)
+        ends = np.arange(sizes.steady + sizes.step, stop + 1, sizes.step)
+        windows = sliding_window_view(x, length)[ends - length]
+        age = ends - contact
+        is_first = contacts_of_finger == [first]
+        # A program on the hand keeps the first steady state.
+        for last in (0, len(x)):
+            rows.append(
+                (
+                    look_features(
+                        *_settled(windows, x, ends, sizes.steady, last, rate), lengths, FLOOR
+                    ),
+                    age <= -margin,
+                    (age >= samples_in(YOUNGEST, rate)) & bool(contacts_of_finger),
+                    ends <= first - margin,
+                    (age > 0) & (age <= samples_in(DUE, rate)) & is_first,
+                )
+            )
+    empty = (np.zeros((0, 2 * EACH)), *(np.zeros(0, np.bool_) for _ in range(4)))
+    combined = [np.concatenate(kind) for kind in zip(empty, *rows, strict=True)]
+    begins = np.cumsum([0, *(len(row[0]) for row in rows)]).tolist()
+    features, quiet, shows, early_looks, due = combined
+    return Looks(features, quiet, shows, early_looks, due, tuple(begins))
+
+
+def _settled(
+    windows: NDArray[np.float64],
+    x: NDArray[np.float64],
+    ends: NDArray[np.intp],
+    steady: int,
+    last: int,
+    rate: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return windows in sigmas of the steady state, and weights that predict the motor's noise."""
+    every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
+    state = SteadyState.measure(x[:steady, None])
+    (ringing,) = fit_predictions(state.normalise(x[:steady, None]).T)
+    out, weights = np.empty(windows.shape), np.empty((len(ends), ORDER + 1))
+    for begin in range(0, int(ends[-1]) if len(ends) else 0, every):
+        quiet = x[max(begin - age - steady, 0) : max(begin - age, 0), None]
+        later = SteadyState.measure(quiet) if begin < last and len(quiet) == steady else state
+        if state.is_louder_than(later)[0]:
+            state = later
+            (ringing,) = fit_predictions(state.normalise(quiet).T)
+        rows = (ends > begin) & (ends <= begin + every)
+        out[rows] = state.normalise(windows[rows, :, None])[..., 0]
+        weights[rows] = ringing
+    return out, weights
+
+
+def scores(features: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the score of each look, shape (looks,). A positive score means a contact."""
+    # A matrix product would round differently for other numbers of rows.
+    out: NDArray[np.float64] = (features * line[:-1]).sum(axis=1) + line[-1]
+    return out
+
+
+def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
+    """Fit a logistic regression with balanced classes. Return weights, then the intercept."""
+    require_modules("train", "sklearn")
+    from sklearn.linear_model import LogisticRegression
+
+    rng = np.random.default_rng(seed)
+    quiet = np.concatenate([look.features[look.quiet] for look in looks])
+    loud = np.concatenate([look.features[look.shows] for look in looks])
+    quiet, loud = (x[rng.permutation(len(x))[:MOST]] for x in (quiet, loud))
+    x = np.concatenate([quiet, loud])
+    mean, scale = x.mean(axis=0), x.std(axis=0)
+    scale = np.where(scale > 0.0, scale, 1.0)
+    machine = LogisticRegression(class_weight="balanced", max_iter=1000)
+    machine.fit((x - mean) / scale, np.arange(len(x)) >= len(quiet))
+    weights = machine.coef_[0] / scale
+    return np.append(weights, machine.intercept_[0] - weights @ mean)
+
+
+def best_threshold(levels: NDArray[np.float64]) -> float:
+    """Return the threshold with the fewest false alarms and late decisions."""
+    quiet, loud = levels.T
+    candidates = np.linspace(quiet.min(), max(loud.max(), quiet.max()), 1001)
+
+    def wrong(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(0.5 * (1.0 + np.tanh(x / 2.0)).sum(axis=0))
+
+    cost = wrong(quiet[:, None] - candidates) + wrong(candidates - loud[:, None])
+    return float(candidates[np.argmin(cost)])
+
 
 #: Least deviation of a new sample, in sigmas, for which a window is evaluated.
 AWAKE = 3.0

@@ -44,9 +44,6 @@ Stage = ClosingBegan | ClosingSamples | ClosingEnded
 
 _log = logging.getLogger("firstcontact.contact")
 
-#: More samples than can pass before the next event.
-_NEVER = 1 << 30
-
 
 class Closings:
     """Splitter that cuts a stream into closings and detects the contacts in each."""
@@ -56,49 +53,18 @@ class Closings:
         layout: Layout,
         detector: Detector,
         calibration: Calibration | None = None,
-        *,
-        keeps_first_state: bool = False,
     ) -> None:
         self._layout = layout
-        self._chain = contact_chain(
-            detector, layout, calibration, keeps_first_state=keeps_first_state
-        )
+        self._chain = contact_chain(detector, layout, calibration)
         self._first: Contact | None = None
         self._open = False
-        self._end = 0
         self._epoch = 0
-
-    @property
-    def has_floors(self) -> bool:
-        """True if the noise floors are known. Without them each epoch is one closing."""
-        return self._chain.has_floors
-
-    @property
-    def refused(self) -> int:
-        """Number of motor starts since the last closing began that were taken for a held object."""
-        return self._chain.refused
-
-    @property
-    def open(self) -> bool:
-        """True during a closing."""
-        return self._open
-
-    @property
-    def end(self) -> int:
-        """Number of the first sample after the last block."""
-        return self._end
-
-    @property
-    def due(self) -> int | None:
-        """Number of samples until the next contact or withdrawal; None if none can follow."""
-        due = self._chain.due(_NEVER)
-        return None if due == _NEVER else due
 
     def update(self, block: Block) -> Iterator[Stage]:
         """Process the next block and yield its events in order."""
         events = self._chain.take(block)
         # Until a closing begins, events belong to the epoch of the closing before.
-        epoch, self._epoch, self._end = self._epoch, block.epoch, block.end
+        epoch, self._epoch = self._epoch, block.epoch
         position = block.first_sample
         contacts: tuple[Contact, ...] = ()
         for event in events:

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import msgspec
 import numpy as np
 
 from firstcontact.contact.detector import Detector
@@ -39,7 +38,6 @@ class DetectorCard:
 
     name: Name
     rate_hz: Rate | None = None
-    sigmas: Annotated[float, msgspec.Meta(gt=0, le=1e6)] | None = None
     sha256: Sha256 | None = None
 
 
@@ -118,8 +116,8 @@ def load_detector(path: AnyPath) -> Detector:
         arrays = read_weights(folder / DETECTOR_WEIGHTS, card.sha256, CARD)
     elif kind.learns:
         raise InputError(f"{file}: the field 'sha256' is missing: train again")
-    else:  # no weights, or an older version with the number in the card
-        arrays = {} if card.sigmas is None else {"sigmas": np.array(card.sigmas)}
+    else:
+        arrays = {}
     try:
         with np.errstate(all="ignore"):  # the decision refuses values that overflow
             detector = kind.from_arrays(arrays)

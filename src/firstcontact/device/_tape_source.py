@@ -40,8 +40,7 @@ class TapeSource(ThreadedSource):
                 f"{self._path} has {stored.shape[1]} channels: keep one, or one for each finger"
             )
         delay = self._resample(rate, FINGERTIP_RATE)
-        middle = 128.0 if stored.dtype == np.uint8 else 0.0
-        values = ((stored - middle) / FULL_SCALE[str(stored.dtype)]).astype(np.float32)
+        values = (stored / FULL_SCALE[str(stored.dtype)]).astype(np.float32)
         # The filter delays its output: the last value goes on until the last sample is out.
         after = np.repeat(values[-1:], round(2 * delay * rate) + 1, axis=0)
         self._values = np.concatenate([values, after])

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from firstcontact.core import Command
-from firstcontact.core.display import BLUE, GREEN, GREY, ORANGE, PURPLE
+from firstcontact.core.display import BLUE, GREEN, PURPLE
 from firstcontact.grasp._grip import Grip
 from firstcontact.grasp.policy import Policy
 
@@ -17,43 +16,6 @@ if TYPE_CHECKING:
 WINDOW = 0.015
 #: Time allowed after the window for the filter's look-ahead and the computing, s.
 GRANTED = 0.010
-
-
-class NoModulation(Policy):
-    """Policy that closes at approach speed with the hand's full force until the hand stalls."""
-
-    name = "none"
-    title = "no modulation"
-    colour = GREY
-
-    def begin(self) -> Command:
-        return Command(self.grip.speed, self.grip.force)
-
-
-@dataclass(eq=False)
-class ForceFeedback(Policy):
-    """Policy that slows down and limits the force when a force sensor detects a contact."""
-
-    name = "force_feedback"
-    title = "force feedback"
-    colour = ORANGE
-
-    grip: Grip
-    threshold: float = 0.05
-    approach: float = 2.5
-    speed: float = 0.04
-    force: float = 2.2
-    _acted: bool = field(default=False, init=False)
-
-    def begin(self) -> Command:
-        self._acted = False
-        return Command(self.grip.speed, min(self.approach, self.grip.force))
-
-    def felt(self, volts: float, since: float | None) -> Command | None:
-        if self._acted or not volts > self.threshold:
-            return None
-        self._acted = True
-        return Command(min(self.speed, self.grip.speed), min(self.force, self.grip.force))
 
 
 class Touch(Policy):

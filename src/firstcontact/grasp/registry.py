@@ -28,8 +28,6 @@ POLICIES: Registry[type[Policy]] = Registry(
     "policy",
     "firstcontact.policies",
     {
-        "none": f"{_PAYLOAD}:NoModulation",
-        "force_feedback": f"{_PAYLOAD}:ForceFeedback",
         "touch": f"{_PAYLOAD}:Touch",
         "first_contact": f"{_PAYLOAD}:FirstContact",
         "early_exit": f"{_PAYLOAD}:EarlyExit",

@@ -36,7 +36,7 @@ SUFFIXES = (".wav", ".flac")
 #: Largest WAV file, bytes, as limited by the format's length fields.
 LONGEST = (1 << 32) - 1
 #: Types of samples, with full scale in raw steps.
-FULL_SCALE = {"uint8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
+FULL_SCALE = {"int8": 128.0, "int16": 2.0**15, "int32": 2.0**31, "float32": 1.0, "float64": 1.0}
 
 Sound = tuple[float, NDArray[Any]]
 #: Function that returns the contacts found in signals, shape (samples, channels), of a rate in Hz.
@@ -185,16 +185,16 @@ def _alike(
 
 
 def _stored(file: Path, data: NDArray[Any]) -> NDArray[Any]:
-    if data.dtype == np.uint8:
-        return data.astype(np.int16) - np.int16(128)
-    if data.dtype.kind == "i":
-        return data  # keeps the type of the file: all pinches have one type
+    if data.dtype.kind == "i":  # keeps the type of the file: all pinches have one type
+        return data.astype(np.int16) if data.dtype == np.int8 else data
     return check_vibration(f"{file}: the signal", data)
 
 
 def read_sound(file: Path) -> Sound:
-    """Return the rate in Hz and the samples as stored in the file, shape (samples, channels)."""
+    """Return the rate in Hz and the signed samples of the file, shape (samples, channels)."""
     rate, values = _read_flac(file) if file.suffix.lower() == ".flac" else _read_wav(file)
+    if values.dtype == np.uint8:  # 8-bit samples are stored around 128
+        values = (values ^ 128).view(np.int8)
     if str(values.dtype) not in FULL_SCALE:
         raise InputError(f"{file} holds {values.dtype}: convert it to PCM WAV of at most 32 bits")
     if not len(values):

@@ -14,7 +14,10 @@ from firstcontact.device.opening import source_kind
 
 @dataclass(frozen=True)
 class Check:
-    """Test new fingertips step by step, and write a page with a remedy for each fault."""
+    """Test new fingertips step by step, and write a page with a remedy for each fault.
+
+    The exit code is 1 if a fault was found.
+    """
 
     device: Annotated[str, devices(recorded=False)]
     """Source of the samples."""
@@ -31,7 +34,7 @@ class Check:
     speed: Annotated[float, Option(group="simulated hand")] = 1.0
     """Speed of the simulated hand, as a multiple of real time."""
 
-    def run(self) -> None:
+    def run(self) -> int:
         from firstcontact.cli.stopping import stopping
         from firstcontact.collect.check import check_fingertips
         from firstcontact.collect.check_page import summary, write_page
@@ -59,3 +62,4 @@ class Check:
             print(f"{words} {v.measured}: {limit}")
         write_page(self.out, source.descriptor, measured, verdicts)
         print(f"{summary(verdicts)}; page: {self.out}")
+        return 0 if all(v.is_good for v in verdicts) else 1

@@ -42,16 +42,18 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 signal.signal(signal.SIGQUIT, signal.SIG_DFL)
 
 
+#: Part of the name of the longest test, which waits for a hand in real time.
+LONGEST = "test_tutorials_run_in_a_row"
 #: Parts of the names of tests that load PyTorch, and a fixture that does.
 TORCH = ("cnn", "pretrain", "test_anytime_network", "test_protocol")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the tests that load PyTorch first: loading it costs a process 2 s or more.
+    """Put the longest test first, and then those that load PyTorch, which takes 2 s or more.
 
     Each process gets a contiguous part of the tests, so one process runs nearly all of these.
     """
-    items.sort(key=lambda item: not loads_torch(item))
+    items.sort(key=lambda item: (LONGEST not in item.nodeid, not loads_torch(item)))
 
 
 def loads_torch(item: pytest.Item) -> bool:

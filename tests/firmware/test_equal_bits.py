@@ -70,7 +70,7 @@ def test_native_program_gives_the_events_of_python(
     program: building.Program, tmp_path: Path
 ) -> None:
     binary = program.native(tmp_path / "streams")
-    assert_random_streams_agree(10_000, binary, building.ask_native, tmp_path, 100)
+    assert_random_streams_agree(4_000, binary, building.ask_native, tmp_path, 40)
 
 
 @pytest.mark.slow

@@ -60,7 +60,7 @@ def test_a_study_of_arrays_writes_both_files(arrays: Path, tmp_path: Path) -> No
     assert "blocks" not in tree
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_all_processes_and_keeps_the_report(
     arrays: Path, tmp_path: Path, number: signal.Signals
 ) -> None:

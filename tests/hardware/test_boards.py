@@ -136,26 +136,6 @@ def test_taxels_have_the_combs_of_the_layout() -> None:
             assert outline == {(round(x, 3), round(y, 3)) for x, y in expected}
 
 
-def _inside(point: tuple[float, float], polygon: list[tuple[float, float]]) -> bool:
-    inside = False
-    for (ax, ay), (bx, by) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
-        if (ay > point[1]) != (by > point[1]):
-            inside ^= point[0] < (bx - ax) * (point[1] - ay) / (by - ay) + ax
-    return inside
-
-
-def test_fingers_alternate_and_keep_their_gap() -> None:
-    row, column = (fingertip.comb(kind) for kind in ("row", "column"))
-    step = fingertip.FINGER + fingertip.GAP
-    half = (fingertip.FINGERS * step - fingertip.GAP) / 2
-    for y in (-fingertip.OVERLAP + 0.05, 0.0, fingertip.OVERLAP - 0.05):
-        for number in range(fingertip.FINGERS):
-            middle = -half + number * step + fingertip.FINGER / 2
-            owners = [_inside((middle, y), comb) for comb in (row, column)]
-            assert owners == [number % 2 == 0, number % 2 == 1]
-            assert not any(_inside((middle + step / 2, y), comb) for comb in (row, column))
-
-
 def test_a_dimple_covers_nearly_the_same_gap_wherever_it_lands() -> None:
     step = fingertip.FINGER + fingertip.GAP
     lengths = [fingertip.gap_length(step * k / 12) for k in range(12)]

@@ -17,9 +17,7 @@ from hand_stream import (
 )
 from hypothesis import given
 from hypothesis import strategies as st
-from rested import rested
 
-from firstcontact.contact import detect
 from firstcontact.contact.closing_start import (
     DetectionStart,
     StartMethod,
@@ -185,17 +183,6 @@ def test_cutting_closings_twice_changes_nothing() -> None:
     for a, b in zip(cut_closings(cut).pinches, cut.pinches, strict=True):
         assert a.first_sample == b.first_sample
         assert np.array_equal(a.data, b.data)
-
-
-def test_contacts_keep_their_sample_numbers(fitted) -> None:
-    closings = toy_closings(12, seed=9)
-    dataset = rested(closings, electronics=0.0005)
-    assert set(count_starts(closing_starts(dataset))) == {"rest"}
-    hits = 0
-    for pinch in cut_closings(dataset).pinches:
-        contacts = detect(fitted["svm"], pinch)
-        hits += bool(contacts) and abs(contacts[0].sample - pinch.first.sample) <= 15
-    assert hits >= 10
 
 
 @pytest.mark.parametrize("samples", [0, 1, 100, 700])

@@ -5,12 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from math import inf
-from typing import Protocol, Self
+from typing import Protocol
 
 import pytest
 
 from firstcontact.core import Command
-from firstcontact.grasp import HandError, HandLimits
+from firstcontact.grasp import Hand, HandError, HandLimits
 from firstcontact.grasp.hand import Begins
 
 #: Longest wait on a busy machine, s.
@@ -35,12 +35,11 @@ def refused(hand: Commanded, command: Command) -> str:
     pytest.fail("the hand refused no command")
 
 
-class RecordingHand:
+class RecordingHand(Hand):
     """Hand that records its orders. Set ``error`` to make the hand fail."""
 
     name = "recording"
     begins = Begins.OTHERS
-    position_rate, position_resolution = 0.0, 1e-5
 
     def __init__(self, limits: HandLimits | None = None) -> None:
         self.limits = limits or HandLimits(speed=0.1, force=5.0, rate=1000.0, watchdog=inf)
@@ -73,9 +72,3 @@ class RecordingHand:
 
     def close(self) -> None:
         self._record("close")
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self.close()

@@ -45,6 +45,4 @@ def untrained_name() -> str:
 
 def untrained_detector(layout: Layout) -> Detector:
     """Return a detector that needs no training, for layouts without training data."""
-    kind: Any = DETECTORS[untrained_name()]
-    detector: Detector = kind.untrained(layout) if hasattr(kind, "untrained") else kind()
-    return detector
+    return DETECTORS[untrained_name()].untrained(layout)

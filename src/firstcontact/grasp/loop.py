@@ -40,8 +40,8 @@ class LoopCounts:
 class GraspLoop:
     """Loop that passes events to a policy, and the policy's commands to a hand.
 
-    All times are seconds on the clock of the samples: the sample's number divided by the rate, plus
-    the time for transport and computing. ``wait`` returns the time until the hand takes a command.
+    All times are seconds on the clock of the samples. ``wait`` returns the time until the hand
+    takes a command.
     """
 
     def __init__(

@@ -168,6 +168,8 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
     column = {f: vibration[f.other if is_swapped else f] for f in taps}
     loudest = max((float(t.peak[column[f]]) for f, t in taps.items()), default=0.0)
     quietest = min((float(t.loudness[column[f]]) for f, t in taps.items()), default=0.0)
+    # A finger with taps that are too weak is no measure of the other one's gain.
+    quietest = quietest if quietest >= WEAK else math.inf
     for f, t in taps.items():
         yield from _tap_verdicts(finger_name(f), t, column[f], quietest, loudest)
     for f, r in rises.items():

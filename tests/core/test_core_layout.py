@@ -55,7 +55,6 @@ def test_fingertip_has_the_channels_of_the_published_hand():
     assert [c.smoothing_alpha for c in layout.vibration] == [0.5, 0.5]
     assert {c.sensor for c in layout.vibration} == {VibrationSensor.PIEZO}
     assert layout.vibration_fingers == (Finger.INDEX, Finger.THUMB)
-    assert layout.has_force
     assert layout.has_strip
     for finger in Finger:
         assert len(layout.columns(ChannelKind.VIBRATION, finger)) == 1

@@ -62,7 +62,7 @@ def test_counts_are_ten_bits_around_half_the_supply(tmp_path):
     (pinch,) = dataset.pinches
     assert pinch.data.dtype == np.int16
     assert pinch.vibration()[:, 0] == pytest.approx([511 * 3.3 / 1024] + [0.0] * (LENGTH - 1))
-    assert not dataset.layout.has_force
+    assert dataset.layout.width == 1
     assert dataset.specimens.tolist() == ["unknown"]
     text = " ".join(dataset.notes)
     for kind in ("no specimen column", "no session column", "stiffness is not known"):

@@ -1,6 +1,5 @@
 """Labels, contacts, speeds, sessions and sources of imported files, and what is assumed."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,6 @@ from firstcontact.recording import (
     load_dataset,
     read_recording,
 )
-from firstcontact.recording.messages import read_header
 from firstcontact.signal import resample_dataset
 
 DATA = np.random.default_rng(1).normal(size=(3, 80, 1)).astype(np.float32)
@@ -145,15 +143,6 @@ def test_whole_numbers_of_any_type_are_equal_labels(number):
     assert arrays(piezo, specimen=[1.5, 0.1]).specimens.tolist() == ["1.5", "0.1"]
 
 
-@pytest.mark.parametrize(
-    ("alpha", "rate", "is_noted"),
-    [(0.5, 4936, False), (1, 9000, False), (0.9, 4936, True), (0.5, 16000, True)],
-)
-def test_smoothing_unlike_the_device_adds_a_note(alpha, rate, is_noted):
-    dataset = arrays(DATA, sample_rate_hz=rate, smoothing_alpha=alpha)
-    assert any("smoothed before" in note for note in dataset.notes) == is_noted
-
-
 @EACH_FORMAT
 @pytest.mark.parametrize(
     ("stated", "option", "source"),
@@ -185,10 +174,6 @@ def test_wrong_sources_are_refused(tmp_path, make):
     assert not (tmp_path / "o").exists()
 
 
-#: As importers wrote it into the notes before there was a field.
-OLD = "imported from x.csv\nno session column: all pinches were taken as one session"
-
-
 def test_assumed_sessions_are_known_from_the_header(tmp_path):
     for name, labels in (("a", {}), ("b", {"session": ["a"] * 3})):
         (tmp_path / name).mkdir()
@@ -199,7 +184,4 @@ def test_assumed_sessions_are_known_from_the_header(tmp_path):
         for variant in (dataset, dataset.take([0, 1]), resample_dataset(dataset, 2 * RATE)):
             assert variant.sessions_assumed is (name == "a")
     assert load_dataset(tmp_path).sessions_assumed
-    for notes, assumed in ((OLD, True), ("the CSV had no session column", False)):
-        data = json.dumps(Header(fingertip_layout(), notes=notes).to_json()).encode()
-        assert b"session_assumed" not in data
-        assert read_header(data, "x").session_assumed is assumed
+    assert "session_assumed" not in Header(fingertip_layout()).to_json()

@@ -33,8 +33,6 @@ AnyPath = str | os.PathLike[str]
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
 #: Error numbers of a rename to a folder that holds files.
 _NOT_EMPTY = (errno.ENOTEMPTY, errno.EEXIST)
-#: Largest number of files and folders that a search visits.
-MOST_ENTRIES = 100_000
 #: Names of temporary folders.
 _PART = re.compile(r"\..+\.[0-9a-f]{8}\.part", re.DOTALL)
 
@@ -56,17 +54,10 @@ def resolved(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
-def files_below(folder: Path, suffix: str, most: int = MOST_ENTRIES) -> list[Path]:
+def files_below(folder: Path, suffix: str) -> list[Path]:
     """Return the files with this suffix (lower case) in a folder and below it, sorted by name."""
     matches: list[Path] = []
-    entries = 0
     for parent, folders, names in os.walk(folder):
-        entries += len(folders) + len(names)
-        if entries > most:
-            raise InputError(
-                f"{folder} holds more than {most:,} files and folders: name the folder with your "
-                "data"
-            )
         folders[:] = [name for name in folders if not _PART.fullmatch(name)]
         matches += [Path(parent, name) for name in names if name.lower().endswith(suffix)]
     return sorted(matches)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import shlex
@@ -14,9 +13,7 @@ from importlib import import_module, metadata
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Protocol
-from urllib.parse import urlsplit
-from urllib.request import url2pathname
+from typing import Any
 
 from firstcontact.core._errors import InputError
 
@@ -35,20 +32,8 @@ PACKAGES = (
 _CLONE = Path(__file__).parents[3]
 
 
-class HasRequirements(Protocol):
-    """Registered entry that may need packages beyond the base install."""
-
-    @property
-    def extra(self) -> str:
-        """Extra of this package that the entry needs; "" if the base install suffices."""
-
-    @property
-    def modules(self) -> tuple[str, ...]:
-        """Modules that the entry imports from the extra."""
-
-
-def require_extra(entry: HasRequirements) -> None:
-    """Raise an error with the install command if a module that an entry needs is missing."""
+def require_extra(entry: Any) -> None:
+    """Check the ``modules`` of a registered entry; its ``extra`` installs them."""
     require_modules(entry.extra, *entry.modules)
 
 
@@ -68,15 +53,11 @@ def missing_modules(modules: Iterable[str]) -> list[str]:
 
 
 def install_command(extra: str) -> str:
-    """Return the command that installs an extra from the clone or wheel of this package."""
+    """Return the command that installs an extra of this package."""
     pip = [sys.executable, "-m", "pip", "install"]
     if (_CLONE / "pyproject.toml").is_file():
         return shlex.join([*pip, "-e", f"{_CLONE}[{extra}]"])
-    record = None
-    with suppress(metadata.PackageNotFoundError):
-        record = metadata.distribution("firstcontact").read_text("direct_url.json")
-    origin = url2pathname(urlsplit(json.loads(record)["url"]).path) if record else "."
-    return shlex.join([*pip, f"{origin}[{extra}]"])
+    return f"{shlex.join([*pip, f'.[{extra}]'])} (in a clone of firstcontact)"
 
 
 def import_onnxruntime() -> Any:

@@ -242,30 +242,12 @@ class Layout:
         return ", ".join(f"{sensor} smoothing alpha {alpha:g}" for sensor, alpha in alphas)
 
     @property
-    def has_force(self) -> bool:
-        """True if the layout has a force channel."""
-        return any(c.kind is ChannelKind.FORCE for c in self.channels)
-
-    @property
     def has_strip(self) -> bool:
         """True if the layout has a strip channel."""
         return any(c.kind is ChannelKind.STRIP for c in self.channels)
 
     def physical(self, data: NDArray[Any], columns: tuple[int, ...]) -> NDArray[np.float64]:
-        """Convert columns of raw samples to their physical units.
-
-        Parameters
-        ----------
-        data
-            Raw samples, shape (samples, channels).
-        columns
-            Column numbers.
-
-        Returns
-        -------
-        ndarray
-            Shape (samples, len(columns)).
-        """
+        """Convert columns of raw samples, shape (samples, channels), to their physical units."""
         return Physical(self, columns)(data)
 
     def to_json(self) -> dict[str, Any]:
@@ -343,14 +325,14 @@ def fingertip_layout() -> Layout:
     """
     volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
     zero = PIEZO_OFFSET_VOLTS / volt
-    names = {Finger.INDEX: "index", Finger.THUMB: "thumb"}
     piezo = [
-        Channel(f"piezo_{n}", ChannelKind.VIBRATION, f, "V", volt, zero) for f, n in names.items()
+        Channel(f"piezo_{finger_name(f)}", ChannelKind.VIBRATION, f, "V", volt, zero)
+        for f in Finger
     ]
     force = [
-        Channel(f"force_{n}_{k}", ChannelKind.FORCE, f, "V", volt, 0.0, k)
-        for f, n in names.items()
+        Channel(f"force_{finger_name(f)}_{k}", ChannelKind.FORCE, f, "V", volt, 0.0, k)
+        for f in Finger
         for k in range(TAXELS)
     ]
-    strip = [Channel(f"strip_{n}", ChannelKind.STRIP, f, "") for f, n in names.items()]
+    strip = [Channel(f"strip_{finger_name(f)}", ChannelKind.STRIP, f, "") for f in Finger]
     return Layout((*piezo, *force, *strip), FINGERTIP_RATE, FINGERTIP_SMOOTHING)

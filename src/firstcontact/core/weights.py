@@ -66,11 +66,6 @@ def write_weights(
     }
     text = json.dumps(full, indent=2, allow_nan=False) + "\n"
     read_record(text.encode(), kind, f"{card} (not yet written)", "rename it", LONGEST_CARD)
-    if len(raw or b"") > LONGEST_WEIGHTS:
-        raise InputError(
-            f"{weights} would have {len(raw or b'')} bytes, more than {LONGEST_WEIGHTS}: "
-            "train on fewer pinches"
-        )
     if raw is not None:
         with replacing(weights) as temporary:
             temporary.write_bytes(raw)

@@ -189,26 +189,9 @@ def open_source(
     objects: str = "paper",
     fault: str = "",
 ) -> Source:
-    """Return a source for a device, not open yet.
+    """Return a source for a device, not open yet, as :func:`firstcontact.open` does.
 
-    Parameters
-    ----------
-    device
-        "twin", a recording (a path that ends in .mcap), a serial port, or a name that a plug-in
-        accepts.
-    speed
-        Speed as a multiple of real time, for the twin and for recordings.
-    condition, seed, objects
-        Condition and random seed of the twin, and the set of objects, or the object, that it picks
-        up.
-    fault
-        Fault of the twin's fingertips, from :data:`firstcontact.twin.faults.FAULTS`; "" for none.
-
-    Raises
-    ------
-    InputError
-        The recording cannot be replayed, a speed is given for a real device, or a required package
-        is missing.
+    ``fault`` is a fault of the twin's fingertips, from :data:`firstcontact.twin.faults.FAULTS`.
     """
     from firstcontact.device.source import Source
 

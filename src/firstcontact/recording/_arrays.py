@@ -30,7 +30,6 @@ from firstcontact.recording.settings import (
     find_sensor,
     joined,
     make_layout,
-    note_smoothing,
     read_layout,
     read_settings,
 )
@@ -193,7 +192,7 @@ def from_signals(
         [data[start:stop] for start, stop in bounds],
         layout,
         source=one_of(origin, "source", given.get("source", "unknown"), SOURCES),
-        notes=[*note_smoothing(layout), *notes],
+        notes=notes,
         exported=exported,
     )
 

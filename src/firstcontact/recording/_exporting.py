@@ -28,8 +28,6 @@ from firstcontact.recording.settings import LAYOUT, SETTINGS, is_rounded_away
 
 #: Names of columns that are no signals.
 _NAMES = {"pinch", "time_s", *SETTINGS, LAYOUT, *PINCH_COLUMNS}
-#: Number of pinches per row group of a Parquet file.
-_PINCHES_A_GROUP = 50
 
 
 def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
@@ -75,18 +73,15 @@ def _write_parquet(dataset: Dataset, path: Path) -> None:
     of_pinch, of_file = _values(dataset, dataset.layout.channels)
     of_file.pop(LAYOUT)  # no importer reads it here
 
-    def table(first: int) -> Any:
-        parts = []
-        for i, pinch in enumerate(dataset.pinches[first : first + _PINCHES_A_GROUP], first):
-            labels = {**{name: column[i] for name, column in of_pinch.items()}, **of_file}
-            repeated = {name: [value] * len(pinch.data) for name, value in labels.items()}
-            numbers = {"pinch": np.full(len(pinch.data), i)}
-            parts.append(pa.table({**numbers, **_signals(pinch), **repeated}))
-        return pa.concat_tables(parts)
+    def table(i: int) -> Any:
+        labels = {**{name: column[i] for name, column in of_pinch.items()}, **of_file}
+        count = len(dataset[i].data)
+        repeated = {name: [value] * count for name, value in labels.items()}
+        return pa.table({"pinch": np.full(count, i), **_signals(dataset[i]), **repeated})
 
     with parquet.ParquetWriter(path, table(0).schema) as writer:
-        for first in range(0, len(dataset), _PINCHES_A_GROUP):
-            writer.write_table(table(first))
+        for i in range(len(dataset)):
+            writer.write_table(table(i))
 
 
 def _write_hdf5(dataset: Dataset, path: Path) -> None:

@@ -132,7 +132,10 @@ def read_xdf(path: Path) -> dict[str, Stream]:
     log = logging.getLogger("pyxdf")
     before = log.handlers, log.propagate
     # The library does not close a file that it refuses.
-    with library_errors(path, "XDF", "copy it again"), open_regular(path) as file:
+    with (
+        library_errors(path, "XDF", "copy or record it again"),
+        open_regular(path) as file,
+    ):
         import pyxdf
 
         log.handlers, log.propagate = [complaints], False
@@ -144,25 +147,15 @@ def read_xdf(path: Path) -> dict[str, Stream]:
         if complaints.buffer:
             raise ValueError(complaints.buffer[0].getMessage())
         streams = [_stream(stream) for stream in loaded]
-    doubled = [name for name, count in Counter(s.name for s in streams).items() if count > 1]
-    if doubled:
-        raise InputError(
-            f"{path} has two streams named {quote(doubled[0])}: record them again under different "
-            "names, or remove one"
-        )
-    for stream in streams:
-        origin = f"{path}: stream {quote(stream.name)}"
-        if not 0 <= stream.rate <= HIGHEST_RATE:
-            raise InputError(
-                f"{origin} states {stream.rate:g} Hz, which is outside of 0 (no regular rate) to "
-                f"{HIGHEST_RATE:g} Hz: record it again"
-            )
-        wrong = np.flatnonzero(~(np.abs(stream.stamps) <= LATEST))
-        if len(wrong):
-            raise InputError(
-                f"{origin} has the time stamp {stream.stamps[wrong[0]]:g} at sample "
-                f"{int(wrong[0])}, which is no time within {LATEST:g} s: give stamps in seconds"
-            )
+        for name, count in Counter(s.name for s in streams).items():
+            if count > 1:
+                raise ValueError(f"two streams are named {quote(name)}")
+        for stream in streams:
+            if not 0 <= stream.rate <= HIGHEST_RATE:
+                raise ValueError(f"stream {quote(stream.name)} states {stream.rate:g} Hz")
+            for sample in np.flatnonzero(~(np.abs(stream.stamps) <= LATEST)):
+                stamp = f"{stream.stamps[sample]:g} s at sample {sample}"
+                raise ValueError(f"stream {quote(stream.name)} has the time stamp {stamp}")
     return {stream.name: stream for stream in streams}
 
 

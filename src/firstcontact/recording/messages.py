@@ -7,7 +7,7 @@ docs/reference/recording-format.md describes its bytes and the fields of the oth
 from __future__ import annotations
 
 import struct
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from typing import Annotated, Any
 
 import numpy as np
@@ -46,8 +46,6 @@ LONGEST_TEXT = 20_000
 LONGEST_MARK = 1 << 17
 #: Largest float sample: its squares and sums stay finite in 32 bits.
 LARGEST = 1e12
-#: Note of importers from before ``session_assumed`` existed.
-_OLD_ASSUMPTION = "no session column: all pinches were taken as one session"
 _CDR_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 #: Encoding, first sample, epoch, channels, number of values.
 _PREFIX = struct.Struct("<4sQIHxxI")
@@ -134,9 +132,7 @@ def read_header(data: bytes, origin: str) -> Header:
             f"{origin} has format version {head.version!r}, but this program reads versions up to "
             f"{VERSION}: install the version of firstcontact that wrote the file"
         )
-    header = read_record(data, Header, origin, remedy)
-    assumed = header.session_assumed or _OLD_ASSUMPTION in header.notes.splitlines()
-    return replace(header, session_assumed=assumed)
+    return read_record(data, Header, origin, remedy)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,8 +22,6 @@ from firstcontact.core import (
 from firstcontact.core.layout import (
     ADC_COUNTS,
     ADC_VOLTS,
-    FINGERTIP_RATE,
-    FINGERTIP_SMOOTHING,
     PIEZO_OFFSET_VOLTS,
     TAXELS,
 )
@@ -63,12 +61,17 @@ FORCE_MOST = 10.0
 ROUNDING = 1e-3
 
 
+def _number(value: Any) -> float:
+    """Return a number in a file; NaN for anything else."""
+    try:
+        return parse_float(as_text(value))
+    except ValueError:
+        return math.nan
+
+
 def check_rate(origin: str, rate: Any) -> float:
     """Return a sampling rate, Hz. Raise an InputError outside of 2 kHz to 1 MHz."""
-    try:
-        value = parse_float(as_text(rate))
-    except ValueError:
-        value = math.nan
+    value = _number(rate)
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise InputError(
             f"{origin} is {quote(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
@@ -87,19 +90,6 @@ class FileSettings:
     smoothing_alpha: float = 1.0
     axis: int | None = None  # axis of vectors, if stated
     force_unit: str = "V"
-
-
-def note_smoothing(layout: Layout) -> list[str]:
-    """Return a note on smoothing that differs from a fingertip's, if any."""
-    first, rate = layout.vibration[0], layout.rate
-    alpha = first.smoothing_alpha
-    if alpha == 1.0 or (alpha == FINGERTIP_SMOOTHING and rate == FINGERTIP_RATE):
-        return []
-    return [
-        f"the {first.sensor} was smoothed before (alpha {alpha:g} at {rate:g} Hz) and is not "
-        f"smoothed again, so it differs from a fingertip's (alpha {FINGERTIP_SMOOTHING:g} at "
-        f"{FINGERTIP_RATE:g} Hz)"
-    ]
 
 
 def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
@@ -122,10 +112,7 @@ def read_settings(origin: str, given: Mapping[str, Any], sensor: VibrationSensor
         if name not in given:
             raise InputError(f"{origin} does not state '{name}': add it")
     alpha = as_text(given.get("smoothing_alpha", "1"))
-    try:
-        smoothing = parse_float(alpha)
-    except ValueError:
-        smoothing = math.nan
+    smoothing = _number(alpha)
     if not 0 < smoothing <= 1:
         raise InputError(
             f"{origin}: 'smoothing_alpha' is {quote(alpha)} and must be above 0 and at most "

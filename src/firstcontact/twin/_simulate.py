@@ -103,42 +103,10 @@ def simulate(
     positions: bool = False,
     runner: Runner | None = None,
 ) -> list[Path]:
-    """Simulate a set of pinches, and write one recording per session.
+    """Simulate pinches as :func:`firstcontact.simulate` does. Return the paths of the recordings.
 
-    Parameters
-    ----------
-    directory
-        Folder for the recordings, empty or new. It appears when all files are complete.
-    condition_name
-        "paper-rig" or "everyday".
-    pinches_per_block, pinches_per_object
-        Number of pinches of each of the five flat blocks, and of each of the eight other objects.
-    seed
-        Random seed. The same seed gives the same bytes with any number of workers.
-    workers
-        Number of threads; by default all cores. The mechanics releases Python's global lock (GIL).
-        If you call this inside ``joblib.parallel_config`` with a backend, that backend runs the
-        jobs.
-    progress
-        True to show a bar, or a function that is called with the number of pinches just finished.
-    noise
-        Noise of a real sensor at rest. It replaces the modelled electronics' noise and hum.
-    positions
-        True for a hand that reports its positions: each pinch then has a measured closing speed.
-        The samples are the same with and without positions.
-    runner
-        Runner that simulates the pinches, instead of threads in this process.
-
-    Returns
-    -------
-    list
-        Paths of the recordings, one per session.
-
-    Raises
-    ------
-    InputError
-        The condition is unknown, a size is negative, there is nothing to simulate, or there are no
-        workers. Or ``directory`` is not empty or cannot be written.
+    ``noise`` is that of a real sensor at rest, and ``runner`` simulates the pinches instead of
+    threads in this process. Inside ``joblib.parallel_config``, its backend runs the jobs.
     """
     check_set(directory, condition_name, pinches_per_block, pinches_per_object, seed, workers)
     c = condition(condition_name)

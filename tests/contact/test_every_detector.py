@@ -13,7 +13,7 @@ from firstcontact.contact.contacts import judge_windows
 from firstcontact.core import Block, Dataset, InputError
 from firstcontact.signal import samples_in
 from firstcontact.testing import check_detector
-from firstcontact.testing._closings import LAYOUT, closing
+from firstcontact.testing.synthetic import LAYOUT, closing
 
 STEADY = samples_in(Detector.steady, LAYOUT.rate)
 

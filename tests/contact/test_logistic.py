@@ -22,7 +22,7 @@ from firstcontact.contact._logistic import (
 )
 from firstcontact.core import Dataset, InputError
 from firstcontact.testing import closings
-from firstcontact.testing._closings import LAYOUT, closing
+from firstcontact.testing.synthetic import LAYOUT, closing
 
 
 def test_finds_contacts_within_the_latency(fitted):

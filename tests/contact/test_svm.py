@@ -11,7 +11,7 @@ from firstcontact.contact import SvmDetector, detect
 from firstcontact.contact._svm import WIDTH, RbfMachine
 from firstcontact.core import Dataset, InputError, Pinch
 from firstcontact.testing import closings
-from firstcontact.testing._closings import LAYOUT, closing
+from firstcontact.testing.synthetic import LAYOUT, closing
 
 
 def test_separates_contacts_from_clicks(fitted):

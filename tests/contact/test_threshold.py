@@ -8,7 +8,7 @@ import pytest
 from firstcontact.contact import ThresholdDetector
 from firstcontact.contact.contacts import judge_windows
 from firstcontact.core import Block
-from firstcontact.testing._closings import LAYOUT
+from firstcontact.testing.synthetic import LAYOUT
 
 STEADY, STEP = 197, 15
 

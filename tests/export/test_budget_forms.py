@@ -14,7 +14,7 @@ from firstcontact.export.budget import forms, small_enough
 from firstcontact.export.parts import NamedModel, Trained
 from firstcontact.models import ESTIMATORS, Task, make_estimator
 from firstcontact.testing import closings
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 
 if TYPE_CHECKING:
     from firstcontact.models.in_context import InContextModel

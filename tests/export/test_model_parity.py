@@ -15,7 +15,7 @@ from firstcontact.export.budget import instructions
 from firstcontact.export.parts import NamedModel, Trained
 from firstcontact.models import ESTIMATORS, Interval, Spec, Task, make_estimator
 from firstcontact.models.svm import SvmModel
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 

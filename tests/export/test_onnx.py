@@ -12,7 +12,7 @@ from firstcontact.core.installation import import_onnxruntime
 from firstcontact.export import MODEL_EXPORTERS
 from firstcontact.export.parts import NamedModel, Trained
 from firstcontact.models import ESTIMATORS, Task, make_estimator
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 
 
 @pytest.mark.parametrize(

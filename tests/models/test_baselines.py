@@ -6,7 +6,7 @@ import numpy as np
 
 from firstcontact.models import Task
 from firstcontact.models._baselines import Peak, TrainMean
-from firstcontact.testing._windows import RATE
+from firstcontact.testing.synthetic import RATE
 
 
 def windows(peaks: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ import pytest
 from firstcontact.core import InputError
 from firstcontact.models import Spec, Task
 from firstcontact.models.cnn import Cnn, CnnModel, as_input, compress, exported_weights
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 from saved import load_window, save_window
 
 if TYPE_CHECKING:

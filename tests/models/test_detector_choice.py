@@ -14,7 +14,7 @@ from firstcontact.core import Dataset, Pinch, installation
 from firstcontact.core.jobs import Serial
 from firstcontact.models.alignment import choose_detector, detect_alignment, fit_detector
 from firstcontact.signal import resample_dataset
-from firstcontact.testing._closings import closings
+from firstcontact.testing.synthetic import closings
 
 
 def with_swell(pinch: Pinch, rng: np.random.Generator) -> Pinch:

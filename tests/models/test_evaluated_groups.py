@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import firstcontact as fc
 from firstcontact.core import Role
-from firstcontact.models._evaluate import NAMESAKES, SEEN, train_overlap
+from firstcontact.models._evaluate import NAMESAKES, SEEN, overlap_groups
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 
@@ -60,7 +60,7 @@ def fresh(data: fc.Dataset, session: str) -> fc.Dataset:
 
 
 def sizes(model: fc.Model, data: fc.Dataset) -> dict[str, int]:
-    groups = train_overlap(data, model.trained_on, model.digests).groups()
+    groups = overlap_groups(data, model.trained_on, model.digests)
     return {title: int(members.sum()) for title, members in groups.items() if members.any()}
 
 

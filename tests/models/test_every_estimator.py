@@ -20,9 +20,9 @@ from firstcontact.models import (
     make_estimator,
     training_spec,
 )
-from firstcontact.models.registry import model_kind, window_estimators
+from firstcontact.models.registry import model_class, window_estimators
 from firstcontact.testing import check_estimator
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 #: Each estimator with each of its tasks. A CNN differs between the two in its last layer alone, and
@@ -41,7 +41,7 @@ EACH = [
 @pytest.mark.parametrize(("name", "task"), EACH)
 def test_it_keeps_the_promises(name: str, task: Task) -> None:
     check_estimator(ESTIMATORS[name], task)
-    assert model_kind(ESTIMATORS[name].model.kind) is ESTIMATORS[name].model
+    assert model_class(ESTIMATORS[name].model.kind, of_windows=True) is ESTIMATORS[name].model
 
 
 @pytest.mark.parametrize(("name", "task"), EACH)

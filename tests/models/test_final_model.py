@@ -12,7 +12,7 @@ from firstcontact.core import InputError
 from firstcontact.core.jobs import Serial
 from firstcontact.models import LabelledWindows, Task, load_model
 from firstcontact.models.training import train_final_model
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 from saved import save_window
 
 pytestmark = pytest.mark.usefixtures("stored_detectors")

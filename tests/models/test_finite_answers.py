@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.models import ESTIMATORS, Spec, Task, WindowModel, make_estimator
 from firstcontact.models.registry import window_estimators
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 from saved import load_arrays, load_window, replace_arrays, save_window
 
 

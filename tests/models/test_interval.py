@@ -22,7 +22,7 @@ from firstcontact.models.interval import (
     held_out_coverage,
     refusal,
 )
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 from saved import edit, save_window
 
 STEPPED = Interval(0.9, (20.0, 40.0), (1.0, 3.0, 8.0))

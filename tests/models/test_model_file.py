@@ -17,7 +17,7 @@ from firstcontact.core import InputError
 from firstcontact.models import Model, Task, WindowModel, WindowPredictor, make_estimator
 from firstcontact.models.card import TrainingData, TrainingRecord, WindowCard
 from firstcontact.models.model_file import read_card
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 from saved import CARD, WEIGHTS, edit, load_arrays, load_window, replace_arrays, save_window, vouch
 
 DATA = TrainingData(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",))

@@ -15,7 +15,7 @@ from firstcontact.models.network_estimator import MOST_OF_LEVEL, NetworkEstimato
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.recording import load_dataset
-from firstcontact.testing._windows import RATE
+from firstcontact.testing.synthetic import RATE
 from trainings import CONTACT, recordings
 
 pytestmark = pytest.mark.usefixtures("stored_detectors")

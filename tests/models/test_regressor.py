@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from typing import Any
-from zipfile import ZIP_DEFLATED, ZipFile
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ from firstcontact.models._regressor import RegressorModel, from_skops, to_skops
 from firstcontact.models.registry import find_estimator
 from firstcontact.recording import load_dataset
 from firstcontact.testing import check_estimator
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 from saved import load_window, save_window
 from trainings import recordings
 
@@ -147,10 +147,10 @@ def test_what_is_no_regressor_is_refused(data: Dataset, estimator: Any) -> None:
         fc.train(data, estimator=estimator)
 
 
-def _rewritten(raw: bytes, tmp_path: Path, change: Any, compression: int = 0) -> bytes:
+def _rewritten(raw: bytes, tmp_path: Path, change: Any) -> bytes:
     source, target = tmp_path / "a.skops", tmp_path / "b.skops"
     source.write_bytes(raw)
-    with ZipFile(source) as old, ZipFile(target, "w", compression) as new:
+    with ZipFile(source) as old, ZipFile(target, "w") as new:
         for name in old.namelist():
             content = old.read(name)
             new.writestr(name, change(content) if name == "schema.json" else content)
@@ -176,7 +176,6 @@ def test_a_damaged_file_is_refused(tmp_path: Path) -> None:
         b"",
         raw[: len(raw) // 2],
         _rewritten(raw, tmp_path, lambda schema: b"{}"),
-        _rewritten(raw, tmp_path, lambda schema: schema, ZIP_DEFLATED),
         _rewritten(raw, tmp_path, lambda schema: schema.replace(b"Ridge", b"Rodge")),
     ]
     for content in damaged:

@@ -11,7 +11,7 @@ from firstcontact.core import InputError
 from firstcontact.models import Task, make_estimator
 from firstcontact.models.splits import inner_folds
 from firstcontact.models.svm import LEVEL_WEIGHT, SvmModel, shape_and_level, svm_machine
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, toy_windows
 
 
 @pytest.mark.parametrize("classes", [2, 3, 5])

@@ -13,7 +13,7 @@ from firstcontact.streaming import ContactEvent, Update
 from firstcontact.streaming.json_lines import JsonLinesSink
 from firstcontact.streaming.page._state import State
 from firstcontact.streaming.text import pinch_line
-from firstcontact.testing._closings import closing
+from firstcontact.testing.synthetic import closing
 
 MICROPHONE = Channel(
     "microphone", ChannelKind.VIBRATION, None, "Pa", sensor=VibrationSensor.MICROPHONE

@@ -34,7 +34,7 @@ class ThresholdDetector(Detector):
     Examples
     --------
     >>> from firstcontact.contact import detect
-    >>> from firstcontact.testing._closings import closing
+    >>> from firstcontact.testing.synthetic import closing
     >>> pinch = closing(5)
     >>> {contact.finger.name for contact in detect(ThresholdDetector(8.0), pinch)} != set()
     True

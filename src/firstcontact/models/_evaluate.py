@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ from firstcontact.core.installation import require_modules
 from firstcontact.core.plot import described
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import counted
-from firstcontact.models._predictors import Predictor, RigPredictor
+from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models.alignment import (
     Alignment,
     Contacts,
@@ -267,7 +267,7 @@ def evaluate(
         return at_rate[rate]
 
     out, trained_at = [], model.trained_on.contacts.partition(" ")[0]
-    overlap = train_overlap(data, model.trained_on, model.digests)
+    overlap = overlap_groups(data, model.trained_on, model.digests)
     with progress_steps(progress, len(model.predictors), "model", "scoring") as step:
         for predictor in model.predictors:
             is_network = isinstance(predictor, RigPredictor)
@@ -290,27 +290,28 @@ def evaluate(
 def _evaluation(
     predictor: Predictor,
     target: Target,
-    overlap: TrainOverlap,
+    overlap: Mapping[str, Mask],
     trained_at: str,
     dataset: Dataset,
     aligned: Alignment,
 ) -> Evaluation:
     """Score one predictor on the pinches for which it predicts."""
-    is_network = isinstance(predictor, RigPredictor)
-    scored_at = [ms / 1000 for ms in Touches.SCORED_MS] if is_network else predictor.moments
+    scored_at: Sequence[float] = predictor.moments
+    if isinstance(predictor, RigPredictor):
+        scored_at = [ms / 1000 for ms in Touches.SCORED_MS]
     predictions = {at: predictor.predict(dataset, aligned.contacts, at) for at in scored_at}
     truth = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
     values = np.array([p.value for p in predictions.values()])
     has_both = np.isfinite(values).all(axis=0) & np.isfinite(truth)
     is_known = np.isin(truth, predictor.classes) if predictor.classes else has_both
-    warnings = overlap.warnings(np.flatnonzero(has_both))
+    warnings = _overlap_warnings(overlap, has_both)
     if trained_at == "detected" and aligned.how.startswith("known"):
         warnings.append(
             "warning: the model learned from detected contacts, which come a little later than "
             "known ones, so these errors are too large: score it with detected contacts"
         )
     groups = []
-    for title, members in overlap.groups().items():
+    for title, members in overlap.items():
         unknown = int((members & has_both & ~is_known).sum())
         if unknown:
             warnings.append(
@@ -329,7 +330,7 @@ def _evaluation(
         left_out=len(dataset) - scored,
         warnings=tuple(warnings),
         groups=tuple(groups),
-        duration=None if isinstance(predictor, RigPredictor) else predictor.duration,
+        duration=predictor.duration if isinstance(predictor, WindowPredictor) else None,
     )
 
 
@@ -374,47 +375,8 @@ Mask = NDArray[np.bool_]
 SEEN, NAMESAKES = "seen in training", "names as in the training, other samples"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TrainOverlap:
-    """Masks of pinches by their relation to a model's training, shape (pinches,)."""
-
-    seen: Mask
-    namesakes: Mask
-    same_session: Mask
-    same_specimen: Mask
-    new: Mask
-
-    def groups(self) -> Mapping[str, Mask]:
-        """Return each group by its title, unseen pinches first."""
-        return {
-            "not seen in training": self.new,
-            "sessions of the training by name, other specimens": self.same_session,
-            "specimens of the training, other sessions": self.same_specimen,
-            NAMESAKES: self.namesakes,
-            SEEN: self.seen,
-        }
-
-    def warnings(self, scored: NDArray[np.intp]) -> list[str]:
-        """Return warnings about the pinches at these positions, one line each."""
-        seen, namesakes = int(self.seen[scored].sum()), int(self.namesakes[scored].sum())
-        apart = "scored separately and do not show the errors in use"
-        lines = []
-        if seen:
-            lines.append(
-                f"warning: {seen} pinches have the same samples as training pinches of the model: "
-                f"they are {apart}"
-            )
-        if namesakes:
-            lines.append(
-                f"note: {namesakes} pinches have the session and specimen of training pinches, but "
-                "other samples: they may be new, or training pinches that were resampled or cut "
-                "again: they are scored separately"
-            )
-        return lines
-
-
-def train_overlap(dataset: Dataset, trained_on: TrainingData, digests: Digests) -> TrainOverlap:
-    """Group pinches by their relation to a model's training."""
+def overlap_groups(dataset: Dataset, trained_on: TrainingData, digests: Digests) -> dict[str, Mask]:
+    """Return masks of pinches by their relation to a model's training, unseen pinches first."""
     seen = np.isin(pinch_digests(dataset.pinches), digests)
     unseen = ~dataset.test & ~seen
     specimen = _same_specimen(dataset, trained_on) & unseen
@@ -423,13 +385,30 @@ def train_overlap(dataset: Dataset, trained_on: TrainingData, digests: Digests) 
     session &= trained_on.source == dataset.source
     is_unnamed = (dataset.specimens == "") & ("" in trained_on.specimens)
     namesakes = session & (specimen | is_unnamed)
-    return TrainOverlap(
-        seen,
-        namesakes,
-        session & ~namesakes,
-        specimen & ~session,
-        ~(seen | specimen | session),
-    )
+    return {
+        "not seen in training": ~(seen | specimen | session),
+        "sessions of the training by name, other specimens": session & ~namesakes,
+        "specimens of the training, other sessions": specimen & ~session,
+        NAMESAKES: namesakes,
+        SEEN: seen,
+    }
+
+
+def _overlap_warnings(groups: Mapping[str, Mask], is_scored: Mask) -> list[str]:
+    seen, namesakes = (int((groups[title] & is_scored).sum()) for title in (SEEN, NAMESAKES))
+    lines = []
+    if seen:
+        lines.append(
+            f"warning: {seen} pinches have the same samples as training pinches of the model: "
+            "they are scored separately and do not show the errors in use"
+        )
+    if namesakes:
+        lines.append(
+            f"note: {namesakes} pinches have the session and specimen of training pinches, but "
+            "other samples: they may be new, or training pinches that were resampled or cut "
+            "again: they are scored separately"
+        )
+    return lines
 
 
 def _same_specimen(dataset: Dataset, trained_on: TrainingData) -> Mask:

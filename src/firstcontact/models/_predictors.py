@@ -15,7 +15,7 @@ from firstcontact.models.card import NetworkCard, TrainingRecord, WindowCard
 from firstcontact.models.in_context import InContextModel
 from firstcontact.models.interval import Interval
 from firstcontact.models.predictions import Predictions
-from firstcontact.models.registry import anytime_kind, model_kind
+from firstcontact.models.registry import model_class
 from firstcontact.models.touches import Touches, valid_samples
 from firstcontact.models.window_model import Arrays, Spec, Task, Values, WindowModel, Windows
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
@@ -130,7 +130,7 @@ class WindowPredictor:
     @classmethod
     def from_card(cls, card: WindowCard, arrays: Arrays) -> Self:
         """Create the predictor from its entry in ``model.json`` and its arrays. Check both."""
-        kind = model_kind(card.kind)
+        kind = model_class(card.kind, of_windows=True)
         with np.errstate(all="ignore"):  # predictions that overflow are refused
             return cls(kind.from_arrays(_spec(card), arrays), card.interval, card.record)
 
@@ -189,7 +189,8 @@ class RigPredictor:
     @classmethod
     def from_card(cls, card: NetworkCard, arrays: Arrays) -> Self:
         """Create the predictor from its entry in ``model.json`` and its arrays. Check both."""
-        return cls(anytime_kind(card.kind).from_arrays(arrays, card.level), card.record)
+        kind = model_class(card.kind, of_windows=False)
+        return cls(kind.from_arrays(arrays, card.level), card.record)
 
 
 #: Predictor of a model.

@@ -33,7 +33,7 @@ from firstcontact.models.card import (
     to_array,
 )
 from firstcontact.models.in_context import InContextModel
-from firstcontact.models.registry import model_kind
+from firstcontact.models.registry import model_class
 from firstcontact.models.window_model import Arrays
 from firstcontact.signal import samples_in
 
@@ -86,13 +86,11 @@ def read_model(folder: Path) -> SavedModel:
     for part in card.predictors:
         if isinstance(part, WindowCard):
             try:
-                require_extra(model_kind(part.kind))
+                require_extra(model_class(part.kind, of_windows=True))
             except InputError as error:
                 raise InputError(f"{folder / CARD}: {error}") from None
     _check_detector(folder, card)
-    if card.sha256 is None:
-        raise InputError(f"{folder / CARD}: the field 'sha256' is missing: train again")
-    arrays = read_weights(folder / WEIGHTS, card.sha256, CARD)
+    arrays = read_weights(folder / WEIGHTS, card.sha256 or "", CARD)
     try:
         digests = from_array(arrays.pop(PINCHES, None))
     except InputError as error:

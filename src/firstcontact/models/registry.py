@@ -9,7 +9,7 @@ from firstcontact.core import InputError, Registry
 # The help of a command lists the names, and does not wait for NumPy.
 if TYPE_CHECKING:
     from firstcontact.models.estimator import Estimator, EstimatorInfo
-    from firstcontact.models.window_model import Task, WindowModel
+    from firstcontact.models.window_model import Task
 
 ESTIMATORS: Registry[type[EstimatorInfo]] = Registry(
     "estimator",
@@ -36,30 +36,18 @@ def window_estimators() -> dict[str, type[Estimator]]:
     return {name: entry for name, entry in ESTIMATORS.items() if issubclass(entry, Estimator)}
 
 
-def model_kind(kind: str) -> type[WindowModel]:
-    """Return the class of window models with this ``kind`` in their cards."""
+def model_class(kind: str, *, of_windows: bool) -> Any:
+    """Return the class of window models, or of any-time models, with this kind in their cards."""
     from firstcontact.models._regressor import RegressorModel  # its imports are slow
     from firstcontact.models.estimator import Estimator
 
-    if kind == RegressorModel.kind:
+    if of_windows and kind == RegressorModel.kind:
         return RegressorModel
     # The package's own kinds come first, so that no plug-in is imported for them.
     for entry in ESTIMATORS.values():
-        if issubclass(entry, Estimator) and entry.model.kind == kind:
-            model: type[WindowModel] = entry.model
-            return model
-    kinds = ", ".join(entry.model.kind for entry in window_estimators().values())
-    raise InputError(f"the kind of model {kind!r} is unknown (known: {kinds})")
-
-
-def anytime_kind(kind: str) -> Any:
-    """Return the class of any-time models with this ``kind`` in their cards."""
-    from firstcontact.models.estimator import Estimator
-
-    for entry in ESTIMATORS.values():
-        if not issubclass(entry, Estimator) and entry.model.kind == kind:
+        if issubclass(entry, Estimator) is of_windows and entry.model.kind == kind:
             return entry.model
-    raise InputError(f"the kind of network {kind!r} is unknown: install the package that made it")
+    raise InputError(f"the kind of model {kind!r} is unknown: install the package that made it")
 
 
 def find_estimator(estimator: object) -> type[EstimatorInfo]:

@@ -218,12 +218,11 @@ class LabelledTouches:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """Description of one training, and the windows to predict with the trained model."""
+    """Description of one training."""
 
     model: object
     task: Task
     learn: LabelledWindows
-    ask: Windows
     seed: int
     options: Mapping[str, Any] = field(default_factory=dict)
 
@@ -298,12 +297,11 @@ def _held_out(
 ) -> list[tuple[Values, Values | None]]:
     """Return predictions for the test sides of some splits of a question."""
     question = questions[job[0]]
-    fits = []
-    for split in (question.splits[place] for place in job[1]):
-        learn, ask = question.data.take(split.train), question.data.X[split.test]
-        fits.append(Fit(question.model, question.task, learn, ask, seed, question.options))
-    models = fit_models(fits)
-    return [(m.predict(f.ask), m.spread(f.ask)) for m, f in zip(models, fits, strict=True)]
+    splits = [question.splits[place] for place in job[1]]
+    data, options = question.data, question.options
+    fits = [Fit(question.model, question.task, data.take(s.train), seed, options) for s in splits]
+    asked = [data.X[split.test] for split in splits]
+    return [(m.predict(X), m.spread(X)) for m, X in zip(fit_models(fits), asked, strict=True)]
 
 
 Target = Literal["shore_a", "hardness_rank"]
@@ -350,7 +348,7 @@ def train_final_model(
     splits, words = _splits(data, estimator.folds, seed)
     question = Question(model, task, data, splits)
     answers, spreads = held_out_with_spread(runner, [question], seed)[0]
-    [final] = runner.map(fit_model, [Fit(model, task, data, data.X[:0], seed)])
+    [final] = runner.map(fit_model, [Fit(model, task, data, seed)])
     has_prediction = np.isfinite(answers)
     data, answers = data.take(has_prediction), answers[has_prediction]
     spreads = None if spreads is None else spreads[has_prediction]

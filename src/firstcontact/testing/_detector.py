@@ -17,8 +17,7 @@ from firstcontact.contact import detect as detect_and_confirm
 from firstcontact.contact.contacts import contact_chain, judge_windows
 from firstcontact.core import Block, Contact, Finger, Layout, Pinch
 from firstcontact.signal import samples_in
-from firstcontact.testing._checks import refused
-from firstcontact.testing._closings import LAYOUT, SAMPLES, closing, closings
+from firstcontact.testing.synthetic import LAYOUT, SAMPLES, closing, closings, refused
 
 #: Detection that confirms and withdraws no contacts, because detectors do not do that.
 detect = partial(detect_and_confirm, confirm=False)

@@ -21,8 +21,7 @@ from firstcontact.models import (
     WindowPredictor,
     load_model,
 )
-from firstcontact.testing._checks import refused
-from firstcontact.testing._windows import RATE, toy_windows
+from firstcontact.testing.synthetic import RATE, refused, toy_windows
 
 #: Largest difference between the predictions for a window alone and among other windows, in Shore
 #: A. Sums in float32 depend on their order.

@@ -94,7 +94,7 @@ def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
     if competitor.method == "window":
         options = dict(competitor.options)
         name, X = options.pop("estimator"), rigs.windows.X[ask]
-        fit = Fit(name, Task.REGRESSION, rigs.windows.take(learn), X, seed, options)
+        fit = Fit(name, Task.REGRESSION, rigs.windows.take(learn), seed, options)
         return fit_model(fit).predict(X).astype(np.float64)
     if competitor.method == "modulus":  # Gent's formula
         return np.array([gent_shore_a(modulus) for modulus in rigs.moduli[ask]])

@@ -327,7 +327,7 @@ def noise_scorer(twin: Dataset) -> Callable[[Dataset], NoiseScores]:
     contacts = found_as_live(twin, main, 0, Serial())
     windows = labelled_windows(twin, contacts.contacts, DURATION, twin.shore_a)
     learn = windows.take(~windows.test)
-    model = fit_model(Fit(ESTIMATORS.default, Task.REGRESSION, learn, learn.X[:0], 0))
+    model = fit_model(Fit(ESTIMATORS.default, Task.REGRESSION, learn, 0))
 
     def score(dataset: Dataset) -> NoiseScores:
         windows = labelled_windows(

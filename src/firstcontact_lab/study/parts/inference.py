@@ -171,7 +171,7 @@ def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowM
     options = dict(entry.quick)
     if entry.slow:  # its inference time does not depend on the training data
         blocks = blocks.take(np.arange(0, len(blocks), max(1, len(blocks) // SLOW_WINDOWS)))
-    return fit_model(Fit(model, task, blocks, blocks.X, seed, options))
+    return fit_model(Fit(model, task, blocks, seed, options))
 
 
 INFERENCE = Field.optional("inference_us", dict[str, InferenceTimes])

@@ -5,7 +5,6 @@ The Arduino IDE and PlatformIO build libraries with GCC's defaults, which would 
 
 from __future__ import annotations
 
-import re
 import shutil
 from pathlib import Path
 
@@ -36,10 +35,6 @@ def code(folder: Path, *options: str) -> str:
     return "\n".join(text)
 
 
-def fused(listing: str) -> int:
-    return len(re.findall(r"\bvfn?m[as]\b|\bvfn?m[as]\.", listing))
-
-
 @pytest.mark.slow
 def test_compiled_without_the_flag_nothing_is_fused(
     request: pytest.FixtureRequest, tmp_path: Path
@@ -49,25 +44,3 @@ def test_compiled_without_the_flag_nothing_is_fused(
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
     plain = code(tmp_path / "plain")
     assert plain == code(tmp_path / "flag", "-ffp-contract=off")
-
-
-def linked(folder: Path, *options: str) -> str:
-    """Return the instructions after link-time optimisation, which the Arduino IDE offers."""
-    to = folder / "linked.o"
-    include = [f"-I{path}" for path in (CHAIN, KERNELS)]
-    sources = list(map(str, SOURCES))
-    building.run(
-        [f"{building.ARM}gcc", *ARDUINO, *building.M7, "-flto", "-r", "-nostdlib",
-         "-flinker-output=nolto-rel", *options, *include, *sources, "-o", str(to)]
-    )  # fmt: skip
-    return building.run([f"{building.ARM}objdump", "-d", str(to)])
-
-
-@pytest.mark.slow  # `make quick-embedded` in .ci/run compares the bits of both machines
-def test_optimised_while_they_are_linked_nothing_is_fused(
-    request: pytest.FixtureRequest, tmp_path: Path
-) -> None:
-    if not shutil.which(f"{building.ARM}gcc"):
-        pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
-    plain = fused(linked(tmp_path))
-    assert plain == fused(linked(tmp_path, "-ffp-contract=off"))

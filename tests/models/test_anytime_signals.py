@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.chain.touch import HINTS, touch_inputs
+from firstcontact.chain.touch import HINTS
 from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Rig, Touches
@@ -29,23 +29,11 @@ def scaled(touches: Touches, gain: float) -> Touches:
     return replace(touches, signals=(gain * touches.signals).astype(np.float32))
 
 
-def traits(touches: Touches, level: float) -> np.ndarray:
-    n = len(touches)
-    scales = np.full(n, level), np.ones(n), np.zeros((n, HINTS))
-    return touch_inputs(touches.signals, ENDS[:n], touches.lead, *scales)[1]
-
-
 def spoilt(touches: Touches, with_: float) -> Touches:
     signals = touches.signals.copy()
     for row, end in enumerate(touches.valid):
         signals[row, touches.lead + end :] = with_
     return replace(touches, signals=signals)
-
-
-@pytest.mark.parametrize("gain", [0.03, 3.0, 40.0])
-def test_features_do_not_depend_on_gain(gain: float) -> None:
-    loud = traits(scaled(ASKED, gain), 0.3 * gain)
-    assert np.allclose(traits(ASKED, 0.3), loud, atol=1e-5)
 
 
 @pytest.mark.parametrize("gain", [0.5, 20.0])
@@ -112,6 +100,11 @@ def test_a_cut_has_its_baseline_off_and_zeros_where_nothing_is_yet() -> None:
     for bad in (volts[: lead + 50 + SHORTEST - 1], np.full(len(volts), np.nan), np.ones(500)):
         assert Touches.cut_signal(bad, lead + 50, rate) is None
     assert Touches.cut_signal(volts, lead - 1, rate) is None
+
+
+def test_moments_are_whole_milliseconds_from_2_to_15() -> None:
+    assert Touches.moments(1000.0) == tuple(range(2, 16))
+    assert Touches.moments(FINGERTIP_RATE)[::13] == (10, 74)
 
 
 @pytest.mark.parametrize("apart", [-20, 0, 1, 30, 200])

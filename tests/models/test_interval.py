@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import InputError
 from firstcontact.models import Interval, Task, load_model, make_estimator
 from firstcontact.models.card import TrainingRecord
 from firstcontact.models.interval import (
@@ -23,7 +22,7 @@ from firstcontact.models.interval import (
     refusal,
 )
 from firstcontact.testing.synthetic import RATE, toy_windows
-from saved import edit, save_window
+from saved import save_window
 
 STEPPED = Interval(0.9, (20.0, 40.0), (1.0, 3.0, 8.0))
 
@@ -144,32 +143,6 @@ def folder(tmp_path: Path) -> Path:
 def test_the_card_carries_it(folder: Path) -> None:
     assert load_model(folder).windows[0].interval == STEPPED
     assert load_model(folder / "model.json").windows[0].interval == STEPPED
-    [part] = json.loads((folder / "model.json").read_text(encoding="utf-8"))["predictors"]
-    assert part["interval"] == {
-        "level": 0.9,
-        "edges": [20.0, 40.0],
-        "half_widths": [1.0, 3.0, 8.0],
-        "limits": [0.0, 100.0],
-        "scaled": False,
-    }
-    assert part["record"]["calibration"] == {"pinches": 60}
-
-
-@pytest.mark.parametrize(
-    "tree",
-    [
-        {},
-        "wide",
-        asdict(STEPPED) | {"level": 2},
-        asdict(STEPPED) | {"half_widths": None},
-    ],
-    ids=str,
-)
-def test_an_interval_that_is_none(folder: Path, tree: Any) -> None:
-    edit(folder, interval=tree)
-    with pytest.raises(InputError, match=r"model\.json: .*interval") as caught:
-        load_model(folder)
-    assert "\n" not in str(caught.value)
 
 
 def test_an_interval_on_a_spread_is_wide_where_the_spread_is_and_holds_its_level() -> None:

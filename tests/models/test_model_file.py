@@ -53,13 +53,6 @@ def test_the_card_states_the_source_of_the_model(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [CARD, WEIGHTS])
-def test_a_missing_file(folder: Path, name: str) -> None:
-    (folder / name).unlink()
-    with pytest.raises(InputError, match=name):
-        load_window(folder)
-
-
-@pytest.mark.parametrize("name", [CARD, WEIGHTS])
 def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
     content = (folder / name).read_bytes()
     lengths = range(0, len(content) - 2, max(1, len(content) // 50))

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import InputError
 from firstcontact.models import Task, make_estimator
 from firstcontact.models.splits import inner_folds
-from firstcontact.models.svm import LEVEL_WEIGHT, SvmModel, shape_and_level, svm_machine
+from firstcontact.models.svm import LEVEL_WEIGHT, shape_and_level, svm_machine
 from firstcontact.testing.synthetic import RATE, toy_windows
 
 
@@ -65,34 +64,5 @@ def test_gain_moves_the_level_and_nothing_else(gain: float) -> None:
     np.testing.assert_allclose(current[:, -1] - original[:, -1], moved, rtol=1e-3, atol=1e-4)
 
 
-@given(
-    seed=st.integers(0, 100),
-    k=st.integers(2, 5),
-    sessions=st.integers(2, 12),
-    values=st.sampled_from([1, 2, 5, 40]),
-)
-@settings(max_examples=60)
-def test_folds_spread_the_targets_of_sessions(
-    seed: int, k: int, sessions: int, values: int
-) -> None:
-    """If all sessions have the same targets, so do all folds, and no fold is empty."""
-    groups = np.repeat(np.arange(sessions), 40)
-    y = np.tile(np.arange(40) % values, sessions).astype(float)
-    folds = list(inner_folds(y, groups, seed, k))
-    assert len(folds) == min(k, sessions)
-    sizes = [len(np.unique(groups[held_out])) for _, held_out in folds]
-    assert max(sizes) - min(sizes) <= 1
-    for _, held_out in folds:
-        np.testing.assert_allclose(y[held_out].mean(), y.mean())
-
-
 def test_one_window_has_no_folds() -> None:
     assert list(inner_folds(np.ones(1), None, 0)) == []
-
-
-def test_arrays_of_two_machines_do_not_mix() -> None:
-    X, y, groups = toy_windows(60)
-    model = make_estimator("svm", Task.REGRESSION, RATE).fit(X, y, groups)
-    arrays = model.to_arrays()
-    with pytest.raises(InputError, match="train again"):
-        SvmModel.from_arrays(model.spec, arrays | {"vectors": arrays["vectors"][:-1]})

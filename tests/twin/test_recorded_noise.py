@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.cli.main import main
 from firstcontact.core import (
     Block,
     Channel,
@@ -111,14 +110,3 @@ def test_recording_not_at_rest_is_refused(fault: str, problem: str, tmp_path: Pa
         volts[:] = 0.0
     with pytest.raises(InputError, match=problem):
         read_noise(write_quiet(tmp_path / "x.mcap", volts, channel_layout))
-
-
-def test_simulate_accepts_recorded_noise(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = write_quiet(tmp_path / "q.mcap", tone(700.0, 4936.0), layout())
-    sizes = ["--pinches-per-block", "1", "--pinches-per-object", "0"]
-    assert main(["simulate", "--out", str(tmp_path / "o"), *sizes, "--noise", str(path)]) == 0
-    missing = str(tmp_path / "none.mcap")
-    assert main(["simulate", "--out", str(tmp_path / "p"), *sizes, "--noise", missing]) == 2
-    assert not (tmp_path / "p").exists()

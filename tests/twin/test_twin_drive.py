@@ -37,17 +37,6 @@ def test_speed_changes_no_faster_than_the_acceleration(
     assert (later_speeds == reference.speeds(sample, intervals + 50)[intervals:]).all()
 
 
-@given(SPEEDS, SPEEDS, st.integers(-1, 500))
-def test_hold_keeps_the_speed(speed: float, hold_speed: float, sample: int) -> None:
-    reference = DriveReference(Drive(force=9.0), speed)
-    reference.obey(Command(0.1, 2.0), 10)
-    assert reference.force == 2.0
-    reference.hold(hold_speed)
-    assert reference.command is None
-    assert reference.force == 9.0
-    assert reference.speed(sample) == hold_speed
-
-
 def test_new_command_starts_at_the_current_speed() -> None:
     reference = DriveReference(Drive(), 0.13)
     reference.obey(Command(0.0, 12.0), 100)

@@ -84,19 +84,6 @@ def test_slower_hand_touches_proportionally_later(share: float) -> None:
     assert touched == pytest.approx(np.array(timing[:2]) / share, abs=1.1 / FINGERTIP_RATE)
 
 
-def test_pause_delays_the_contact_by_its_length() -> None:
-    timing = drawn(BLOCKS[2]).timing
-    run = PinchRun(drawn(BLOCKS[2]), 1.0)
-    run.advance(300)
-    run.speed = 0.0
-    paused = run.advance(1000)
-    assert not (paused[..., INDENTATION] > 0).any()
-    run.speed = run.nominal_speed
-    closed = run.advance(1500)[..., INDENTATION] > 0
-    contact_time = (1300 + closed.any(axis=1).argmax()) / FINGERTIP_RATE
-    assert contact_time == pytest.approx(timing.first + 1000 / FINGERTIP_RATE, abs=1e-3)
-
-
 def test_motor_noise_follows_the_loudness() -> None:
     run = PinchRun(drawn(BLOCKS[2]), 1.0, at_rest=True)
     quiet = run.advance(1000)[..., 0].std()

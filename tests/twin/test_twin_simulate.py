@@ -187,15 +187,6 @@ def test_the_paper_size_has_its_pinches_in_sessions() -> None:
     assert len(sessions) == 12
 
 
-def test_everyday_has_several_specimens_of_each_block_and_the_rig_one() -> None:
-    def specimens(condition: Condition, size: int) -> int:
-        planned = plan_sessions(condition, size, 0, 0)
-        return len({p.label.specimen for s in planned for p in s.pinches})
-
-    assert specimens(PAPER_RIG, 60) == 5
-    assert specimens(EVERYDAY, 60) == 5 * EVERYDAY.specimens_per_block
-
-
 def test_specimens_are_the_same_in_all_sessions() -> None:
     moduli: dict[str, set[float]] = {}
     for s in plan_sessions(EVERYDAY, 60, 4, 3):

@@ -34,6 +34,10 @@ from firstcontact.models.training import labelled_windows, train_final_model
 from firstcontact.recording import load_dataset
 from firstcontact.twin import TwinStream, simulate
 from firstcontact.twin.sensor import DeviceFilter
+from firstcontact_lab.report.tables import fill, markdown_table
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = (DOCS / "reference/lab-notes.md", DOCS / "reference/embedded.md")
 
 WINDOW, LEVEL, SEED = 0.015, 0.9, 0
 SETS = (("paper-rig", 31), ("everyday", 32))
@@ -162,43 +166,45 @@ def _running(model: InContextModel, held_out: Dataset, objects: Dataset) -> Numb
     return scores
 
 
-def table(results: Numbers) -> str:
-    """Return the results as a Markdown table."""
+def tables(results: Numbers) -> dict[str, str]:
+    """Return the tables of costs, and of closings with an estimate in time, as Markdown."""
     quality = ("blocks", "blocks_coverage", "objects", "objects_width", "objects_coverage")
-    titles = ["instructions", "us", "flash", "ram", "max error"]
-    titles += ["blocks", "inside", "objects", "width", "inside"]
-    lines = [f"|  | {' | '.join(titles)} |", "|" + "---|" * (len(titles) + 1)]
-    rows = {**results["models"], **results["peers"]}
-    for name, row in rows.items():
+    head = (
+        "model | instructions | µs | flash, bytes | RAM, bytes | C − Python | blocks: error | "
+        "coverage | objects: error | interval | coverage"
+    )
+    costs = []
+    for name, row in {**results["models"], **results["peers"]}.items():
         count = row.get("instructions")
         cells = ["", ""] if count is None else [f"{count:,}", f"{microseconds(count):.0f}"]
         cells += [f"{row[key]:,}" if key in row else "" for key in ("flash", "ram")]
         cells += [f"{row['max_abs_error']:.4f}" if "max_abs_error" in row else ""]
-        cells += [f"{row[key]:.2f}" if key in row else "" for key in quality]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
-def in_time_table(results: Numbers) -> str:
-    """Return the shares of closings with an estimate in time as a Markdown table."""
+        costs.append([name, *cells, *(f"{row[key]:.2f}" if key in row else "" for key in quality)])
     titles = {"any": "any estimate in time", "first": "first estimate in time",
               "final": "last estimate before the second contact in time",
               "instant": "any, if computing took no time"}  # fmt: skip
-    lines = [f"| condition | closings | {' | '.join(titles.values())} |"]
-    lines.append("|" + "---|" * (len(titles) + 2))
-    for condition, row in results["in_time"].items():
-        cells = [f"{100 * row[f'{name}_share']:.1f} %" for name in titles]
-        lines.append(f"| {condition} | {row['closings']:,} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+    in_time = [
+        [name, f"{row['closings']:,}", *(f"{100 * row[f'{key}_share']:.1f} %" for key in titles)]
+        for name, row in results["in_time"].items()
+    ]
+    return {
+        "costs": markdown_table(head, costs),
+        "in_time": markdown_table(f"condition | closings | {' | '.join(titles.values())}", in_time),
+    }
 
 
 def main() -> None:
     """Run all measurements and write their results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--out", type=Path, help="folder; without it, only the docs are written")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--cmsis", type=Path, help="unpacked sources of the package cmsisdsp")
     settings = parser.parse_args()
+    if settings.out is None:
+        results = json.loads((DOCS / "results/embedded.json").read_text("utf-8"))
+        for page in PAGES:
+            page.write_text(fill(page.read_text("utf-8"), "embedded", tables(results)), "utf-8")
+        return
     sets = twin_sets(settings.out, settings.quick)
     built = settings.out / "built"
     shutil.rmtree(built, ignore_errors=True)
@@ -210,9 +216,7 @@ def main() -> None:
         temporary.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     rows = {name: row for name, row in results["models"].items() if "same_bytes" in row}
     unequal = [name for name, r in rows.items() if r["class_mismatches"] or not r["same_bytes"]]
-    text = f"{table(results)}\n\n{in_time_table(results)}"
-    (settings.out / "embedded.md").write_text(text + "\n", encoding="utf-8")
-    print(text)
+    print(*tables(results).values(), sep="\n")
     if unequal:
         raise SystemExit(f"C on this machine, on the Cortex-M7 and in Python differ: {unequal}")
 

@@ -26,9 +26,9 @@ _log = logging.getLogger("firstcontact.device")
 
 #: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
-#: Time after a call of ``read`` at which the source's own thread begins to read the port, s. A
-#: pseudo terminal's buffer holds 23 ms of samples.
-LOOK = 0.016
+#: Time after a call of ``read`` at which the source's own thread begins to read the port, s. The
+#: port and the device keep the samples of half a second.
+LOOK = 0.04
 #: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
 #: for the same time again, it counts as disconnected ...
 SILENCE = 1.0
@@ -39,7 +39,7 @@ RETRY = 0.2
 #: Longest wait for the end of the stream while data arrive, s.
 FAREWELL = 10.0
 #: Longest sleep while the reader waits for more samples, s, ...
-NAP = 0.019
+NAP = 0.038
 #: ... and time to wake up before they are due, s. A reader that waits for ``HURRY`` or longer wakes
 #: up after the last frame instead, so that one read gets all samples.
 EARLY, HURRY, FRAME = 0.0004, 0.005, 0.001
@@ -51,6 +51,8 @@ LAST_TURN = 1.0
 #: Time in the first epoch in which a wrong rate is refused, s. Later, in the middle of a session,
 #: it only causes a warning.
 OPENING = 5.0
+#: Least time between samples whose rate is measured, s. Each frame of a closing comes by itself.
+TIMED = 0.01
 #: Sources without a real-time rate.
 SIMULATED = ("twin", "synthetic")
 
@@ -77,6 +79,7 @@ class SerialSource(QueuedSource):
         self._assembler = Assembler()
         self._began = 0.0  # arrival of the first samples of an epoch
         self._has_warned = False  # about the rate, in this epoch
+        self._timed = 0.0  # time of the last samples whose rate was measured
         # The thread that holds this lock reads the port. The lock protects the next fields, too.
         self._turn = threading.Lock()
         self._opened = 0.0  # time at which the port was opened
@@ -134,7 +137,7 @@ class SerialSource(QueuedSource):
                 self._looked = time.monotonic()
             finally:
                 self._turn.release()
-        return super().read(max(until - time.monotonic(), 0.0), least)
+        return self._collect(max(until - time.monotonic(), 0.0), least)
 
     def _look(self, least: int, patience: float) -> None:
         """Sleep until ``least`` samples are due. Read the port once, in the reader's thread."""
@@ -295,14 +298,17 @@ class SerialSource(QueuedSource):
             self._markers += assembled.markers
             self._predictions += assembled.predictions
             for block in assembled.blocks:
-                end = block.epoch, block.end
-                due = tuple(m for m in self._markers if (m.epoch, m.sample) < end)
-                self._markers = [m for m in self._markers if (m.epoch, m.sample) >= end]
+                due: tuple[Marker, ...] = ()
+                if self._markers:
+                    end = block.epoch, block.end
+                    due = tuple(m for m in self._markers if (m.epoch, m.sample) < end)
+                    self._markers = [m for m in self._markers if (m.epoch, m.sample) >= end]
                 predictions, self._predictions = tuple(self._predictions), []
                 self._enqueue(Arrival(block, now, due, predictions=predictions))
-            if assembled.blocks and assembled.blocks[-1].epoch == self._assembler.epoch:
-                self._clock.add(assembled.blocks[-1].end, now)
-                self._check_rate(assembled.blocks[-1].end, now)
+                if now - self._timed > TIMED and block.epoch == self._assembler.epoch:
+                    self._timed = now
+                    self._clock.add(block.end, now)
+                    self._check_rate(block.end, now)
             if assembled.blocks or self._assembler.epoch != epoch:
                 self._sampled, self._connected = now, True
             if assembled.blocks or assembled.greeted:

@@ -65,9 +65,13 @@ class QueuedSource(Source):
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         self._check_readable(timeout, is_drained=self._is_drained)
+        return self._collect(timeout, least)
+
+    def _collect(self, timeout: float, least: int) -> list[Arrival]:
         with self._changed:
             self._wanted = least
-            self._changed.wait_for(self._is_enough, timeout)
+            if not self._is_enough():
+                self._changed.wait_for(self._is_enough, timeout)
             self._wanted = self._waiting = 0
             arrivals = list(self._arrivals)
             self._arrivals.clear()

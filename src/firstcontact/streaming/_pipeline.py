@@ -41,9 +41,9 @@ from firstcontact.streaming.predictors import NOT_FINITE, Predictor, WindowPredi
 #: Time after the first contact at which a pinch is over, s, or 1.5 times the last moment of the
 #: model if that is longer: all offsets between the contacts are shorter.
 AFTER = 0.2
-#: Length of the groups in which samples are processed while no event is due, s. Each group wakes an
-#: idle core, and the page does not draw more often than that.
-IDLE = 0.018
+#: Shortest and longest groups in which samples are processed while no event is due, s. Each group
+#: wakes an idle core. The motor starts 0.1 s or more before a contact.
+IDLE = 0.018, 0.036
 #: Longest closing, s. Without noise floors, a longer epoch contains several closings.
 LONGEST_EPOCH = 10.0
 #: Number of motor starts in a row under load after which a warning is logged. A hand that adjusts
@@ -134,7 +134,7 @@ class Pipeline:
         )
         self._plugin: Any = detector if constants.kind is DetectorKind.PROGRAM else None
         self._fingers = layout.vibration_fingers
-        self._idle = samples_in(IDLE, layout.rate)
+        self._idle = samples_in(IDLE[0], layout.rate)
         self._strips = Strips(layout)
         self._windows: WindowPredictions | None = None
         self._pinch: OpenClosing | None = None
@@ -179,6 +179,10 @@ class Pipeline:
         if self._waiting_samples >= self._lot:
             yield from self._work(host)
 
+    def group(self, seconds: float) -> None:
+        """Process samples in groups of about this length while no event is due."""
+        self._idle = samples_in(min(max(seconds, IDLE[0]), IDLE[1]), self.layout.rate)
+
     @property
     def is_closing(self) -> bool:
         """True while a closing is in progress."""
@@ -214,8 +218,10 @@ class Pipeline:
 
     def _work(self, host: float) -> Iterator[Event]:
         start = self._clock()
-        (block,) = merge_blocks(self._waiting)
-        self._warn_of_long_epoch(block)
+        waiting = self._waiting
+        block = waiting[0] if len(waiting) == 1 else merge_blocks(waiting)[0]
+        if not self._has_warned:
+            self._warn_of_long_epoch(block)
         self._waiting = []
         self._waiting_samples = 0
         self._block, self._host = block, host
@@ -225,8 +231,9 @@ class Pipeline:
             yield from self._live(event)
         yield from self._hear(block.end)
         self._touched.clear()
-        self._warn_of_load()
-        if self._pinch is not None:
+        if self._pinch is None:
+            self._warn_of_load()
+        else:
             self._measure_speed(self._pinch)
         due = None if self._windows is None else self._windows.due
         self._lot = self._chain.due(self._idle if due is None else min(self._idle, max(due, 1)))
@@ -247,7 +254,7 @@ class Pipeline:
         if self._epoch_start[0] != block.epoch:
             self._epoch_start = block.epoch, block.first_sample
         seconds = (block.end - self._epoch_start[1]) / self.layout.rate
-        if seconds > LONGEST_EPOCH and not self._has_warned:
+        if seconds > LONGEST_EPOCH:
             self._has_warned = True
             _log.warning(
                 "this stream has run for %.0f s without noise floors, so only the first closing "

@@ -128,6 +128,7 @@ class LiveSession:
         self.fanout = Fanout(sinks, self.source.descriptor, patient, ended)
         self._hurries = ended if patient else lambda: True
         together = min((sink.every for sink in sinks), default=TOGETHER)
+        self.pipeline.group(together if self.grasping is None else 0.0)
         self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
         self._given, self._reported = 0, set()
         try:
@@ -178,8 +179,10 @@ class LiveSession:
                 # Update before the caller gets the events: it may take long, or never come back.
                 self._update()
                 updated, is_urgent, self._given = now, False, 0
+                if self._is_deserted:
+                    return
             yield from fresh
-            if (pinches is not None and self.pinches >= pinches) or self._is_deserted:
+            if pinches is not None and self.pinches >= pinches:
                 return
 
     def _read(self, last_arrival: float) -> list[Arrival]:
@@ -292,8 +295,9 @@ class LiveSession:
         """Process samples. Return True if they have markers or events for the sinks."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
-        self._objects.add_markers(arrival.markers)
-        self._objects.add_labels(arrival.pinches)
+        if arrival.markers or arrival.pinches:
+            self._objects.add_markers(arrival.markers)
+            self._objects.add_labels(arrival.pinches)
         if self.grasping is not None:
             self.grasping.on_samples(block, host)
         event_count = len(self._events)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from taps import PIEZO, taps, write_taps
+from taps import PIEZO, RATE, taps, write_taps
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -116,6 +116,10 @@ def test_keys_alone_label_a_recording(labelling: Labelling, chromium: Any) -> No
 
 @needs_browser
 def test_buttons_label_on_a_telephone(labelling: Labelling, chromium: Any) -> None:
+    from selenium.webdriver.common.actions.action_builder import ActionBuilder
+    from selenium.webdriver.common.actions.interaction import POINTER_TOUCH
+    from selenium.webdriver.common.actions.pointer_input import PointerInput
+
     def click(key: str) -> None:
         chromium.find_element("css selector", f"button[data-key='{key}']").click()
 
@@ -133,6 +137,15 @@ def test_buttons_label_on_a_telephone(labelling: Labelling, chromium: Any) -> No
     wait_for_counts(chromium, "1 accepted, 1 rejected, 8 undecided")
     press(chromium, " ")  # a key still belongs to the page, not to the button
     wait_for_counts(chromium, "2 accepted, 1 rejected, 7 undecided")
+    until(chromium, lambda d: d.execute_script("return drawn()"))
+    click("n")
+    signal = chromium.find_element("id", "plot")
+    finger = ActionBuilder(chromium, mouse=PointerInput(POINTER_TOUCH, "finger"))
+    finger.pointer_action.move_to(signal, x=100, y=0).pointer_down().pointer_up()
+    finger.perform()
+    wait_for_counts(chromium, "3 accepted, 1 rejected, 7 undecided")
+    added = max(labelling.session.marks.ordered(), key=lambda mark: mark.number)
+    assert added.sample - taps(10)[3] == pytest.approx(100 / 360 * 0.04 * RATE, abs=30)
     chromium.set_window_size(usual["width"], usual["height"])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 
 import pytest
@@ -25,6 +26,7 @@ from firstcontact.core import Block, Contact, Dataset
 from firstcontact.models import WindowPredictor
 from firstcontact.models.in_context import InContextModel
 from firstcontact.streaming import PinchDone, Pipeline
+from firstcontact.streaming._delays import delay_cause
 from firstcontact.streaming.json_lines import json_line
 from firstcontact.streaming.ledger import Ledger, ledger_lines
 from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
@@ -151,7 +153,30 @@ def test_it_is_the_hosts_clock_that_decides(
         collected += list(pipeline.update(block, now))
     collected += pipeline.finish()
     (finished_pinch,) = [e for e in collected if isinstance(e, PinchDone)]
+    offset = finished_pinch.offset
+    for e in finished_pinch.estimates[:1]:
+        punctual = e.available - (e.waited + e.transport + e.compute)
+        is_delayed = offset is not None and punctual < offset <= e.available
+        assert bool(finished_pinch.delay_cause) == is_delayed
     for e in finished_pinch.estimates:
         assert e.host == pytest.approx(taken + e.contact.sample / RATE + e.available, abs=1e-6)
         if finished_pinch.second is not None:
             assert e.in_time is (e.host < taken + finished_pinch.second.sample / RATE - 1e-9)
+
+
+def test_each_cause_of_a_delay_has_its_own_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.getloadavg", lambda: (0.5, 0.5, 0.5))
+    punctual, late, none = {"waited": 0.0, "transport": 0.0, "compute": 0.0}, 0.03, math.nan
+    offset = timed(ANSWER, **punctual).available + 0.01
+    cases = (
+        ("waited", 0.0, 0.0), ("transport", 0.0, 0.0), ("compute", 0.0, 0.0),
+        ("transport", late, 0.0), ("compute", 0.0, late), ("transport", none, late),
+    )  # fmt: skip
+    sentences = {
+        delay_cause(timed(ANSWER, **punctual | {part: late}), offset, queued, stalled)
+        for part, queued, stalled in cases
+    }
+    assert len(sentences) == len(cases)
+    assert all("30.0 ms" in sentence for sentence in sentences)
+    for other in (None, offset - 0.02, offset + 0.1):  # alone, too early, and still in time
+        assert not delay_cause(timed(ANSWER, **punctual | {"compute": late}), other, late, late)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
 
 from firstcontact.device import Health
@@ -114,6 +115,8 @@ def test_a_withdrawn_contact_takes_its_times_along(page: PageSink, chromium: Any
     assert "ms" not in text(chromium, "times")
     assert "this time" not in text(chromium, "bar")
     until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) == 0)
+    page.take(Update((), (replace(feed.done, delay_cause="busy & slow"),), Health(True)))
+    until(chromium, lambda d: "busy & slow" in text(d, "notice"))
     assert not faults(chromium)
 
 

@@ -56,6 +56,7 @@ def test_another_object_begins_where_somebody_says_so(how: str) -> None:
     estimate = pinched.pool(pinch(2))
     assert estimate is not None
     assert (estimate.pinches, estimate.value) == (1, 32.0)
+    assert pinched.name == {"asked": "", "marker": "pear"}[how]
 
 
 @pytest.mark.parametrize("has_markers", [True, False])

@@ -25,7 +25,7 @@ from firstcontact.grasp._printing import PrintHand
 from firstcontact.grasp.registry import live_policy
 from firstcontact.models import WindowPredictor
 from firstcontact.models.in_context import InContextModel
-from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
+from firstcontact.recording import Header, Marker, RecordingWriter, load_dataset, read_recording
 from firstcontact.streaming import Event, Pipeline, Update
 from firstcontact.streaming.grasping import Grasping
 from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
@@ -77,6 +77,7 @@ def calibration(stream: np.ndarray) -> Calibration:
 def recorded(stream: np.ndarray, calibration: Calibration, tmp_path: Path) -> Path:
     path = tmp_path / "stream.mcap"
     with RecordingWriter(path, Header(LAYOUT, "twin", calibration=calibration)) as writer:
+        writer.marker(Marker(12_345, "orange"))
         writer.write(Block(stream, 12_345))
     return path
 
@@ -133,6 +134,7 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
         (d.start, d.end) for d in keeper.pinches
     ]
     pinches = load_dataset(path).pinches
+    assert {p.label.object for p in pinches} == {"orange"}
     assert [[c.sample for c in p.truth] for p in pinches] == [
         [c.sample for c in d.strips] for d in keeper.pinches
     ]

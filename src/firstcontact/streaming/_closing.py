@@ -24,6 +24,9 @@ class OpenClosing:
     shape: str = ""
     closing_speed: ClosingSpeed | None = None
     unmeasured: Contact | None = None
+    #: Wait for a processor, and longest time without running for any reason, until it settled, s.
+    queued: float = 0.0
+    stalled: float = 0.0
 
     @property
     def second(self) -> Contact | None:

@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Iterable
 
 from firstcontact.core import Estimate, Label
-from firstcontact.device.twin_words import concerns_hand
+from firstcontact.core.records import LONGEST_NAME
+from firstcontact.device.twin_words import concerns_hand, held_object
 from firstcontact.models.predictions import combine
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming.events import ObjectEstimate, PinchDone
@@ -54,6 +55,12 @@ class ObjectCombiner(ObjectNames):
     def new_object(self) -> None:
         """Begin another object with the next pinch; may be called from any thread."""
         self._is_new = True
+
+    @property
+    def name(self) -> str:
+        """Name of the object of the last pinch; "" if it has none."""
+        text = self._object or ""
+        return (held_object(text) or text)[:LONGEST_NAME]
 
     def pool(self, pinch: PinchDone) -> ObjectEstimate | None:
         """Return the pooled estimate of the object of a pinch; None without a final estimate."""

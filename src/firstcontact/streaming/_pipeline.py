@@ -27,6 +27,7 @@ from firstcontact.core.physics import radius_text
 from firstcontact.device.clock import TransportDelay
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
+from firstcontact.streaming._delays import delay_cause, processor_wait
 from firstcontact.streaming.events import (
     ClosingStart,
     ContactEvent,
@@ -120,6 +121,10 @@ class Pipeline:
         self.radius = math.nan
         #: Function that returns the closing speed before a contact; None if nothing measures it.
         self.measure_speed: MeasureSpeed | None = None
+        #: Longest time between two polls for samples since the first contact, s.
+        self.poll_gap = 0.0
+        self._queued = 0.0  # wait for a processor until the last block before a contact, s
+        self._thread_start = 0.0  # time of this thread at the start of the work on a block, s
         self._delay = delay
         self._resettles = resettles
         self._transport = TransportDelay(layout.rate) if real_time else None
@@ -217,7 +222,7 @@ class Pipeline:
         return events
 
     def _work(self, host: float) -> Iterator[Event]:
-        start = self._clock()
+        start, self._thread_start = self._clock(), time.thread_time()
         waiting = self._waiting
         block = waiting[0] if len(waiting) == 1 else merge_blocks(waiting)[0]
         if not self._has_warned:
@@ -237,6 +242,8 @@ class Pipeline:
             self._measure_speed(self._pinch)
         due = None if self._windows is None else self._windows.due
         self._lot = self._chain.due(self._idle if due is None else min(self._idle, max(due, 1)))
+        if self._pinch is not None and self.real_time and not self.is_predicting:
+            self._queued, self.poll_gap = processor_wait(), 0.0
         self.ledger.worked(self._clock() - start, len(block.data))
 
     def _touch(self, sample: int) -> tuple[float, float, float]:
@@ -346,6 +353,8 @@ class Pipeline:
         if self._transport is not None:
             transport = self._transport.delay(block.end - 1, self._host)
         compute = self._now - self._host
+        if not pinch.made:
+            pinch.stalled = compute - (time.thread_time() - self._thread_start)
         value, low, high = numbers
         estimate = Estimate(
             value=value,
@@ -375,6 +384,9 @@ class Pipeline:
     ) -> Estimate | NoEstimate:
         """Return the final estimate, from samples up to ``last``; without one, the reason."""
         final = pinch.settle(last, self.layout.rate, real_time=self.real_time)
+        if self.real_time:
+            pinch.queued = processor_wait() - self._queued
+            pinch.stalled = max(pinch.stalled, self.poll_gap)
         pinch.reason = reason if final is None else ""
         return final or NoEstimate(pinch.contacts[0], reason, complete, pinch.epoch)
 
@@ -432,6 +444,12 @@ class Pipeline:
             yield self._settle(pinch, e.sample, e.known, reason)
         self._number += 1
         first, second = pinch.contacts[0], pinch.second
+        offset = None if second is None else (second.sample - first.sample) / self.layout.rate
+        cause = ""
+        if self.real_time and pinch.made:
+            cause = delay_cause(pinch.made[0][1], offset, pinch.queued, pinch.stalled)
+        if cause:
+            _log.info("the estimates of pinch %d came too late: %s", self._number, cause)
         finished_pinch = PinchDone(
             number=self._number,
             start=pinch.start,
@@ -439,11 +457,12 @@ class Pipeline:
             epoch=pinch.epoch,
             contacts=tuple(pinch.contacts),
             strips=self._strips.contacts,
-            offset=None if second is None else (second.sample - first.sample) / self.layout.rate,
+            offset=offset,
             estimates=tuple(estimate for _, estimate in pinch.made),
             reason=pinch.reason,
             real_time=self.real_time,
             closing_speed=pinch.closing_speed,
+            delay_cause=cause,
         )
         self.ledger.close(finished_pinch)
         yield finished_pinch

@@ -163,6 +163,9 @@ class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
         ``in_time`` if an estimate was in time, ``too_late`` if all estimates were too late,
         ``none`` if there was no estimate. Null if there is an estimate but samples did not come in
         real time. The verdict follows from the other fields.
+    delay_cause
+        Cause of a delay without which an estimate would have been in time, in words: this computer,
+        another output of the program, or the device. Empty if there was no such delay.
     """
 
     number: int
@@ -177,6 +180,7 @@ class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
     real_time: bool = True
     closing_speed: ClosingSpeed | None = None
     verdict: Verdict | None = None
+    delay_cause: str = ""
 
     def __post_init__(self) -> None:
         estimates = tuple(judged(e, self.offset, real_time=self.real_time) for e in self.estimates)

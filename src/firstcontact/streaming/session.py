@@ -17,7 +17,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import Block, Calibration, Contact, InputError, merge_blocks
+from firstcontact.core import Block, Calibration, Contact, InputError, Label, merge_blocks
 from firstcontact.core.physics import parse_radius, radius_text
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
@@ -94,6 +94,7 @@ class LiveSession:
         self._hurries: Callable[[], bool] = lambda: True  # False to wait for the recorder
         self._can_poll = source.can_poll
         self._objects = ObjectCombiner()
+        self._names: dict[int, str] = {}  # objects of the pinches that are not recorded yet
         device, is_checked = source.descriptor.predictor, pipeline.predictor is not None
         self._hand_predictions = (
             None
@@ -190,10 +191,15 @@ class LiveSession:
         if self.pipeline.is_predicting and self._can_poll:
             until = last_arrival + POLL
             due = last_arrival + self._least / self.pipeline.layout.rate - EARLY
+            now = max(due, time.monotonic())
             time.sleep(max(due - time.monotonic(), 0.0))
-            while time.monotonic() < until:
-                if new := self.source.read(0.0, self._least):
-                    return new
+            new: list[Arrival] = []
+            while not new and now < until:
+                new = self.source.read(0.0, self._least)
+                polled, now = now, time.monotonic()
+                self.pipeline.poll_gap = max(self.pipeline.poll_gap, now - polled)
+            if new:
+                return new
         return self.source.read(WAIT, self._least)
 
     def start_recording(self) -> Path:
@@ -320,6 +326,7 @@ class LiveSession:
                     self._hand_predictions.add_pinch(event)
                 combined = self._objects.pool(event)
                 self._events += [] if combined is None else [combined]
+                self._names[event.number] = self._objects.name
 
     def _close_source(self) -> None:
         """Close the source. Keep all samples that it received for the recorder and the sinks."""
@@ -368,6 +375,7 @@ class LiveSession:
                     self._recorder.put_group(HAND, steps)
 
     def _note(self, pinch: PinchDone) -> None:
+        name = self._names.pop(pinch.number)
         is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start
         if self._noted is None or self.recording.path != self._noted or not is_whole:
             return
@@ -381,6 +389,7 @@ class LiveSession:
                 pinch.start,
                 pinch.end,
                 pinch.epoch,
+                Label(object=name),
                 truth=tuple(c for c in pinch.strips if pinch.start <= c.sample < pinch.end),
                 closing_speed=pinch.closing_speed,
                 found=found,

@@ -110,6 +110,8 @@ def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
         parts.append(f"no estimate: {pinch.reason}")
     if pinch.offset is not None:
         parts.append(f"second after {1e3 * pinch.offset:.1f} ms")
+    if pinch.delay_cause:
+        parts.append(pinch.delay_cause)
     if pinch.closing_speed is not None:
         parts.append(f"closed at {1e3 * pinch.closing_speed.speed:.0f} mm/s")
     return ", ".join(parts)

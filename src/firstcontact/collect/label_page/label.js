@@ -4,7 +4,7 @@
 const element = (id) => document.getElementById(id);
 const plot = element("plot"), overview = element("overview"), form = element("run");
 const HALVES = [0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2], AHEAD = 4;
-const state = { recordings: [], marks: [], at: 0, zoom: 2, done: 0, cursor: null, keys: 0, finished: false, waiting: null };
+const state = { recordings: [], marks: [], at: 0, zoom: 2, done: 0, cursor: null, adding: false, keys: 0, finished: false, waiting: null };
 // Keys pressed before an undo or an addition is answered: only the answer says which onset they are for.
 const later = [];
 const signals = new Map(), asked = new Set();
@@ -91,11 +91,13 @@ function draw() {
 function go(to) {
   state.at = Math.min(Math.max(to, 0), state.marks.length - 1);
   state.cursor = null;
+  state.adding = false;
   draw();
 }
 
 function act(action) {
   tell("", true);
+  state.adding = false;
   send({ number: current().number, ...action });
 }
 
@@ -153,6 +155,12 @@ const drawn = () => signals.has(key(current()));
 function add(x) {
   if (!drawn()) return;
   wait({ do: "add", sample: sampleAt(x) }, "Added.");
+}
+
+// A finger or mouse that presses the button points at no place: the next one that it touches is meant.
+function addNext() {
+  state.adding = true;
+  tell("Touch the place of the new onset in the signal.", true);
 }
 
 // Each object's Shore A, as it was given last.
@@ -223,13 +231,13 @@ document.addEventListener("keydown", (event) => {
 });
 for (const button of document.querySelectorAll(".keys button")) {
   button.addEventListener("mousedown", (event) => event.preventDefault());  // the keys stay with the page
-  button.addEventListener("click", () => { if (form.hidden && current() && !state.finished) press(button.dataset.key); });
+  button.addEventListener("click", () => { if (form.hidden && current() && !state.finished) (button.dataset.key === "n" ? addNext() : press(button.dataset.key)); });
 }
 plot.addEventListener("mousemove", (event) => { state.cursor = event.offsetX; draw(); });
 plot.addEventListener("mouseleave", () => { state.cursor = null; draw(); });
 plot.addEventListener("click", (event) => {
   if (!current() || state.finished) return;
-  if (event.shiftKey) add(event.offsetX);
+  if (event.shiftKey || state.adding) add(event.offsetX);
   else if (drawn()) move(sampleAt(event.offsetX) - current().sample);
 });
 overview.addEventListener("click", (event) => go(Math.floor((event.offsetX / overview.clientWidth) * state.marks.length)));

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Estimate, Finger, merge_blocks
+from firstcontact.core.display import FAMILIAR
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.device.twin_words import lost_object
@@ -173,6 +174,7 @@ class State:
             "seconds": SECONDS,
             "budget_ms": BUDGET_MS,
             "landmarks": landmarks,
+            "familiar": {name: shore_a for name, shore_a, _ in FAMILIAR},
             "controls": False,
             "hand_asks": [],
             "uses_shape": False,

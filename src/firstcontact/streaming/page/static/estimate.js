@@ -35,7 +35,8 @@ export class Estimate {
   }
 
   hello(hello) {
-    this.landmarks = Object.entries(hello.landmarks).sort((a, b) => a[1] - b[1]);
+    const familiar = Object.entries(hello.familiar).filter(([name]) => !(name in hello.landmarks));
+    this.landmarks = [...Object.entries(hello.landmarks), ...familiar.map((entry) => [...entry, "soft"])].sort((a, b) => a[1] - b[1]);
     // A single sensor has no second contact to be in time for.
     this.alone = hello.fingers.length < 2;
     this.announced = null;
@@ -115,12 +116,13 @@ export class Estimate {
 
   // Labels stand at their values, pushed apart where they would touch.
   places(y, least, height) {
-    const rows = this.landmarks.map(([name, shore]) => ({ name, shore, at: y(shore) }));
+    const rows = this.landmarks.map(([name, shore, look = ""]) => ({ name, shore, look, at: y(shore) }));
     rows.reverse();
-    // Where not all can be named, those closest to another are not.
+    // Where not all can be named, those closest to another are not: familiar objects first.
     while (rows.length > (height - 2 * PAD) / least + 1) {
-      const gaps = rows.slice(1).map((row, i) => rows[i].shore - row.shore);
-      rows.splice(gaps.indexOf(Math.min(...gaps)) + 1, 1);
+      const gap = (i) => Math.min(...[i - 1, i + 1].filter((k) => rows[k]).map((k) => Math.abs(rows[k].shore - rows[i].shore)));
+      const all = [...rows.keys()], familiar = all.filter((i) => rows[i].look);
+      rows.splice((familiar.length ? familiar : all.slice(1)).reduce((a, b) => (gap(b) < gap(a) ? b : a)), 1);
     }
     let before = -Infinity;
     for (const row of rows) before = row.at = Math.max(row.at, before + least, PAD);
@@ -144,9 +146,9 @@ export class Estimate {
       if (!fan) draw(this.svg, "line", { x1: axis - 10, x2: axis - 4, y1: y(s), y2: y(s), stroke: "var(--soft)" });
     }
     if (fan) this.narrowing.paint(this.svg, start + 42, axis - 22, y);
-    for (const { name, shore, at } of this.places(y, 17, height)) {
+    for (const { name, shore, look, at } of this.places(y, 17, height)) {
       draw(this.svg, "path", { d: `M${axis + 5} ${y(shore)}L${axis + 11} ${y(shore)}L${axis + 19} ${at}`, fill: "none", stroke: "var(--soft)" });
-      const label = draw(this.svg, "text", { x: axis + 23, y: at + 5 }, name);
+      const label = draw(this.svg, "text", { x: axis + 23, y: at + 5, class: look }, name);
       if (label.getComputedTextLength() > width - axis - 23) {
         label.setAttribute("textLength", width - axis - 23);
         label.setAttribute("lengthAdjust", "spacingAndGlyphs");

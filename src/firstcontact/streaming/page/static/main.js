@@ -30,13 +30,14 @@ let link = null;
 const controls = new Controls(() => link, () => estimate.object(null));
 const hand = new Hand((what) => controls.ask(what), () => link?.ask({ do: "here" }));
 const parts = [traces, closeup, estimate, timing, force, health, controls, hand];
-const state = { there: false, health: null, gone: false, faults: [], failed: null };
+const state = { there: false, health: null, gone: false, faults: [], failed: null, delay: "" };
 
 function hello(tree) {
   state.there = true;
   state.gone = false;
   state.faults = [];
   state.failed = null;
+  state.delay = "";
   health.columnSeconds(tree);
   for (const part of parts) part.hello(tree);
   pinches([]);
@@ -66,7 +67,7 @@ link = new Link({
   columns: (first, n, _channels, values) => traces.columns(first, n, values),
   marks: (marks) => { traces.marks = marks; },
   closeup: (tree) => closeup.closeup(tree),
-  now: (now) => { estimate.now(now); timing.now(now); closeup.now(now); },
+  now: (now) => { estimate.now(now); timing.now(now); closeup.now(now); state.delay = now.pinch ? now.pinch.delay_cause : state.delay; },
   force: (tree) => force.force(tree),
   health: (tree) => { state.health = tree; health.health(tree); },
   hand: (command) => hand.command(command),
@@ -89,6 +90,7 @@ function trouble(now) {
   if (!state.health.connected) return "! The device is not connected: check its cable.";
   const faults = [...state.faults, state.failed].filter(Boolean);
   if (faults.length > 0) return `! ${faults.join(" · ")}.`;
+  if (state.delay) return `! Estimates come too late: ${state.delay}.`;
   const silent = traces.silent(now);
   if (silent !== null && silent > SILENCE) return `! No samples for ${Math.floor(silent)} s.`;
   return null;

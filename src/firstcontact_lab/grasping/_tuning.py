@@ -91,9 +91,9 @@ def _drop_share(dropped: Values, damaged: Values, damage: float) -> float:
     return float(dropped[last] + part * (dropped[last + 1] - dropped[last]))
 
 
-def find_scale(front: Front, damage: float = DAMAGE) -> float:
-    """Return the largest scale at which at most the share ``damage`` of the picks is damaged."""
-    within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= damage)
+def find_scale(front: Front) -> float:
+    """Return the largest scale at which at most the share ``DAMAGE`` of the picks is damaged."""
+    within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= DAMAGE)
     return float(SCALES[within[-1]] if within.size else SCALES[0])
 
 

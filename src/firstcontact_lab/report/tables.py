@@ -299,11 +299,9 @@ def fill(text: str, kind: str, made: Mapping[str, str]) -> str:
     return page
 
 
-def plain_lines(table: Table, *, small: bool = False) -> list[str]:
-    """Return a table as lines of text with aligned columns. If ``small``, include details."""
-    texts = [list(table.head)]
-    for line in table.lines:
-        texts.append([f"{c.text} {c.small}".rstrip() if small else c.text for c in line.cells])
+def plain_lines(table: Table) -> list[str]:
+    """Return a table as lines of text with aligned columns, without details."""
+    texts = [table.head, *([cell.text for cell in line.cells] for line in table.lines)]
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     lines = []
     for row in texts:

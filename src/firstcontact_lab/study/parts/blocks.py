@@ -242,7 +242,7 @@ def _figures(subject: Subject, scores_by_model: Mapping[str, BlockScores]) -> li
     return figures
 
 
-def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "Shore A") -> Figure:
+def confusion_figure(model: str, split: str, scores: SplitScores) -> Figure:
     counts = np.array(scores.confusion)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     ticks = [f"{c:g}" if isinstance(c, float) else str(c) for c in scores.classes or ()]
@@ -262,7 +262,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
                 )
         ax.set_xticks(range(len(ticks)), ticks)
         ax.set_yticks(range(len(ticks)), ticks)
-        ax.set(xlabel=f"Predicted ({unit})", ylabel=f"True ({unit})")
+        ax.set(xlabel="Predicted (Shore A)", ylabel="True (Shore A)")
         ax.grid(visible=False)
         ax.spines[:].set_visible(False)
         bar = figure.colorbar(image_, ax=ax, shrink=0.85)

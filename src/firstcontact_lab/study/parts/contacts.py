@@ -37,13 +37,14 @@ from firstcontact_lab.study.detection_scores import (
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects, distinct
 from firstcontact_lab.study.parts.data import DATA
 
+_LATE = 1e3 * TOLERANCE
+
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Tolerances for detected contacts, ms."""
+    """Time by which an accepted contact may precede its label, ms, and texts about it."""
 
-    early: float = 0.0
-    tolerance: float = 1e3 * TOLERANCE
+    early: float
 
     @classmethod
     def from_results(cls, subjects: Subjects) -> Accepted:
@@ -59,15 +60,15 @@ class Accepted:
     def placed(self) -> str:
         """Text about accepted placements, such as "within ±3 ms"."""
         if not self.early:
-            return f"within ±{self.tolerance:g} ms"
-        return f"−{self.early + self.tolerance:g} to +{self.tolerance:g} ms from its label"
+            return f"within ±{_LATE:g} ms"
+        return f"−{self.early + _LATE:g} to +{_LATE:g} ms from its label"
 
     @property
     def decided(self) -> str:
         """Text about accepted decisions, such as "within 3 ms"."""
         if not self.early:
-            return f"within {self.tolerance:g} ms"
-        return f"−{self.early:g} to +{self.tolerance:g} ms from its label"
+            return f"within {_LATE:g} ms"
+        return f"−{self.early:g} to +{_LATE:g} ms from its label"
 
 
 class DetectionFolds(Record, frozen=True, kw_only=True):

@@ -118,12 +118,11 @@ def describe(subject: Subject) -> PartResult:
     return PartResult([DATA(summary), OFFSET(spread), EARLY_FORCE(force)], figures, left_out)
 
 
-def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
-    """Return the first ``most`` different notes, then a line with the number of further notes."""
+def _merged(notes: Sequence[str]) -> list[str]:
+    """Return twelve different notes, then a line with the number of further notes."""
     unique = list(dict.fromkeys(notes))
-    if len(unique) <= most:
-        return unique
-    return [*unique[:most], f"... and {len(unique) - most} more notes of this kind."]
+    more = len(unique) - 12
+    return unique if more <= 0 else [*unique[:12], f"... and {more} more notes of this kind."]
 
 
 def offset_figure(offsets: NDArray[np.float64]) -> Figure:

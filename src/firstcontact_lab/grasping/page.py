@@ -327,42 +327,31 @@ def grasp_page(state: State) -> Page:
         ],
         warning="Quick study with few pinches: do not quote its numbers",
         outcome=sentences(household) if household else [],
-        how=[(title, [text]) for title, text in _how(state, household).items()],
+        how=_how(state, household),
     )
 
 
-def _how(state: State, household: Household | None) -> dict[str, str]:
-    how = {"Seed": str(state.settings["seed"]), "Time": state.elapsed}
-    how["Time"] += f" with {state.settings['workers']} workers"
+def _how(state: State, household: Household | None) -> list[tuple[str, list[str]]]:
+    how = {"Seed": str(state.settings["seed"])}
+    how["Time"] = f"{state.elapsed} with {state.settings['workers']} workers"
     if household is not None:
-        how = {**_household_how(household), **how}
-    return how
+        tuned, judged = household.tuned_on, household.judged_on
+        families = "; ".join(map(_listed, tuned.families))
+        how["Tuned on"] = (
+            f"{tuned.picks} pinches by the hands {_listed(tuned.hands)}, specimen "
+            f"{_listed(tuned.specimens)} of each object; {tuned.budget} settings of each policy, "
+            "or all if there are fewer. Their outcomes come from a table of simulated closings "
+            "with each approach speed, force and object. The best setting has the fewest drops at "
+            "7, 10 and 13 % damage."
+        )
+        how["Judged on"] = (
+            f"{judged.picks} pinches by the hands {_listed(judged.hands)}, specimens "
+            f"{_listed(judged.specimens)}. Families of similar objects are divided into "
+            f"{tuned.folds} folds, and each fold is judged with settings tuned without it. "
+            f"Families: {families}. Each other object is a family by itself."
+        )
+    return [(title, [text]) for title, text in how.items()]
 
 
 def _listed(values: Sequence[object]) -> str:
     return ", ".join(map(str, values))
-
-
-def _household_how(household: Household) -> dict[str, str]:
-    tuned, judged = household.tuned_on, household.judged_on
-    families = "; ".join(map(_listed, tuned.families))
-    return {
-        "Every policy": "slows down at the first contact, and presses with one force after the "
-        "second. Only this force depends on what the policy knows. The estimate is the live "
-        "pipeline's last one before the second contact. A command acts 20 ms after the block of "
-        "samples that caused it.",
-        "Tuned on": f"{tuned.picks} pinches by the hands {_listed(tuned.hands)}, specimen "
-        f"{_listed(tuned.specimens)} of each object; {tuned.budget} settings of each policy, or "
-        "all if there are fewer. Their outcomes come from a table of simulated closings with each "
-        "approach speed, force and object. The best setting has the fewest drops at 7, 10 and 13 % "
-        "damage. Each pinch represents specimens whose needed and tolerated forces scatter by a "
-        "fifth. Nothing else was tuned.",
-        "Judged on": f"{judged.picks} pinches by the hands {_listed(judged.hands)}, specimens "
-        f"{_listed(judged.specimens)}. Families of similar objects are divided into {tuned.folds} "
-        "folds, and each fold is judged with settings tuned without it. "
-        f"Families: {families}. Each other object is a family by itself.",
-        "Models of a hand": "come from its own pinches of five blocks, at the judged approach "
-        "speed, with contacts from its detector.",
-        "Fronts": "come from a table of simulated closings of the judged pinches. The table of "
-        "full closings states how often a policy in the loop has the same outcome.",
-    }

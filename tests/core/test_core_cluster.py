@@ -48,13 +48,6 @@ def test_arrays_in_arguments_are_aligned_on_the_workers(two_workers):
         assert all(runner.map(is_aligned, jobs))
 
 
-def test_error_ends_the_map_and_the_next_map_works(two_workers):
-    with use_cluster(two_workers.address), parallel(1) as runner:
-        with pytest.raises(InputError, match="job 1"):
-            runner.map(refused, range(3))
-        assert runner.map(abs, [-1]) == [1]
-
-
 def test_results_are_complete_after_a_cancelled_call(two_workers):
     """Cancelled tasks must not end a later call, nor take places in its results."""
     with use_cluster(two_workers.address), parallel(1) as runner:
@@ -123,12 +116,6 @@ def pid(_):
 
 def picked(place, shared):
     return float(shared[place])
-
-
-def refused(job):
-    if job == 1:
-        raise InputError(f"job {job}")
-    return job
 
 
 def paused(should_pause):

@@ -1,6 +1,5 @@
 """Files and folders are written completely or not at all, even if the writer is killed."""
 
-import json
 import os
 import signal
 import stat
@@ -76,18 +75,9 @@ def writer(path, how="replacing"):
     return child
 
 
-def test_write_creates_the_folder(tmp_path):
-    path = tmp_path / "new" / "Prüfling 1.json"
-    write_json(path, {"shore_a": 28.0})
-    assert json.loads(path.read_text(encoding="utf-8")) == {"shore_a": 28.0}
-    with pytest.raises(ValueError, match="JSON"):
-        write_json(path, {"rmse": float("nan")})
-    assert names(path.parent) == [path.name]
-
-
 @pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])
 def test_failure_keeps_only_the_old_file(tmp_path, error):
-    path = tmp_path / "results.json"
+    path = tmp_path / "new" / "results.json"
     write_text(path, "old")
 
     def fail():
@@ -97,8 +87,10 @@ def test_failure_keeps_only_the_old_file(tmp_path, error):
 
     with pytest.raises(error):
         fail()
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(path, {"rmse": float("nan")})
     assert path.read_text(encoding="utf-8") == "old"
-    assert names(tmp_path) == [path.name]
+    assert names(path.parent) == [path.name]
 
 
 def test_next_writer_removes_the_files_of_a_killed_one(tmp_path):

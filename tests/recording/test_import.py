@@ -3,8 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from import_files import LENGTH, RATE, arrays, imported, long_csv, npz, table, wavs
-from scipy.io import wavfile
+from import_files import LENGTH, RATE, arrays, as_npz, as_wavs, imported, long_csv, npz, wavs
 
 from firstcontact.cli.main import main
 from firstcontact.core import Finger
@@ -12,13 +11,11 @@ from firstcontact.core import Finger
 
 def check_arrays(dataset):
     made = arrays()
-    order = [0, 1, 2, 3]
-    assert len(dataset) == 4
-    for i, pinch in zip(order, dataset.pinches, strict=True):
+    for pinch, piezo, force in zip(dataset, made["piezo"], made["force"], strict=True):
         assert pinch.data.dtype == np.float32
-        assert np.array_equal(pinch.vibration(), made["piezo"][i].astype(np.float32))
+        assert np.array_equal(pinch.vibration(), piezo.astype(np.float32))
         for finger in Finger:
-            assert np.array_equal(pinch.force(finger), made["force"][i, :, finger].astype("f4"))
+            assert np.array_equal(pinch.force(finger), force[:, finger].astype("f4"))
     first = [p.first and (p.first.finger, p.first.sample - p.first_sample) for p in dataset.pinches]
     assert first == [(Finger.INDEX, 20), (Finger.THUMB, 21), None, (Finger.THUMB, 23)]
     second = [p.second and p.second.sample - p.first_sample for p in dataset.pinches]
@@ -54,11 +51,7 @@ def test_hdf5_comes_in_whole_with_strings_as_bytes(tmp_path, of_piezo):
 def test_counts_are_ten_bits_around_half_the_supply(tmp_path):
     counts = np.full((1, LENGTH, 1), 512, np.uint16)
     counts[0, 0, 0] = 1023
-    path = npz(
-        tmp_path, **{k: None for k in arrays() if k not in ("sample_rate_hz",)}
-        | {"piezo": counts, "piezo_unit": np.array("counts")},
-    )  # fmt: skip
-    dataset = imported(path, tmp_path / "out")
+    dataset = imported(as_npz(tmp_path, counts, piezo_unit="counts"), tmp_path / "out")
     (pinch,) = dataset.pinches
     assert pinch.data.dtype == np.int16
     assert pinch.vibration()[:, 0] == pytest.approx([511 * 3.3 / 1024] + [0.0] * (LENGTH - 1))
@@ -90,18 +83,9 @@ def test_wav_comes_in_with_its_table(tmp_path, dtype):
 
 
 def test_two_channel_wav_is_both_fingers(tmp_path):
-    folder = tmp_path / "w"
-    folder.mkdir()
     data = np.stack([np.arange(LENGTH), -np.arange(LENGTH)], axis=1).astype(np.int16)
-    wavfile.write(folder / "ü.wav", RATE, data)
-    columns = {
-        "file": ["ü.wav"],
-        "first_contact": [5],
-        "second_contact": [9],
-        "first_finger": ["thumb"],
-    }
-    table(folder / "labels.csv", columns)
-    (pinch,) = imported(folder, tmp_path / "out").pinches
+    labels = {"first_contact": [5], "second_contact": [9], "first_finger": ["thumb"]}
+    (pinch,) = imported(as_wavs(tmp_path, data[None], labels), tmp_path / "out")
     assert np.array_equal(pinch.data, data)
     assert pinch.layout.vibration_fingers == (Finger.INDEX, Finger.THUMB)
     assert [(c.finger, c.sample) for c in pinch.truth] == [(Finger.THUMB, 5), (Finger.INDEX, 9)]
@@ -130,17 +114,11 @@ def test_real_impacts_are_imported(tmp_path, impacts):
 
 
 def test_other_paths_are_refused(tmp_path, check_refused):
-    check_refused(tmp_path / "missing.h5", "missing.h5", "does not exist")
-    check_refused(tmp_path / "missing.csv", "missing.csv", "does not exist")
-    check_refused(tmp_path, "is an empty folder")
-    (tmp_path / "a.mat").write_bytes(b"x")
-    check_refused(tmp_path / "a.mat", "a.mat", "cannot be read as a MATLAB file")
-    (tmp_path / "a.ogg").write_bytes(b"x")
-    check_refused(tmp_path / "a.ogg", "a.ogg", "a .csv file")
-    (tmp_path / "a.mcap").write_bytes(b"x")
-    check_refused(tmp_path / "a.mcap", "already")
-    (tmp_path / "empty.csv").write_bytes(b"")
-    check_refused(tmp_path / "empty.csv", "empty.csv", "no rows")
+    check_refused(tmp_path, tmp_path.name)  # an empty folder
+    check_refused(tmp_path / "missing.h5", "missing.h5")
+    for name in ("a.mat", "a.ogg", "a.mcap", "a.csv"):
+        (tmp_path / name).write_bytes(b"x")
+        check_refused(tmp_path / name, name)
 
 
 def test_a_rate_is_only_for_csv(tmp_path, check_refused):

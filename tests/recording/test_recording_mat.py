@@ -90,29 +90,6 @@ def test_version_73_file_imports_equally(folder, tmp_path):
     assert np.array_equal(old_pinch.group("100_hz")[1], new_pinch.group("100_hz")[1])
 
 
-def test_arrays_with_our_names_need_no_table(tmp_path):
-    volts = np.random.default_rng(0).normal(size=(4, 300))
-    cells = np.array(["foam", "steel", "foam", "steel"], dtype=object)
-    savemat(
-        tmp_path / "ours.mat",
-        {
-            "piezo": volts,
-            "sample_rate_hz": 5000.0,
-            "piezo_unit": "V",
-            "object": cells,
-            "shore_a": [20, 40, 20, 40],
-            "first_contact": [100, -1, 120, 130],
-            "source": "synthetic",
-        },
-    )
-    assert main(["import", str(tmp_path / "ours.mat"), "--out", str(tmp_path / "out")]) == 0
-    dataset = load_dataset(tmp_path / "out")
-    assert dataset.objects.tolist() == cells.tolist()
-    assert dataset.shore_a.tolist() == [20, 40, 20, 40]
-    assert dataset.pinches[1].first is None
-    assert np.allclose([p.vibration()[:, 0] for p in dataset.pinches], volts)
-
-
 def ours(**changes):
     piezo = np.random.default_rng(0).normal(size=(3, 300))
     return {"piezo": piezo, "sample_rate_hz": np.array([[5000.0]]), "piezo_unit": "V", **changes}
@@ -138,10 +115,14 @@ CELLS = {
 }
 
 
-def test_cell_arrays_hold_texts_and_numbers(tmp_path):
+def test_arrays_and_cells_with_our_names_need_no_table(tmp_path):
     cells = {name: np.array(values, dtype=object) for name, values in CELLS.items()}
-    savemat(tmp_path / "cells.mat", ours(**cells))
+    labels = {"shore_a": [20, 40, 20], "first_contact": [100, -1, 120], "source": "synthetic"}
+    savemat(tmp_path / "cells.mat", ours(**cells, **labels))
     dataset = import_path(tmp_path / "cells.mat", tmp_path / "out")
+    assert dataset.source == "synthetic"
+    assert dataset.shore_a.tolist() == [20, 40, 20]
+    assert [p.first is None for p in dataset] == [False, True, False]
     assert sorted(dataset.objects.tolist()) == sorted(CELLS["object"])
     assert dataset.specimens.tolist() == ["1", "2", "three"]
     assert dataset.sessions.tolist() == CELLS["session"]

@@ -4,6 +4,7 @@ import resource
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from mcap.writer import CompressionType, Writer
 from firstcontact.core import Block, Contact, Finger, InputError, Label, Pinch, fingertip_layout
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter, read_recording
 from firstcontact.recording._mcap import McapWriter
+from firstcontact.recording.messages import LONGEST_TEXT
 
 # Writes blocks of 37 samples as fast as it can and says after each what it handed over.
 WRITER = """
@@ -216,3 +218,34 @@ def test_full_disk_stops_the_writer_and_keeps_complete_chunks(tmp_path, layout, 
     (stretch,) = read_recording(path).stretches
     assert stretch.end >= sample_count - 0.1 * layout.rate
     assert np.array_equal(stretch.data, counted(0, stretch.end).data)
+
+
+def test_recording_at_the_highest_rate_is_read(tmp_path):
+    """The padding after the first header is longer than the longest JSON."""
+    path = tmp_path / "a.mcap"
+    header = Header(replace(fingertip_layout(), rate=1e7), "synthetic", "float32")
+    with RecordingWriter(path, header) as writer:
+        writer.write(Block(np.ones((1000, 16), np.float32)))
+    recording = read_recording(path)
+    assert (recording.header, recording.samples, recording.skipped) == (header, 1000, ())
+
+
+def test_invalid_header_leaves_no_file(tmp_path, layout):
+    path = tmp_path / "a.mcap"
+    # A name that is not UTF-8, as arguments can be, and a long one.
+    for header in (Header(layout, session="\udcff"), Header(layout, session="x" * 300)):
+        with pytest.raises(InputError, match="the header"):
+            RecordingWriter(path, header)
+        assert not path.exists()
+
+
+def test_invalid_marker_text_does_not_end_a_recording(tmp_path, layout):
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(layout)) as writer:
+        writer.marker(Marker(3, "half \udcff"))
+        writer.marker(Marker(4, "x" * (LONGEST_TEXT + 1)))
+    recording = read_recording(path)
+    half, long = recording.markers
+    assert half.text == "half ?"
+    assert long.text == "x" * (LONGEST_TEXT - 1) + "…"
+    assert recording.skipped == ()

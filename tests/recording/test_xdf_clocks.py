@@ -111,14 +111,6 @@ def test_vibration_is_kept_where_the_slower_stream_has_samples(tmp_path, stretch
     assert any("left out" in note for note in dataset.notes)
 
 
-def test_contacts_outside_the_common_time_are_left_out(tmp_path):
-    texts = ((0.1, "early"), (4.0, "common"), (7.9, "late"))
-    path = xdf(tmp_path, timed(RATE), timed_slow((0.3, 7.7)), marks(texts=texts))
-    dataset = import_path(path, tmp_path / "out")
-    assert dataset.objects.tolist() == ["common"]
-    assert contact_times(dataset) == pytest.approx([4.0], abs=0.6 / RATE)
-
-
 def test_streams_of_seconds_go_along(tmp_path):
     warmth = stream(2, "warmth", 1.0, "float32", times(8, 1.0), np.arange(8.0))
     (pinch,) = import_path(xdf(tmp_path, timed(RATE), warmth), tmp_path / "out")

@@ -195,7 +195,7 @@ def read_sound(file: Path) -> Sound:
     rate, values = _read_flac(file) if file.suffix.lower() == ".flac" else _read_wav(file)
     if values.dtype == np.uint8:  # 8-bit samples are stored around 128
         values = (values ^ 128).view(np.int8)
-    if str(values.dtype) not in FULL_SCALE:
+    elif values.dtype == np.int8 or str(values.dtype) not in FULL_SCALE:
         raise InputError(f"{file} holds {values.dtype}: convert it to PCM WAV of at most 32 bits")
     if not len(values):
         raise InputError(f"{file} holds no samples: leave it out")

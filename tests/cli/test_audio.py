@@ -29,14 +29,6 @@ def quiet() -> np.ndarray:
     return np.random.default_rng(0).normal(0, 30, 48_000).astype(np.int16)
 
 
-def test_ports_lists_the_inputs(
-    tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with local_sound(tmp_path, quiet):
-        assert main(["ports"]) == 0
-    assert "audio:disc       sound input, 1 channel, 48000 Hz" in capsys.readouterr().out
-
-
 def test_record_keeps_taps_with_the_detected_contacts(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -59,16 +58,6 @@ def test_seen_and_unseen_are_told_apart(
     assert "4 pinches" in new
     assert "apple 1" in new
     assert "30 pinches" in familiar
-
-
-def test_a_model_whose_detector_was_lost_says_so(
-    data: Path, peak: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bare = shutil.copytree(peak, tmp_path / "m")
-    (bare / "detector.json").unlink()
-    assert run("evaluate", bare, data, "--contacts", "known") == 0
-    assert run("evaluate", bare, data) == 2
-    assert "detector" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("rate", "contacts"), [(5200.0, "detected"), (16000.0, "known")])

@@ -9,7 +9,6 @@ import subprocess
 import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,9 +17,8 @@ from websockets.sync.client import connect
 import forked
 from emulated_ability import EmulatedAbility
 from firstcontact.cli.main import main
-from firstcontact.core import Block
 from firstcontact.grasp._ability import NEARLY_OPEN
-from firstcontact.recording import RecordingWriter, read_recording
+from firstcontact.recording import read_recording
 
 #: Runs a command with files of at most 100 kB: a stream fills one within two seconds.
 LIMITED = """
@@ -98,33 +96,6 @@ def test_a_replay_tells_what_was_told_live(
     again = live(environment, "--device", str(path), "--speed", "inf", "--json")
     assert again.returncode == 0, again.stderr
     assert same(estimates(again.stdout), predictions)
-
-
-def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
-    environment: dict[str, str], recorded: tuple[Path, list[tuple[float, ...]]], tmp_path: Path
-) -> None:
-    """Without ``--model`` the package's model predicts. A folder may hold that model alone."""
-    recording = read_recording(recorded[0])
-    real = tmp_path / "real.mcap"
-    with RecordingWriter(real, replace(recording.header, source="real")) as writer:
-        for stretch in recording.stretches:
-            writer.write(Block(stretch.data, stretch.first_sample, stretch.epoch))
-    folder = tmp_path / "unknown"
-    assert main(["adapt", "--out", str(folder)]) == 0
-    predictions = []
-    for model in ((), ("--model", str(folder), "--one-object")):
-        process = live(environment, "--device", str(real), "--speed", "inf", "--json", *model)
-        assert process.returncode == 0, process.stderr
-        assert ("does not know this rig" in process.stderr) is (model == ())
-        events = [json.loads(line) for line in process.stdout.splitlines()]
-        kinds = {e["type"] for e in events}
-        assert {"estimate", "pinch"} <= kinds
-        # Nothing says which pinches are of one object, but where the option does.
-        combined = [e["pinches"] for e in events if e["type"] == "object_estimate"]
-        assert len(combined) > 1
-        assert combined == (list(range(1, len(combined) + 1)) if model else [1] * len(combined))
-        predictions.append(estimates(process.stdout))
-    assert same(predictions[0], predictions[1])
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -74,27 +73,6 @@ def test_what_a_recording_says_of_itself_moves_no_cursor(
     output = capsys.readouterr().out
     assert is_plain(output)
     assert output.count("a\\u001b[31m\\u001b]0;owned\\u0007\\u001b[2A\\u009b31mb\\u202ec") >= 8
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["inspect", f"{HOSTILE}"],
-        ["inspect", f"--{HOSTILE}"],
-        ["export", "x", "--to", HOSTILE, "--out", "y"],
-    ],
-)
-def test_errors_move_no_cursor(
-    arguments: list[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with suppress(SystemExit):  # what cannot be parsed
-        assert main(arguments) == 2
-    out, err = capsys.readouterr()
-    assert is_plain(out + err)
 
 
 def without_reader(stream: int) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pty
-import signal
 import subprocess
 import sys
 import termios
@@ -70,24 +69,4 @@ def test_a_key_closes_and_any_other_opens_and_the_terminal_is_as_it_was() -> Non
         assert os.waitpid(pid, 0)[1] == 0
         assert termios.tcgetattr(terminal) == previous
     finally:
-        os.close(terminal)
-
-
-def test_without_a_hand_a_terminal_has_the_key_for_a_new_object_alone() -> None:
-    pid, terminal = pty.fork()
-    if pid == 0:
-        os.execv(sys.executable, [*PROGRAM, "--no-hand"])
-    try:
-        output = b""
-        while b"listens" not in output:
-            output += os.read(terminal, 4096)
-        assert b"key N" in output
-        assert b"C closes" not in output
-        os.write(terminal, b"c xN")
-        while b"a new object\r\n" not in output.partition(b"listens")[2]:
-            output += os.read(terminal, 4096)
-        assert b"by keyboard" not in output
-    finally:
-        os.kill(pid, signal.SIGKILL)
-        os.waitpid(pid, 0)
         os.close(terminal)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.contact import DETECTORS, load_detector
-from firstcontact.core import Dataset, InputError, Label, Role
+from firstcontact.contact import DETECTORS
+from firstcontact.core import Dataset, Label, Role
 from firstcontact.models import load_model
 from firstcontact.recording import Header, write_dataset
 from saved import CARD, WEIGHTS
@@ -161,30 +161,3 @@ def test_impossible_settings_leave_the_model(
     original = (out / CARD).read_bytes()
     assert run("train", data, "--out", out, *words) == 2
     assert (out / CARD).read_bytes() == original
-
-
-def test_a_model_is_made_for_another_rate_and_says_so(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The commands are those that ``live`` advises if a device has another rate than the model."""
-    assert run("train", data, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "m") == 0
-    assert "Resampled from 4936 Hz to 5200 Hz" in capsys.readouterr().out
-    card = load_card(tmp_path / "m")
-    assert card["predictors"][0]["rate_hz"] == 5200.0
-    assert card["trained_on"]["recorded_rate_hz"] == 4936.0
-    notes = card["trained_on"]["notes"]
-    assert any("Resampled from 4936 Hz to 5200 Hz" in note for note in notes)
-    model = load_model(tmp_path / "m").windows[0].model
-    model.spec.require_rate(5200.0)
-    with pytest.raises(InputError, match="firstcontact train --rate 4936"):
-        model.spec.require_rate(4936.0)
-    detector = load_detector(tmp_path / "m")
-    detector.constants(5200.0)
-    with pytest.raises(InputError, match="firstcontact train --rate 4936"):
-        detector.constants(LAYOUT.rate)
-    # What it learned from is known by the samples as they were recorded.
-    capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", data) == 0
-    assert (
-        "warning: 60 pinches have the same samples as training pinches" in capsys.readouterr().out
-    )

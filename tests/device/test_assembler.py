@@ -16,7 +16,6 @@ from firstcontact.core import Finger
 from firstcontact.device import protocol
 from firstcontact.device.assembler import Assembled, Assembler, Counts
 from firstcontact.device.descriptor import (
-    DeviceContact,
     DeviceEstimate,
     DevicePrediction,
 )
@@ -202,17 +201,6 @@ def test_lost_doubled_and_late_frames_are_each_counted_once(
     )
 
 
-@pytest.mark.parametrize("offset", range(0, 12))
-def test_sample_numbers_continue_beyond_32_bits(offset: int) -> None:
-    line = Line()
-    first = 2**32 - offset
-    line.feed(*frames(first, 20, 1))
-    assert line.assembler.counts == Counts(samples=20)
-    unwrapped = first if offset else 0
-    assert line.stretches == [(0, unwrapped, unwrapped + 20)]
-    check(line.out.blocks)
-
-
 def test_markers_have_unwrapped_sample_numbers() -> None:
     line = Line()
     line.feed(*frames(2**32 - 10, 10, 1))
@@ -264,17 +252,6 @@ WRONG_CONTACTS = (-1, 1058), (1059, 1058), (2**31, 2**31 + 5), (0, 1060 + MINUTE
 def test_invalid_prediction_is_counted_as_malformed(kind: FrameType, payload: bytes) -> None:
     predictions, counts = predictions_of_frame(payload, kind)
     assert (predictions, counts) == ([], Counts(70, malformed_frames=1))
-
-
-def test_contact_is_accepted_after_a_long_interruption() -> None:
-    line = Line(descriptor(), *frames(0, 60, 1))
-    line.assembler.interrupted()
-    first = 10 * MINUTE
-    payload = contact_payload(Finger.INDEX, first, first + 12, True)
-    out = line.feed(descriptor(counter=50), encode(FrameType.CONTACT, 51, payload))
-    assert out.predictions == [DeviceContact(Finger.INDEX, first, first + 12, True, 1)]
-    assert line.feed(*frames(first + 20, 5, 52)).blocks[0].epoch == 1
-    assert line.counts.malformed_frames == 0
 
 
 #: Changes of a wire: what is done to the frame at an index, with a byte.

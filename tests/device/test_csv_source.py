@@ -332,9 +332,3 @@ def test_reads_split_anywhere_give_the_same_lines(sizes: list[int]) -> None:
     assert parts == expected
     assert reader.header == ("n", "piezo")
     assert [line for line in parts if line] == [(float(k), float(k * k % 97)) for k in range(60)]
-
-
-def test_plotter_lines_have_names() -> None:
-    reader = LineReader()
-    assert reader.feed(b"x\nleft:1,right:2\n") == [(1.0, 2.0)]
-    assert reader.header == ("left", "right")

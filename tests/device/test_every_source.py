@@ -157,15 +157,6 @@ def test_prefix_selects_a_kind_before_any_guess(
     assert source_kind("/dev/ttyACM0") is greedy
 
 
-def test_name_of_a_broken_plugin_is_refused(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setitem(SOURCES.failed, "reel", "ImportError: no reel")
-    with pytest.raises(InputError, match=r"'reel'.*no reel"):
-        source_kind("reel:a.mcap")
-    assert source_kind("/dev/serial/by-path/pci-0000:00:14.0").is_port
-
-
 def test_speed_of_a_real_device_is_refused() -> None:
     with pytest.raises(InputError, match="/dev/ttyACM0") as refusal:
         open_source("/dev/ttyACM0", speed=2.0)

@@ -80,17 +80,6 @@ def test_device_with_no_or_tiny_progress_is_refused(
     assert pieces < 3 * len(DATA) / CHUNK
 
 
-@pytest.mark.parametrize("until", [0, 5000])
-def test_silent_device_is_refused_with_its_progress(
-    tmp_path: Path, until: int, clock: HostClock
-) -> None:
-    sentence, _ = flash_error(
-        tmp_path / "port", lambda kind, stored: None if stored > until else stored, clock
-    )
-    assert f"after {-(-until // CHUNK) * CHUNK} of {len(DATA)} bytes" in sentence
-    assert "takes no models" not in sentence
-
-
 def test_device_without_models_is_refused(tmp_path: Path, clock: HostClock) -> None:
     class Plain(Responder):
         def _do(self, kind: int, payload: bytes) -> None:

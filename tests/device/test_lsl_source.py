@@ -12,7 +12,7 @@ from lsl_outlet import ask, sending
 
 from firstcontact.core import InputError
 from firstcontact.device import Arrival
-from firstcontact.device.lsl_source import LslSource, from_name, stream_channels
+from firstcontact.device.lsl_source import LslSource, from_name
 from firstcontact.device.opening import SourceOptions
 from processes import PATIENCE
 
@@ -105,22 +105,6 @@ def test_unusable_streams_are_refused(name: str, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("firstcontact.device.lsl_source.PATIENCE", 0.2)
     with pytest.raises(InputError, match="nobody"):
         LslSource("nobody sends this").__enter__()
-
-
-@pytest.mark.parametrize("kind", ["LostError", "TimeoutError", "InternalError"])
-def test_library_errors_about_a_dead_sender_are_input_errors(
-    name: str, kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """LSL reports a dead sender in three ways, depending on the state of its socket."""
-
-    def refuse(self: object, timeout: float = 0.0) -> object:
-        raise getattr(pylsl.util, kind)("connection refused")
-
-    outlet = pylsl.StreamOutlet(pylsl.StreamInfo(name, "Piezo", 1, 4936.0, pylsl.cf_float32))
-    monkeypatch.setattr(pylsl.StreamInlet, "info", refuse)
-    with pytest.raises(InputError), LslSource(name):
-        pass
-    del outlet
 
 
 class Outlet:
@@ -230,16 +214,6 @@ def test_stream_name_is_not_evaluated_as_a_query(monkeypatch: pytest.MonkeyPatch
     for name in (f"{outlet.name}' or name='x", f'{outlet.name}" or name="x', "x' or '1'='1"):
         with pytest.raises(InputError, match="LSL"):
             LslSource(name).__enter__()
-
-
-def test_equal_labels_are_numbered() -> None:
-    outlet = Outlet(labels=("disc", "disc"))
-    with LslSource(outlet.name) as source:
-        assert source.descriptor.layout.column_names == ("disc 1", "disc 2")
-        assert not source.descriptor.layout.fault
-    for labels in (("disc",), ("9" * 5000,), ("2", "2"), ("0",), ("-1",)):
-        with pytest.raises(InputError, match="disc 1, disc 2"):
-            stream_channels(outlet.outlet.get_info(), labels, "lsl:x")
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,6 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.device import Arrival
-from firstcontact.device._twin_source import TwinSource
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
 from firstcontact.device.source import drain
@@ -123,17 +122,6 @@ def test_samples_marks_and_counts_have_the_new_rate(
     assert place.block.epoch == moved.epoch == 1
     numbers = (moved.first_sample, moved.motor_start, moved.truth[0].sample, moved.end)
     np.testing.assert_allclose(numbers, np.array([100, 200, 400, 900]) * share, atol=0.51)
-
-
-def test_resampled_source_has_the_capabilities_of_its_source(tmp_path: Path) -> None:
-    path = write_recording(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
-    with ReplaySource(path) as inner:
-        assert ResampledSource(inner, NEW).recorded
-    with TwinSource(speed=2.0) as device:
-        source = ResampledSource(device, 8000.0)
-        assert not source.recorded
-        assert source.calibration is None
-        assert (source.speed, source.twin_hand) == (2.0, device.twin_hand)
 
 
 @pytest.mark.parametrize("rate", [8000.0, 2500.0])

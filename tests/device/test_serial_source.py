@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import threading
 import time
@@ -192,17 +191,3 @@ def test_rate_off_by_3_percent_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize("descriptor", [replace(REAL, paced=False), DESCRIPTOR])
 def test_rate_is_not_checked_without_real_time(descriptor: Descriptor, tmp_path: Path) -> None:
     read(tmp_path, 4 * RATE, lambda n: n >= round(6 * RATE), descriptor)
-
-
-def test_rate_change_during_a_session_is_a_warning(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(serial_source, "OPENING", 0.0)
-
-    def warnings() -> list[str]:
-        return [r.getMessage() for r in caplog.records if r.levelno == logging.WARNING]
-
-    with caplog.at_level(logging.WARNING):
-        read(tmp_path, 2 * RATE, lambda n: bool(warnings()) or n >= MANY)
-    (message,) = warnings()
-    assert "4936" in message

@@ -18,7 +18,7 @@ from firstcontact.device._twin_source import TwinDevice
 from firstcontact.device.ports import LinkError
 from firstcontact.device.protocol import FrameType
 from firstcontact.twin import TwinStream
-from processes import PATIENCE, children, command_line, gone, stop, stopped, until
+from processes import gone, stop
 
 
 @pytest.fixture
@@ -109,42 +109,6 @@ def test_suspended_twin_is_closed() -> None:
     device.close()
     assert gone(device.pid)
     assert not Path(device.port).parent.exists()
-
-
-def twins(parent: int) -> list[int]:
-    """Return the child processes that are twins."""
-    return [pid for pid in children(parent) if b"twin_process" in command_line(pid)]
-
-
-#: Python runs it at its start. It stops a process that becomes a twin.
-HANGING = """
-import os, signal, sys
-if "firstcontact.device._twin_process" in sys.orig_argv:
-    os.kill(os.getpid(), signal.SIGSTOP)
-"""
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_interrupt_ends_a_twin_that_hangs_at_its_start(
-    number: signal.Signals, tmp_path: Path
-) -> None:
-    (tmp_path / "sitecustomize.py").write_text(HANGING)
-    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
-    code = "from firstcontact.cli.main import main; raise SystemExit(main())"
-    arguments = ["info", "--device", "twin"]
-    with subprocess.Popen(
-        [sys.executable, "-c", code, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": path},
-    ) as parent:
-        until(lambda: any(stopped(pid) for pid in twins(parent.pid)))
-        (pid,) = twins(parent.pid)
-        parent.send_signal(number)
-        _, error = parent.communicate(timeout=PATIENCE)
-    assert parent.returncode == 128 + number
-    assert error == b"firstcontact: interrupted\n"
-    assert gone(pid)
 
 
 def test_closed_twin_has_ended() -> None:

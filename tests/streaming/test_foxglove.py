@@ -11,7 +11,7 @@ from collections import defaultdict
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -21,6 +21,7 @@ from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 from firstcontact.core import InputError
+from firstcontact.streaming import Event
 from firstcontact.streaming.json_lines import FailedLine, json_line, marker_line
 
 foxglove = pytest.importorskip("foxglove")
@@ -150,7 +151,7 @@ def follow(seconds: float) -> Viewer:
         assert process.stderr is not None
         url = next(line.split()[-1] for line in process.stderr if line.startswith("foxglove: "))
         viewer = Viewer(url)
-        viewer.subscribe(len(EVENTS) + 3)
+        viewer.subscribe(len(get_args(Event)) + 5)  # with samples, grids, markers and failures
         viewer.read()
         viewer.close()
         text = process.stderr.read()

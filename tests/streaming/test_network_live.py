@@ -10,7 +10,6 @@ from streams import as_blocks, cut_frames, run
 
 from firstcontact.contact import Detector, detect
 from firstcontact.core import (
-    Block,
     ClosingSpeed,
     Contact,
     Dataset,
@@ -20,7 +19,7 @@ from firstcontact.core import (
 from firstcontact.models import Touches
 from firstcontact.models.in_context import InContextModel
 from firstcontact.models.rig import RigSpeeds
-from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline, Verdict
+from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline
 from firstcontact.streaming.events import Estimate
 from firstcontact.streaming.predictors import AnytimePredictor
 
@@ -131,34 +130,6 @@ def test_it_stops_at_the_second_contact(
     # Offsets of these pinches are such that the second contact cuts some short.
     assert short > 0
     assert withdrawn > 0
-
-
-def test_the_final_one_without_a_second_contact_is_the_longest(
-    fresh: Dataset, detector: Detector, anytime: InContextModel
-) -> None:
-    pinch = fresh.pinches[0]
-    other = pinch.truth[0].finger
-    assert other is not None
-    data = np.array(pinch.data)
-    column = LAYOUT.columns(LAYOUT.vibration[0].kind, other.other)
-    data[:, column] = data[:1, column]
-    events = run(pipeline(detector, anytime), [Block(data, pinch.first_sample)])
-    (finished_pinch,) = [e for e in events if isinstance(e, PinchDone)]
-    assert len(finished_pinch.contacts) == 1
-    expected = made_after(finished_pinch.contacts[0], Touches.moments(RATE)[-1])
-    assert [count_samples(e) for e in finished_pinch.estimates] == expected
-    assert (finished_pinch.verdict, finished_pinch.in_force) == (
-        Verdict.IN_TIME,
-        finished_pinch.final,
-    )
-    (final,) = [e for e in events if isinstance(e, Estimate) and e.final]
-    assert finished_pinch.final is not None
-    # Nothing is known of a second contact when it is told.
-    assert (final.value, final.in_time, finished_pinch.final.in_time) == (
-        finished_pinch.final.value,
-        None,
-        True,
-    )
 
 
 def test_a_shape_is_the_models_input_from_the_next_contact_on(

@@ -121,22 +121,6 @@ def test_a_window_across_a_gap_is_refused(
     assert [d.reason for d in finished(events)] == ["samples were lost"]
 
 
-def test_a_stream_that_ends_early_says_so(
-    fresh: Dataset, detector: Detector, models: list[WindowPredictor]
-) -> None:
-    pinch = fresh.pinches[0]
-    contact = offline(detector, models[-1], pinch)[0]
-    end = contact.decided - pinch.first_sample + 1  # type: ignore[attr-defined]
-    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]))
-    events = run(pipeline, [Block(pinch.data[:end], pinch.first_sample)])
-    assert [type(e) for e in events if isinstance(e, ContactEvent | NoEstimate | PinchDone)] == [
-        ContactEvent,
-        NoEstimate,
-        PinchDone,
-    ]
-    assert pipeline.finish() == []
-
-
 @pytest.mark.parametrize("level", [0, 16_384, 32_736], ids=["low rail", "flat", "high rail"])
 def test_a_dead_piezo_gives_no_estimate(
     level: int, fresh: Dataset, detector: Detector, models: list[WindowPredictor]

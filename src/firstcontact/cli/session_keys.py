@@ -36,8 +36,10 @@ def session_keys(session: LiveSession) -> Iterator[None]:
     ending, end = os.pipe()
     terminal_state = _keys_at_once(number)
     by = "keyboard" if terminal_state else "standard input"
-    for line in _keys(session) if terminal_state else ():
-        _say(line)
+    if terminal_state and session.hand_asks():
+        _say("keys: C closes the hand, any other key opens it")
+    if terminal_state and session.uses_shape:
+        _say("key N: a new object; its pinches are combined until the next N")
     thread = threading.Thread(
         target=_listen,
         args=(session, number, ending, bool(terminal_state), by),
@@ -62,13 +64,6 @@ def _standard_input() -> int | None:
         return None if sys.stdin is None else sys.stdin.fileno()
     except (OSError, ValueError):
         return None
-
-
-def _keys(session: LiveSession) -> Iterator[str]:
-    if session.hand_asks():
-        yield "keys: C closes the hand, any other key opens it"
-    if session.uses_shape:
-        yield "key N: a new object; its pinches are combined until the next N"
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
@@ -149,5 +144,4 @@ def _ask(session: LiveSession, ask: Ask, by: str) -> None:
 
 
 def _say(line: str) -> None:
-    if line:
-        print(line, file=sys.stderr, flush=True)
+    print(line, file=sys.stderr, flush=True)

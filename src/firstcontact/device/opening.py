@@ -64,8 +64,6 @@ class SourceKind:
     recorded, simulated, is_port
         True if the source replays a recording, if its hand is simulated, and if the device name is
         the path of a port. A simulated hand takes orders and can run faster than real time.
-    origin
-        Value of ``source`` in the headers of recordings of this kind, if known in advance.
     shore_a
         Function from an object's name to its Shore A, for a simulated hand.
     discover
@@ -79,7 +77,6 @@ class SourceKind:
     recorded: bool = False
     simulated: bool = False
     is_port: bool = False
-    origin: str = ""
     shore_a: Callable[[str], float] | None = None
     discover: Callable[[], Iterable[tuple[str, str]]] | None = None
 
@@ -111,7 +108,6 @@ _BUILT_IN = (
         _lazy("_twin_source", "from_name"),
         takes=lambda device: device == "twin",
         simulated=True,
-        origin="twin",
         shore_a=_lazy("_twin_source", "shore_a"),
     ),
     SourceKind(
@@ -126,7 +122,6 @@ _BUILT_IN = (
         '"audio" or audio:NAME for a sound input (audio:NAME/2 for two channels)',
         _lazy("_audio_source", "from_name"),
         takes=lambda device: device.partition(":")[0] in ("audio", "audio/2"),
-        origin="real",
         discover=_lazy("_audio_source", "discover"),
     ),
     SourceKind("tape", "tape:FILE.wav for a sound file", _lazy("_tape_source", "from_name")),
@@ -134,7 +129,6 @@ _BUILT_IN = (
         "csv",
         "csv:PORT for a board that prints numbers in lines (csv:PORT@BAUD#COLUMN,COLUMN)",
         _lazy("_csv_source", "from_name"),
-        origin="real",
     ),
     SourceKind(
         "lsl",

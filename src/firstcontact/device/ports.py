@@ -12,7 +12,7 @@ import termios
 import threading
 import time
 import tty
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -154,23 +154,19 @@ def access(path: Path) -> str:
         return f"missing ({error.strerror})"
     mode = f"{state.st_mode & 0o777:03o}"
     may = "may" if os.access(path, os.R_OK | os.W_OK) else "may NOT"
-    return f"{_user(state.st_uid)}:{_group(state.st_gid)} {mode}, this user {may} open it"
+    owner = f"{_name(pwd.getpwuid, state.st_uid)}:{_name(grp.getgrgid, state.st_gid)}"
+    return f"{owner} {mode}, this user {may} open it"
 
 
 def groups() -> list[str]:
-    return sorted(_group(number) for number in {*os.getgroups(), os.getegid()})
+    return sorted(_name(grp.getgrgid, number) for number in {*os.getgroups(), os.getegid()})
 
 
-def _user(number: int) -> str:
-    with suppress(KeyError):
-        return pwd.getpwuid(number).pw_name
-    return str(number)
-
-
-def _group(number: int) -> str:
-    with suppress(KeyError):
-        return grp.getgrgid(number).gr_name
-    return str(number)
+def _name(find: Callable[[int], Any], number: int) -> str:
+    try:
+        return str(find(number)[0])
+    except KeyError:
+        return str(number)
 
 
 @contextmanager

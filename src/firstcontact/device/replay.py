@@ -212,8 +212,6 @@ class ReplayDevice(TerminalDevice):
         # A gap takes no time, so a recording with many gaps sends samples at a higher rate.
         paced = speed == 1.0 and len(self._epochs) == len(recording.stretches)
         self.descriptor = replace(descriptor, paced=paced)
-        #: True if the recording has a calibration, which is not sent.
-        self.calibrated = header.calibration is not None
         self._rate = header.layout.rate * speed
         super().__init__(terminal)
         self._decoder = Decoder()

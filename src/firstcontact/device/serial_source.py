@@ -48,8 +48,7 @@ EARLY, HURRY, FRAME = 0.0004, 0.005, 0.001
 PILE = 3800
 #: Longest wait for a reader when the source ends, s.
 LAST_TURN = 1.0
-#: Time in the first epoch in which a wrong rate is refused, s. Later, in the middle of a session,
-#: it only causes a warning.
+#: Time in the first epoch in which a wrong rate is refused, s.
 OPENING = 5.0
 #: Least time between samples whose rate is measured, s. Each frame of a closing comes by itself.
 TIMED = 0.01
@@ -78,7 +77,6 @@ class SerialSource(QueuedSource):
         self._transport: SerialTransport | None = None
         self._assembler = Assembler()
         self._began = 0.0  # arrival of the first samples of an epoch
-        self._has_warned = False  # about the rate, in this epoch
         self._timed = 0.0  # time of the last samples whose rate was measured
         # The thread that holds this lock reads the port. The lock protects the next fields, too.
         self._turn = threading.Lock()
@@ -294,7 +292,7 @@ class SerialSource(QueuedSource):
                 values = (self._assembler.epoch, d.firmware, d.sensor, d.hand, d.source, rate)
                 _log.info("%s: epoch %d of %r (%r, %r, %s, %g Hz)", self.name, *values)
                 self._measure_rate(rate)
-                self._began, self._has_warned = math.inf, False
+                self._began = math.inf
             self._markers += assembled.markers
             self._predictions += assembled.predictions
             for block in assembled.blocks:
@@ -322,17 +320,13 @@ class SerialSource(QueuedSource):
         self._began = min(self._began, now)
         descriptor = self.descriptor
         has_pace = descriptor.paced and descriptor.source not in SIMULATED
-        if not has_pace or self._has_warned or not self._rate_check.add(end, now):
-            return
-        message = (
-            f"the device sends {self._rate_check.rate:.0f} samples a second by this machine's "
-            f"clock, and its rate is stated as {descriptor.layout.rate:.0f}: correct the timer or "
-            "the stated rate of its firmware"
-        )
-        if self._assembler.epoch == 0 and now - self._began < OPENING:
-            raise InputError(message)
-        self._has_warned = True
-        _log.warning("%s: %s", self.name, message)
+        is_opening = self._assembler.epoch == 0 and now - self._began < OPENING
+        if has_pace and is_opening and self._rate_check.add(end, now):
+            raise InputError(
+                f"the device sends {self._rate_check.rate:.0f} samples a second by this machine's "
+                f"clock, and its rate is stated as {descriptor.layout.rate:.0f}: correct the timer "
+                "or the stated rate of its firmware"
+            )
 
     def _disconnect(self) -> None:
         _log.info("%s: lost", self.name)

@@ -16,7 +16,6 @@ from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.core import InputError
 from firstcontact.core.installation import kernels, require_modules
 from firstcontact.device import SOURCES, open_source
-from firstcontact.device.opening import source_kind
 from firstcontact.grasp import HANDS, POLICIES
 from firstcontact.grasp.registry import live_policies
 
@@ -169,7 +168,7 @@ class Live:
         from firstcontact.streaming.json_lines import JsonLinesSink
         from firstcontact.streaming.text import TextSink
 
-        text = TextSink(sys.stdout, _shore_a(session.source, self.device))
+        text = TextSink(sys.stdout, _shore_a(session.source))
         sinks: list[Sink] = [JsonLinesSink(sys.stdout) if self.json else text]
         if self.lsl:
             from firstcontact.streaming.lsl import LslSink
@@ -239,11 +238,9 @@ def _landmarks(model: Model) -> dict[str, float]:
     return {} if model.network is None else {f"{level:g} Shore A": level for level in data.levels}
 
 
-def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
+def _shore_a(source: Source) -> Callable[[str], float | None]:
     """Return a function that maps the name of a simulated object to its Shore A, or to None."""
-    origin = source.descriptor.source
-    kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.builtin_names)]
-    known = next((k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None)
+    known = SOURCES["twin"].shore_a if source.descriptor.source == "twin" else None
 
     def shore_a(name: str) -> float | None:
         with suppress(InputError):  # an object of another version

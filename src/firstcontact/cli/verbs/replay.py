@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -43,11 +42,6 @@ class Replay:
                 ) from error
             try:
                 device = ReplayDevice(self.recording, terminal, self.speed)
-                if device.calibrated:
-                    print(
-                        "the recording's calibration is not sent, because no device sends one",
-                        file=sys.stderr,
-                    )
                 stop.gently = True
                 print(f"port: {port}", flush=True)
                 device.run(lambda: stop.requested, self.once)

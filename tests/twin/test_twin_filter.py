@@ -16,8 +16,15 @@ from pinches import drawn, simulated
 
 from firstcontact.core.layout import ADC_COUNTS, SUBCOUNTS, TAXELS
 from firstcontact.twin import BLOCKS
-from firstcontact.twin.pinch import pinch_scans
-from firstcontact.twin.sensor import FORCE_READINGS, ROUND, DeviceFilter, open_reading, smoothed
+from firstcontact.twin.pinch import integrate_pinch
+from firstcontact.twin.sensor import (
+    FORCE_READINGS,
+    ROUND,
+    DeviceFilter,
+    PinchFingertips,
+    open_reading,
+    smoothed,
+)
 
 TOP = (ADC_COUNTS - 1) * SUBCOUNTS
 
@@ -84,9 +91,11 @@ def test_scans_of_another_shape_are_refused() -> None:
 
 
 def test_simulated_pinch_equals_its_filtered_scans() -> None:
-    scans = pinch_scans(drawn(BLOCKS[1]))
+    draw = drawn(BLOCKS[1])
+    times, motion = integrate_pinch(draw)
+    scans = PinchFingertips(draw, times).read(motion)
     open_hand = np.repeat(scans[:1], ROUND, axis=0)
-    open_hand[:, 2:4] = [open_reading(v) for v in drawn(BLOCKS[1]).velostat]
+    open_hand[:, 2:4] = [open_reading(v) for v in draw.velostat]
     out = DeviceFilter().update(np.concatenate([open_hand, scans]))[ROUND:]
     assert (simulated(BLOCKS[1]).data == out).all()
 

@@ -193,7 +193,7 @@ def test_slip_is_reported_during_it_and_a_firmer_grip_stops_it(over: float) -> N
     assert began - contact == pytest.approx(0.45 + 0.9 * over, abs=0.02)
     assert hand.slipping_since is None
     assert 0 < hand.slipped < 0.01
-    assert hand.outcome.is_held
+    assert not hand.outcome.dropped
 
 
 def test_copy_may_have_another_lift() -> None:

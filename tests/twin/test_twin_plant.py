@@ -88,7 +88,7 @@ def test_samples_made_ahead_follow_later_commands(
             while hand.sample < stop:
                 (hand.advance if reads else hand.move)(min(step, stop - hand.sample))
             hand.command(command)
-        state = [hand.forces.tobytes(), hand.gaps.tobytes(), hand.slipped, hand.grip]
+        state = [hand.forces.tobytes(), hand.slipped, hand.grip]
         remainder = hand.advance(500)
         return [*state, remainder.tobytes()], hand.outcome
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import io
-import json
+import re
 import sys
 from collections.abc import Callable, Mapping
 from copy import deepcopy
@@ -41,6 +41,8 @@ TRUSTED = (
     ),
 )
 _SCHEMA = "schema.json"
+#: Addresses of objects, and of their arrays' files, in the schema.
+_ADDRESS = re.compile(r'(?<="__id__": )\d+|(?<="file": ")\d+')
 
 
 class RegressorModel(WindowModel):
@@ -233,34 +235,17 @@ def _check_types(raw: bytes, title: str) -> None:
 
 def _renumbered(raw: bytes) -> bytes:
     """Return a skops file whose objects are numbered in order, instead of by memory address."""
-    numbers: dict[str, int] = {}
-
-    def number(address: object) -> int:
-        return numbers.setdefault(str(address), len(numbers))
-
-    def walk(node: Any) -> Any:
-        if isinstance(node, list):
-            return [walk(child) for child in node]
-        if not isinstance(node, dict):
-            return node
-        out: dict[str, Any] = {}
-        for key, value in node.items():
-            if key == "__id__" and isinstance(value, int):
-                out[key] = number(value)
-            elif key == "file" and isinstance(value, str):
-                stem, dot, ending = value.partition(".")
-                out[key] = files.setdefault(value, f"{number(stem)}{dot}{ending}")
-            else:
-                out[key] = walk(value)
-        return out
-
-    files: dict[str, str] = {}
+    numbers: dict[str, str] = {}
     buffer = io.BytesIO()
     with ZipFile(io.BytesIO(raw)) as archive, ZipFile(buffer, "w") as renumbered:
-        schema = walk(json.loads(archive.read(_SCHEMA)))
-        for old, new in files.items():
-            renumbered.writestr(ZipInfo(new), archive.read(old))
-        renumbered.writestr(ZipInfo(_SCHEMA), json.dumps(schema))
+        schema = _ADDRESS.sub(
+            lambda match: numbers.setdefault(match[0], str(len(numbers))),
+            archive.read(_SCHEMA).decode(),
+        )
+        for address, number in numbers.items():
+            for name in (n for n in archive.namelist() if n.startswith(f"{address}.")):
+                renumbered.writestr(ZipInfo(name.replace(address, number)), archive.read(name))
+        renumbered.writestr(ZipInfo(_SCHEMA), schema)
     return buffer.getvalue()
 
 

@@ -118,10 +118,6 @@ def simulate(
     ]
     total = sum(len(session.pinches) for session in sessions)
     threads = parallel(workers or cores(), prefer="threads")
-    if runner is not None and total:  # compiles once, not once in each process
-        _simulate_batch(
-            replace(batches[0], pinches=batches[0].pinches[:1]), c, seed, noise, positions
-        )
     try:
         with (
             temporary_path(resolved(directory)) as folder,
@@ -133,7 +129,7 @@ def simulate(
             pinches = chain.from_iterable(made)
             for session in sessions:
                 session_pinches = islice(pinches, len(session.pinches))
-                _write(folder / _file(session), session, c, seed, session_pinches, step, noise)
+                _write(folder, session, c, seed, session_pinches, step, noise)
             folder.replace(resolved(directory))  # fails if the folder is no longer empty
     except (OSError, InputError) as error:
         # The writer's message names a temporary file. Name the folder instead.
@@ -144,7 +140,7 @@ def simulate(
             f"{directory} cannot be written ({cause.strerror}): make room on the disk, or choose "
             "another folder"
         ) from error
-    return [directory / _file(session) for session in sessions]
+    return [directory / f"{session.name}.mcap" for session in sessions]
 
 
 def check_set(
@@ -177,10 +173,6 @@ def check_set(
         raise InputError(f"{directory} is not an empty folder: choose another one")
 
 
-def _file(session: PlannedSession) -> str:
-    return f"{session.name}.mcap"
-
-
 @dataclass(frozen=True, slots=True)
 class _Batch:
     session: str
@@ -210,7 +202,7 @@ def _simulate_batch(
 
 
 def _write(
-    path: Path,
+    folder: Path,
     session: PlannedSession,
     condition: Condition,
     seed: int,
@@ -228,7 +220,7 @@ def _write(
         notes=f"pinch twin, condition {condition.name}, seed {seed}"
         + ("" if noise is None else f"\n{noise.description}"),
     )
-    with RecordingWriter(path, header) as writer:
+    with RecordingWriter(folder / f"{session.name}.mcap", header) as writer:
         for pinch in pinches:
             writer.pinch(pinch)
             progress(1)

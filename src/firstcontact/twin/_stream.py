@@ -25,7 +25,7 @@ from firstcontact.twin.household import (
 from firstcontact.twin.mechanics import CONTACT_FORCE, INDENTATION, OUTPUTS, FingerParameters
 from firstcontact.twin.objects import TwinObject
 from firstcontact.twin.outcome import DROPPED, Lift, slide
-from firstcontact.twin.sensor import SCAN, StreamFingertips, strip_contacts
+from firstcontact.twin.sensor import ScanStream, StreamFingertips, strip_contacts
 
 #: Time for a change of the motor's speed, s.
 RAMP = 0.06
@@ -137,7 +137,7 @@ class StreamPinch:
     lost: str | None = None
 
 
-class TwinStream:
+class TwinStream(ScanStream):
     """Hand that picks up one object after another: rest, close, squeeze and hold, open.
 
     A scan holds one reading of each channel. The same arguments give the same scans, whatever the
@@ -179,6 +179,7 @@ class TwinStream:
         seed: int = 0,
         latency: float = LATENCY,
     ) -> None:
+        super().__init__()
         self._condition = condition(condition_name)
         self._drive = Drive(latency=latency)
         if seed < 0:
@@ -207,7 +208,6 @@ class TwinStream:
         draw = draw_pinch(seed, self._condition, SESSION, first.specimen, "first rest")
         self._tips = StreamFingertips(draw, generator(seed, condition_name, "stream", "converters"))
         self._moves = self._move()
-        self._left = np.empty((0, len(SCAN)), np.uint16)
         #: Last pinches, oldest first. The newest can start at a sample that was not read yet.
         self.pinches: deque[StreamPinch] = deque(maxlen=REMEMBERED)
 
@@ -270,26 +270,12 @@ class TwinStream:
     def _effect(self, run: PinchRun) -> int:
         return run.done - 1 - len(self._left) + self._drive.delay
 
-    def read(self, samples: int) -> NDArray[np.uint16]:
-        """Return the next scans, which are readings of all channels in a fixed order.
-
-        Returns
-        -------
-        ndarray
-            Shape (samples, 6), in the order of :data:`firstcontact.twin.sensor.SCAN`.
-        """
-        parts = [self._left]
-        count = len(self._left)
-        while count < samples:
-            first, motion = self._tips.sample, next(self._moves)
-            self.positions.add(motion, first)
-            scans = self._tips.read(motion)
-            self._add_contacts(first, scans)
-            parts.append(scans)
-            count += len(scans)
-        joined = np.concatenate(parts)
-        self._left = joined[samples:]
-        return joined[:samples]
+    def _next_scans(self) -> NDArray[np.uint16]:
+        first, motion = self._tips.sample, next(self._moves)
+        self.positions.add(motion, first)
+        scans = self._tips.read(motion)
+        self._add_contacts(first, scans)
+        return scans
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
         """Yield the motion of the hand without end, in pieces like :meth:`PinchRun.advance`."""

@@ -30,7 +30,7 @@ from firstcontact.twin.mechanics import (
     integrate_all,
 )
 from firstcontact.twin.objects import block
-from firstcontact.twin.sensor import SCAN, StreamFingertips
+from firstcontact.twin.sensor import ScanStream, StreamFingertips
 
 #: Largest number of samples computed at a time while nothing is touched, 50 ms.
 PIECE = 250
@@ -85,10 +85,11 @@ class Tester:
         return max(self.speed * math.exp(0.25 * float(self._rng.standard_normal())), 0.02)
 
 
-class BenchStream:
+class BenchStream(ScanStream):
     """Endless raw scans of two fingertips with one of ``faults.FAULTS``, or "" for none."""
 
     def __init__(self, condition_name: str = "paper-rig", seed: int = 0, fault: str = "") -> None:
+        super().__init__()
         key = (condition_name, "bench")
         draw = draw_pinch(seed, condition(condition_name), "bench", block(29), "bench")
         rng = generator(seed, *key)
@@ -103,7 +104,6 @@ class BenchStream:
         self._rng = rng
         self._task: tuple[str, Finger] | None = None
         self._moves = self._move()
-        self._left = np.empty((0, len(SCAN)), np.uint16)
         self._readings = np.zeros((2, TAXELS))
 
     def obey(self, words: str) -> None:
@@ -122,17 +122,8 @@ class BenchStream:
                 )
         self._moves = self._move()
 
-    def read(self, samples: int) -> NDArray[np.uint16]:
-        """Return the next scans, like :meth:`firstcontact.twin._stream.TwinStream.read`."""
-        parts, count = [self._left], len(self._left)
-        while count < samples:
-            parts.append(self._scans(next(self._moves)))
-            count += len(parts[-1])
-        joined = np.concatenate(parts)
-        self._left = joined[samples:]
-        return joined[:samples]
-
-    def _scans(self, motion: Motion) -> NDArray[np.uint16]:
+    def _next_scans(self) -> NDArray[np.uint16]:
+        motion = next(self._moves)
         bench, first = self.bench, self._tips.sample
         times = (first + np.arange(len(motion))) / FINGERTIP_RATE
         warm = 1 - math.exp(-DRIFT_TIME / bench.warming)

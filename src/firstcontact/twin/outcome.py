@@ -79,11 +79,6 @@ class GraspOutcome:
     first_contact: float | None
     second_contact: float | None
 
-    @property
-    def is_held(self) -> bool:
-        """Return True if both fingers hold an object that is neither dropped nor broken."""
-        return self.second_contact is not None and not (self.dropped or self.broken)
-
 
 def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
     """Return the sample from which a grip force stays stable; None if it never becomes stable."""

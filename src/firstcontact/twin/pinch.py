@@ -56,12 +56,6 @@ def integrate_pinch(
     return _times(run), out[BURN_IN:]
 
 
-def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
-    """Return the raw scans of one pinch, shape (samples, 6), in the order of ``SCAN``."""
-    times, motion = integrate_pinch(draw, duration=duration)
-    return PinchFingertips(draw, times).read(motion)
-
-
 class PinchJob(NamedTuple):
     draw: PinchDraw
     """Drawn pinch. Its random generator advances."""

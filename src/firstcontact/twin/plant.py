@@ -209,11 +209,6 @@ class GraspPlant:
         return self._motion[: self.sample, :, CONTACT_FORCE].copy()
 
     @property
-    def gaps(self) -> NDArray[np.float64]:
-        """Distances from fingers to object so far, m; negative in contact, NaN if unknown."""
-        return -self._motion[: self.sample, :, INDENTATION]
-
-    @property
     def outcome(self) -> GraspOutcome:
         broken = self._run.broken_at
         crack = None if broken is None or broken - BURN_IN >= self.sample else broken - BURN_IN

@@ -175,6 +175,33 @@ class PinchFingertips(Fingertips):
         return [(piezo[rows], force[rows]) for piezo, force in self._noise]
 
 
+class ScanStream(ABC):
+    """Endless scans that are computed in pieces and read in any numbers."""
+
+    def __init__(self) -> None:
+        self._left = np.empty((0, len(SCAN)), np.uint16)
+
+    @abstractmethod
+    def _next_scans(self) -> NDArray[np.uint16]:
+        """Return the scans of the next piece."""
+
+    def read(self, samples: int) -> NDArray[np.uint16]:
+        """Return the next scans, which are readings of all channels in a fixed order.
+
+        Returns
+        -------
+        ndarray
+            Shape (samples, 6), in the order of :data:`firstcontact.twin.sensor.SCAN`.
+        """
+        parts, count = [self._left], len(self._left)
+        while count < samples:
+            parts.append(self._next_scans())
+            count += len(parts[-1])
+        joined = np.concatenate(parts)
+        self._left = joined[samples:]
+        return joined[:samples]
+
+
 class StreamFingertips(Fingertips):
     def __init__(self, draw: PinchDraw, rng: np.random.Generator) -> None:
         super().__init__(draw)

@@ -7,7 +7,7 @@ each session have the same total weight.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
@@ -55,13 +55,8 @@ def features(kind: str, X: Windows, rate: float) -> Values:
 
 def log_bands(waves: Values, rate: float) -> Values:
     """Return the log spectrum without its level, in bands of equal ratio, shape (n, BANDS)."""
-    padded = padded_length(waves.shape[1])
+    padded = max(PADDED, 1 << (waves.shape[1] - 1).bit_length())
     return _level_free(_power(waves, padded) @ in_bands(padded, rate))
-
-
-def padded_length(samples: int) -> int:
-    """Return the length to which :func:`log_bands` pads windows with zeros."""
-    return max(PADDED, 1 << (samples - 1).bit_length())
 
 
 def log_bins(waves: Values, rate: float) -> Values:
@@ -84,14 +79,10 @@ def course(waves: Values, rate: float) -> Values:
 
 
 def _power(waves: Values, length: int) -> Values:
-    power: Values = np.abs(np.fft.rfft(waves * _fade(waves.shape[1]), length, axis=1)) ** 2
+    n = waves.shape[1]
+    fade = np.hanning(2 * n + 1)[n : 2 * n]  # the contact is at the start
+    power: Values = np.abs(np.fft.rfft(waves * fade, length, axis=1)) ** 2
     return power
-
-
-def _fade(n: int) -> Values:
-    """Return weights that fade out the end of a window; the contact is at its start."""
-    fade: Values = np.hanning(2 * n + 1)[n : 2 * n]
-    return fade
 
 
 def _level_free(power: Values) -> Values:
@@ -152,13 +143,11 @@ class LogSpectrumModel(ArraysModel):
 
     def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
         super().__init__(spec, *arrays)
-        kind, scale, *_ = self._arrays.values()
-        self._features = dict(enumerate(KINDS)).get(kind[0], "")
+        [kind], scale, *_ = self._arrays.values()
+        self._features = dict(enumerate(KINDS)).get(kind, "")
         blank = np.ones((1, spec.samples, spec.channels), np.float32)
-        if (
-            not self._features
-            or features(self._features, blank, spec.rate).shape[1] != scale.shape[1]
-        ):
+        inputs = features(self._features, blank, spec.rate).shape[1] if self._features else 0
+        if inputs != scale.shape[1]:
             raise InputError(
                 "the shapes or values of the log-spectrum model's arrays do not fit together: "
                 "train again"
@@ -256,31 +245,25 @@ class LogSpectrum(Estimator):
 
 def _folds(
     y: Values, groups: NDArray[Any] | None, seed: int
-) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield folds that hold out one group each, or several if there are many groups."""
+) -> Iterable[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Return folds that hold out one group each, or several if there are many groups."""
     names = np.unique(groups) if groups is not None else np.array([])
     if not 2 <= len(names) <= MOST_GROUPS:
-        yield from inner_folds(y, groups, seed, FOLDS)
-        return
-    for name in names:
-        yield np.flatnonzero(groups != name), np.flatnonzero(groups == name)
+        return inner_folds(y, groups, seed, FOLDS)
+    return [(np.flatnonzero(groups != name), np.flatnonzero(groups == name)) for name in names]
 
 
 def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
     """Return sample weights with mean 1."""
     weights = np.ones(len(y))
+    classes = np.unique(y, return_inverse=True)[1]
     if groups is not None:
+        names, number = np.unique(groups, return_inverse=True)
         if task is Task.CLASSIFICATION:
-            pairs = np.stack(
-                [np.unique(y, return_inverse=True)[1], np.unique(groups, return_inverse=True)[1]]
-            )
-            _, number = np.unique(pairs, axis=1, return_inverse=True)
-        else:
-            _, number = np.unique(groups, return_inverse=True)
+            number = classes * len(names) + number
         weights /= np.bincount(number)[number]
     if task is Task.CLASSIFICATION:
-        _, number = np.unique(y, return_inverse=True)
-        weights /= np.bincount(number, weights)[number]
+        weights /= np.bincount(classes, weights)[classes]
     even: Values = weights * (len(y) / weights.sum())
     return even
 

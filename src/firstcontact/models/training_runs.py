@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS, Detector, make_detector
-from firstcontact.contact.detector_file import is_pretrained, pretrained_detector
+from firstcontact.contact.detector_file import is_pretrained
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.installation import require_extra
 from firstcontact.core.jobs import Runner, parallel, worker_count
 from firstcontact.core.records import LONGEST_NAME, to_tree
 from firstcontact.core.text import counted
-from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
+from firstcontact.models._predictors import Predictor, WindowPredictor
 from firstcontact.models.alignment import (
     Alignment,
     Contacts,
@@ -29,7 +29,7 @@ from firstcontact.models.alignment import (
 from firstcontact.models.card import Digests, TrainingData, TrainingRecord, pinch_digests
 from firstcontact.models.combined import CombinedEstimator
 from firstcontact.models.estimator import Estimator, EstimatorInfo
-from firstcontact.models.model import Model, require_dataset
+from firstcontact.models.model import Model, require_dataset, shipped_model
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import (
     NetworkEstimator,
@@ -344,16 +344,16 @@ def adapt(
             raise InputError(
                 "an estimator needs recordings to adapt to: give some", parameter="data"
             )
-        fallback = pretrained_detector()
-        if detector is not None and detector != fallback.name:
-            if DETECTORS.find(detector).learns:
-                raise InputError(
-                    f"{detector} must be trained before contacts can be detected: give recordings "
-                    "for its training",
-                    parameter="detector",
-                )
-            fallback = make_detector(detector)
-        return Model(fallback, (RigPredictor(pretrained()),))
+        shipped = shipped_model()
+        if detector is None or detector == shipped.own_detector.name:
+            return shipped
+        if DETECTORS.find(detector).learns:
+            raise InputError(
+                f"{detector} must be trained before contacts can be detected: give recordings "
+                "for its training",
+                parameter="detector",
+            )
+        return replace(shipped, detector=make_detector(detector))
     chosen = estimator or RIG_ESTIMATOR.name
     return train(data, chosen, detector=detector, seed=seed, progress=progress)
 

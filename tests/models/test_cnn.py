@@ -78,25 +78,6 @@ def test_the_export_is_the_network(samples: int, channels: int, outputs: int) ->
             CnnModel.from_arrays(model.spec, {**model.to_arrays(), "weights": wrong})
 
 
-@pytest.mark.parametrize("task", Task)
-def test_a_trained_network_answers_as_in_pytorch(
-    task: Task, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    import torch
-
-    from firstcontact.models import cnn
-
-    trained = []
-    train = cnn._train
-    monkeypatch.setattr(cnn, "_train", lambda *a: trained.extend(train(*a)) or trained)
-    X, y, _ = toy_windows(64)
-    model = Cnn(task, RATE, epochs=2).fit(X, y)
-    with torch.no_grad():
-        expected = trained[0](as_input(compress(X, model.to_arrays()["scale"]))).numpy()
-    scale = np.abs(expected).max()
-    np.testing.assert_allclose(model.outputs(X), expected, atol=1e-4 * scale)
-
-
 @pytest.mark.slow
 def test_shipped_graph_is_that_of_the_exporter() -> None:
     from onnx import ModelProto

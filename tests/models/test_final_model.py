@@ -46,16 +46,6 @@ def test_folds_that_leave_one_level_are_not_scored(task: Task) -> None:
     assert "1 fold not scored" in final.split
 
 
-@pytest.mark.parametrize("task", Task)
-def test_levels_that_were_not_learned_are_stated(task: Task) -> None:
-    X, y, sessions = toy_windows(60)
-    splits = [
-        train_final_model(labelled(X, y, groups), "peak", task, 0, 0.9, Serial()).split
-        for groups in (sessions, y.astype(str))
-    ]
-    assert ["learned" in split for split in splits] == [False, True]
-
-
 def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     data = labelled(*toy_windows(300))
     X = data.X

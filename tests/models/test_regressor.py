@@ -17,7 +17,6 @@ from sklearn.linear_model import LogisticRegression, Ridge
 from sklearn.model_selection import GridSearchCV
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
-from sklearn.svm import SVR
 
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
@@ -52,15 +51,15 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return load_dataset(recordings(tmp_path_factory.mktemp("pinches") / "p"))
 
 
-@pytest.mark.parametrize("regressor", [PIPELINE, make_pipeline(StandardScaler(), SVR(C=100))])
-def test_a_regressor_keeps_the_promises_of_estimators(regressor: Any) -> None:
-    check_estimator(find_estimator(regressor))
+CLASSIFIER = make_pipeline(StandardScaler(), LogisticRegression())
 
 
-def test_a_classifier_keeps_the_promises_of_estimators() -> None:
-    classifier = make_pipeline(StandardScaler(), LogisticRegression())
-    assert find_estimator(classifier).tasks == (Task.CLASSIFICATION,)
-    check_estimator(find_estimator(classifier))
+@pytest.mark.parametrize(
+    ("kind", "task"), [(PIPELINE, Task.REGRESSION), (CLASSIFIER, Task.CLASSIFICATION)]
+)
+def test_it_keeps_the_promises_of_estimators(kind: Any, task: Task) -> None:
+    assert find_estimator(kind).tasks == (task,)
+    check_estimator(find_estimator(kind))
 
 
 def test_a_classifier_names_a_fractional_label() -> None:

@@ -20,7 +20,7 @@ from pinches import simulated as simulated_pinch
 from firstcontact.core import InputError, Role
 from firstcontact.recording import load_dataset, read_recording
 from firstcontact.twin import BLOCKS, simulate
-from firstcontact.twin._simulate import check_set, plan_sessions
+from firstcontact.twin._simulate import plan_sessions
 from firstcontact.twin.draw import Condition
 
 
@@ -86,29 +86,29 @@ def test_set_has_labels_and_contacts(simulated: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("name", "value"),
     [
-        (("lab", 1, 1, 0, 1), "'lab'"),
-        (("paper-rig", -1, 1, 0, 1), "pinches_per_block"),
-        (("paper-rig", 0, 0, 0, 1), "pinches_per_object"),
-        (("paper-rig", 10**30, 1, 0, 1), "1000000"),
-        (("paper-rig", 1, 1, 0, 0), "workers"),
+        ("pinches_per_block", -1), ("pinches_per_block", 1.0), ("pinches_per_object", 10**30),
+        ("pinches_per_object", "1"), ("seed", -1), ("seed", math.nan), ("workers", 0),
+        ("workers", np.float64(2)),
     ],
-)
-def test_invalid_arguments_are_refused_and_write_nothing(
-    tmp_path: Path, arguments: tuple[str, int, int, int, int], words: str
+)  # fmt: skip
+def test_invalid_numbers_are_refused_by_name_and_write_nothing(
+    tmp_path: Path, name: str, value: Any
 ) -> None:
-    with pytest.raises(InputError, match=words):
-        simulate(tmp_path / "out", *arguments)
+    with pytest.raises(InputError) as caught:
+        simulate(tmp_path / "out", **{name: value})
+    assert caught.value.parameter == name
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("value", [1.0, np.float64(2), "1", math.nan])
-def test_numbers_that_are_not_whole_are_refused_by_name(tmp_path: Path, value: Any) -> None:
-    for name in ("pinches_per_block", "pinches_per_object", "seed", "workers"):
-        with pytest.raises(InputError) as caught:
-            check_set(tmp_path, **{name: value})
-        assert caught.value.parameter == name
+@pytest.mark.parametrize("arguments", [("lab", 1, 1), ("paper-rig", 0, 0)])
+def test_an_unknown_condition_and_no_pinches_are_refused(
+    tmp_path: Path, arguments: tuple[str, int, int]
+) -> None:
+    with pytest.raises(InputError):
+        simulate(tmp_path / "out", *arguments)
+    assert not list(tmp_path.iterdir())
 
 
 def test_folder_with_files_is_refused(tmp_path: Path) -> None:

@@ -108,8 +108,8 @@ def simulate(
     ``noise`` is that of a real sensor at rest, and ``runner`` simulates the pinches instead of
     threads in this process. Inside ``joblib.parallel_config``, its backend runs the jobs.
     """
-    check_set(directory, condition_name, pinches_per_block, pinches_per_object, seed, workers)
     c = condition(condition_name)
+    _check_set(directory, pinches_per_block, pinches_per_object, seed, workers)
     sessions = plan_sessions(c, pinches_per_block, pinches_per_object, seed)
     batches = [
         _Batch(session.name, start, session.pinches[start : start + _BATCH])
@@ -143,15 +143,9 @@ def simulate(
     return [directory / f"{session.name}.mcap" for session in sessions]
 
 
-def check_set(
-    directory: Path,
-    condition_name: str = "paper-rig",
-    pinches_per_block: int = 500,
-    pinches_per_object: int = 50,
-    seed: int = 0,
-    workers: int | None = None,
+def _check_set(
+    directory: Path, pinches_per_block: int, pinches_per_object: int, seed: int, workers: int | None
 ) -> None:
-    condition(condition_name)
     for name, value, least, most in (
         ("pinches_per_block", pinches_per_block, 0, MOST_PINCHES),
         ("pinches_per_object", pinches_per_object, 0, MOST_PINCHES),

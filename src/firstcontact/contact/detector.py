@@ -105,19 +105,20 @@ class Detector:
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask of the windows with a contact in their newest part.
 
-        ``windows`` are in sigmas of the steady state, shape (windows, fingers, samples); the mask
-        has the shape (windows, fingers). The chain calls this method for one window at a time,
-        unless :meth:`constants` names a detector that is part of the chain.
+        ``windows`` have the shape (windows, fingers, samples), and the standard deviation of the
+        motor's steady noise as unit. The mask has the shape (windows, fingers). The chain calls
+        this method for one window at a time, unless it has a detector of this kind itself (see
+        :meth:`constants`).
         """
         raise NotImplementedError(f"{type(self).__name__} has no method 'fires'")
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
-        """Learn from a steady state. By default do nothing.
+        """Learn from the steady state: the motor's noise before a contact. By default do nothing.
 
-        ``quiet`` holds the samples of the steady state divided by its sigma, shape (samples,
-        fingers). The chain calls this method when the first steady state is complete, and again
-        when a quieter one replaces it. If a finger keeps its earlier steady state, its samples are
-        divided by the earlier sigma.
+        ``quiet`` holds its samples divided by their standard deviation, shape (samples, fingers).
+        The chain calls this method when the first steady state is complete, and again when a
+        quieter one replaces it. A finger that keeps its earlier steady state keeps the earlier
+        standard deviation.
         """
 
     @classmethod
@@ -147,10 +148,10 @@ class Detector:
         return DetectorConstants(kind, sizes.window, sizes.step, sizes.steady, search, **constants)
 
     def constants(self, rate: float) -> DetectorConstants:
-        """Return the constants of this detector for the chain at a rate in Hz.
+        """Return the constants with which the chain runs this detector at a rate in Hz.
 
-        By default, the chain calls :meth:`settled` and :meth:`fires`. Raise InputError if the rate
-        is too low or too high, or the detector is not trained for it.
+        The chain is the C library for all steps from a sample to an estimate. By default it calls
+        :meth:`settled` and :meth:`fires`. Raise InputError if the detector cannot run at the rate.
         """
         return self._constants(rate, DetectorKind.PROGRAM)
 

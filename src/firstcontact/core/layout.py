@@ -215,8 +215,8 @@ class Layout:
     def columns(self, kind: ChannelKind, *fingers: Finger | None) -> tuple[int, ...]:
         """Return the column numbers of channels of one kind, of all fingers or of ``fingers``.
 
-        None in ``fingers`` selects channels that belong to no finger. Of a channel with several
-        axes, only the column of its :attr:`~Channel.axis` is returned.
+        None in ``fingers`` selects channels that belong to no finger. A channel with several axes
+        gives only the column of its :attr:`~Channel.axis`.
         """
         starts = accumulate((c.axes for c in self.channels), initial=0)
         return tuple(

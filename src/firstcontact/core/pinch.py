@@ -232,7 +232,8 @@ class Pinch:
     def vibration(self) -> NDArray[np.float64]:
         """Return the vibration channels in their unit, shape (samples, vibration channels).
 
-        A vector gives one column, its :attr:`~firstcontact.core.Channel.axis`.
+        A sensor with several axes gives only the column of its
+        :attr:`~firstcontact.core.Channel.axis`.
         """
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.VIBRATION))
 

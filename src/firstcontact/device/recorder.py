@@ -65,7 +65,9 @@ class Recorder:
         """Start a recording into a new file. Raise InputError if one is running."""
         with self._starting:
             if self._is_over:
-                raise InputError(f"the session has ended without {path}: start it again")
+                raise InputError(
+                    f"{path} cannot be recorded after the end of the session: start a new one"
+                )
             running = self.status.path
             if running is not None:
                 raise InputError(

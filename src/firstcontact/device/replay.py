@@ -122,7 +122,9 @@ class ReplaySource(Source):
         return None
 
     def mark(self, text: str) -> None:
-        raise InputError(f"{self.name} is a recording, which takes no markers: use a live source")
+        raise InputError(
+            f"{self.name} is a recording, to which no markers can be added: use a live source"
+        )
 
     def order(self, text: str) -> None:
         raise InputError(f"{self.name} is a recording, which takes no orders: use the twin")

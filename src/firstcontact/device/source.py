@@ -182,7 +182,7 @@ class Source(ABC):
 
     @abstractmethod
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample. A marker never moves a simulated hand."""
+        """Attach a marker to the next sample. Unlike :meth:`order`, it never moves a hand."""
 
     def order(self, text: str) -> None:  # noqa: B027
         """Send an order to a simulated hand. Other devices ignore it.

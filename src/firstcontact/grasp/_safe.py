@@ -50,7 +50,7 @@ class Pacer:
     def __init__(self, limits: HandLimits, silence: float) -> None:
         if not silence > 0:  # true of NaN
             raise InputError(
-                f"the time of silence is {silence:g} s: give one above 0", parameter="silence"
+                f"the longest silence is {silence:g} s: it must be above 0", parameter="silence"
             )
         self.limits = limits
         self.counts = HandCounts()

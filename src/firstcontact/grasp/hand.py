@@ -91,8 +91,8 @@ class Hand(ABC):
     def start(self) -> None:
         """Begin the next closing immediately.
 
-        Override it for a hand with :attr:`Begins.HURRY`. The signal shows the start, and the hand
-        opens by itself.
+        Override it for a hand that closes and opens by itself, but can begin a closing on request
+        (:attr:`Begins.HURRY`).
         """
         raise HandError(f"the hand {self.name!r} begins no closing on request")
 
@@ -125,7 +125,8 @@ class Hand(ABC):
     def positions(self) -> Sequence[tuple[float, float]]:
         """Return the newest positions that the hand reported. They cover at least the last 0.5 s.
 
-        Each is a time by ``time.monotonic()``, s, and the travel of the fingertip from any zero, m.
+        Each is a time by ``time.monotonic()``, s, and the distance that the fingertip has moved, m.
+        The zero of this distance does not matter.
         An estimate waits for this call, so return stored positions and send no request to the hand.
         """
         return ()

@@ -101,7 +101,7 @@ class Policy:
 
     @classmethod
     def uses_piezos(cls) -> bool:
-        """Return True if the policy acts on contacts or estimates."""
+        """Return True if the policy reacts to contacts or estimates, which come from the piezos."""
         return (cls.touched, cls.estimated) != (Policy.touched, Policy.estimated)
 
     @classmethod

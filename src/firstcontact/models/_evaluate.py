@@ -94,7 +94,7 @@ class GroupScores:
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error by elapsed time (s); empty for classes."""
+        """Root mean square error for each time after the contact, s; empty for classes."""
         return {at: s.rmse for at, s in self.scores.items() if isinstance(s, RegressionScores)}
 
 
@@ -140,18 +140,22 @@ class Evaluation:
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error by elapsed time (s); empty if all pinches are training pinches."""
+        """Root mean square error for each time after the contact, s.
+
+        It is empty if the model was trained on all pinches, and so are :attr:`coverage` and
+        :attr:`width`.
+        """
         squares = self._unseen_mean(lambda group: {at: r * r for at, r in group.rmse.items()})
         return {at: math.sqrt(square) for at, square in squares.items()}
 
     @property
     def coverage(self) -> Mapping[float, float]:
-        """Share of truths inside the interval by elapsed time (s); empty if :attr:`rmse` is."""
+        """Share of intervals that contain the true value, for each time after the contact, s."""
         return self._unseen_mean(lambda group: group.coverage)
 
     @property
     def width(self) -> Mapping[float, float]:
-        """Mean width of the interval by elapsed time (s); empty if :attr:`rmse` is."""
+        """Mean width of the intervals for each time after the contact, s."""
         return self._unseen_mean(lambda group: group.width)
 
     def __repr__(self) -> str:

@@ -36,7 +36,9 @@ class ContextNetwork:
         for name, size in (("inputs", INPUTS), ("token", Rig.TOKEN), ("general", Rig.GENERAL)):
             self._take(arrays, f"{name}.mean", size)
             if not self._take(arrays, f"{name}.sd", size).min() >= 1 / LARGEST:
-                raise InputError(f"the array '{name}.sd' has values below {1 / LARGEST:g}")
+                raise InputError(
+                    f"the array '{name}.sd' has values below {1 / LARGEST:g}: make the model again"
+                )
         width = INPUTS
         for name in self.THIN:
             directions = self._integers(arrays, f"{name}.into", width)

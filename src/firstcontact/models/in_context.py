@@ -52,8 +52,8 @@ class InContextModel:
             )
         if Rig.ANY not in rigs:
             raise InputError(
-                "the model file lacks the arrays of the rig that all fingers share: train the "
-                "model again"
+                "the model file lacks the arrays for fingers without own examples: adapt the model "
+                "again"
             )
         self.rate = FINGERTIP_RATE
         self.level = level

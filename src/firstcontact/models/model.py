@@ -98,7 +98,7 @@ class Model:
 
     @property
     def network(self) -> RigPredictor | None:
-        """Network conditioned on the rig; None without one."""
+        """Network with the examples of your rig; None if the model has no network."""
         return next((p for p in self.predictors if isinstance(p, RigPredictor)), None)
 
     @property
@@ -228,7 +228,7 @@ class Model:
 
     @property
     def own_detector(self) -> Detector:
-        """Contact detector. Raise InputError if the model folder had none."""
+        """Contact detector of the model. Raise InputError if its folder has none."""
         if self.detector is None:
             raise InputError(
                 f"{self.folder}: the folder has no detector: name a folder that `firstcontact "

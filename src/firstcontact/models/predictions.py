@@ -115,7 +115,7 @@ class Predictions:
             column[rows] = new
 
     def take(self, rows: NDArray[Any]) -> Predictions:
-        """Return the predictions at these positions, or where a mask is true. Drop ``contacts``."""
+        """Return the predictions at these positions or of a mask, without their ``contacts``."""
         return _of_columns([column[rows] for column in self.columns], ())
 
     def filled(self, other: Predictions) -> Predictions:

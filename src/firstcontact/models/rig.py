@@ -345,8 +345,8 @@ class RigRegression:
         n = len(shore_a)
         if not 2 <= n <= MOST_PINCHES or not (scale > 0).all():
             raise InputError(
-                f"the regression of a rig needs 2 to {MOST_PINCHES} pinches, and scales above 0: "
-                "adapt the model again"
+                f"the model's regression must have 2 to {MOST_PINCHES} pinches, and a scale above "
+                "0 for each input: adapt the model again"
             )
         inputs = np.clip(inputs, -LARGEST_INPUT, LARGEST_INPUT)
         self._inputs, self._shore_a, self._scale = inputs, shore_a, scale

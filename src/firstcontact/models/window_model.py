@@ -180,7 +180,7 @@ class WindowModel(ABC):
 
 @dataclass(frozen=True, slots=True)
 class ArrayCheck:
-    """Declared array of a model."""
+    """Declaration of one array of a model: the shape and sign that loading checks."""
 
     #: Length of each axis: a number, or a name from :meth:`ArraysModel.sizes`. A name that is
     #: not there stands for any length that is the same in all arrays.
@@ -234,7 +234,7 @@ class ArraysModel(WindowModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """Return the lengths that the spec determines, by their names in the declared shapes.
+        """Return the axis lengths that follow from the spec, by their names in :class:`ArrayCheck`.
 
         ``inputs`` is the number of values in a window; ``outputs`` is the number of classes, or 1.
         """

@@ -51,9 +51,11 @@ def import_path(
     tables = {name: Path(table) for name, table in named.items() if table is not None}
     importer = find_importer(path, rate, tables)
     if sensor is not None and "sensor" not in importer.options:
-        raise InputError(f"{path} states its sensor: leave this out", parameter="sensor")
+        raise InputError(f"{path} states its sensor, so give none", parameter="sensor")
     if find is not None and "find" not in importer.options:
-        raise InputError(f"{path} is no sound: leave this out", parameter="find")
+        raise InputError(
+            f"{path} is no sound file, so contacts cannot be found in it", parameter="find"
+        )
     require_extra(importer)
     given = {
         "sensor": sensor and VibrationSensor(sensor),
@@ -115,7 +117,7 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
     if rate is not None and (importer is None or "rate" not in importer.options):
         titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
         raise InputError(
-            f"{path} states its rate: leave this out (it is for {titles})", parameter="rate"
+            f"{path} states its rate, so give none (it is for {titles})", parameter="rate"
         )
     if importer is None:
         if path.suffix == ".mcap":
@@ -131,7 +133,7 @@ def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     """Return the dataset with its source: the one that the file states, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
         raise InputError(
-            f"{path} states {dataset.source}, not {source}: leave this out, or correct the file",
+            f"{path} states {dataset.source}, not {source}: give no source, or correct the file",
             parameter="source",
         )
     dataset = replace(dataset, source=source or dataset.source)

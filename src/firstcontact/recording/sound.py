@@ -84,7 +84,9 @@ def import_events(
         table = Table(path, {"session": [path.stem]}, [0], "pinch")
         return _found(table, [path], signals, layout, find, [])
     if find is not None:
-        raise InputError(f"{events} lists the contacts: leave this out", parameter="find")
+        raise InputError(
+            f"{events} lists the contacts, so they need not be found", parameter="find"
+        )
     table = read_events(events)
     files, of_rows, notes = _files(path, table)
     sounds = [read_sound(file) for file in files]

@@ -65,7 +65,7 @@ class HandRequests:
 
     def ask(self, ask: Ask, by: str) -> None:
         if self._over:
-            raise InputError("The session has ended: start it again")
+            raise InputError("The session has ended: run the command again")
         if ask is Ask.OPEN:
             self._open(HandRequest(ask, by))
             return

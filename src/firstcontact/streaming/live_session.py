@@ -264,7 +264,8 @@ def _check_slip(slip: str, hand: str | Hand | None, policy: str) -> None:
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in find_hand(hand).begins:
         raise InputError(
-            "slip detection needs a hand that closes on request; name one, or leave this out",
+            "only a hand that closes on request can react to slips: name such a hand, or leave the "
+            "slip detector out",
             parameter="slip",
         )
     if not POLICIES.find(policy).has_reflex():

@@ -43,7 +43,7 @@ class Check:
 
         if self.fault and not source_kind(self.device).simulated:
             raise InputError(
-                "this option is for a simulated hand only: leave it out", parameter="fault"
+                "only the simulated hand can have a fault: give --device twin", parameter="fault"
             )
         check_writable(self.out)  # before a person taps and presses for nothing
         opened = open_source(

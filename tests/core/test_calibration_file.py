@@ -28,16 +28,13 @@ def test_calibration_round_trips_through_its_file(tmp_path_factory, piezo, force
     assert read_calibration(path) == calibration
 
 
+CURVE = {"finger": 1, "leak": 0.0, "gain": 0.0, "exponent": 1.0, "rms": 0.0}
+
+
 def tree(**change):
     piezo = {"finger": 0, "noise": 0.002, "offset": 0.0, "tap": None}
-    return {
-        "format": "firstcontact.calibration",
-        "version": 1,
-        "piezo": [piezo],
-        "force": [],
-        "created": "",
-        **change,
-    }
+    head = {"format": "firstcontact.calibration", "version": 1}
+    return {**head, "piezo": [piezo], "force": [], "created": "", **change}
 
 
 @pytest.mark.parametrize(
@@ -54,12 +51,7 @@ def tree(**change):
         ('{"a":' * 100_000, "calibration.json"),
         (json.dumps(tree()).replace("0.002", "9" * 400), "noise"),
         (json.dumps(tree(piezo=[{"finger": 1, "noise": "loud"}])), "noise"),
-        (
-            json.dumps(
-                tree(force=[{"finger": 1, "leak": 0.0, "gain": 0.0, "exponent": 1.0, "rms": 0.0}])
-            ),
-            "gain",
-        ),
+        (json.dumps(tree(force=[CURVE])), "gain"),
     ],
 )
 def test_invalid_calibration_files_are_refused(tmp_path, content, problem):

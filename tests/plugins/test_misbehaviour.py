@@ -141,15 +141,6 @@ def test_an_object_of_the_wrong_kind_is_refused(code, registry, install):
     assert "bad" not in list(registry)
 
 
-def test_what_is_left_to_write_is_named(install):
-    install(
-        "from firstcontact.models import Estimator\n"
-        "class ENTRY(Estimator):\n    name = 'bad'\n    title = 'x'\n"
-    )
-    with pytest.raises(ValueError, match="fit"):
-        ESTIMATORS.find("bad")
-
-
 EXPORTER = """
 from firstcontact.recording import Exporter
 def write(dataset, path):

@@ -1,7 +1,5 @@
 """A new entry is one file and at most one line. The documented examples run in a copy."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -23,92 +21,59 @@ HANDS = ROOT / "docs" / "how-to" / "drive-a-hand.md"
 class Entry(NamedTuple):
     """New entry of the package: an example, what registers it, and a command that uses it."""
 
-    page: Path
     heading: str
-    #: File of the package that holds the example's code.
+    #: File of the package that holds the example's code, and text before the registry's new line.
     file: str
-    #: Registry, text before which the line goes, and the line; "" for none.
-    registry: str
     anchor: str
     line: str
     command: str
     #: Words that the command must print.
     words: str
+    registry: str = "registry.py"
+    page: Path = GUIDE
 
 
+LIVE = "live --device {recording} --model general --speed inf"
 ENTRIES = {
-    "verb": Entry(GUIDE, "A command", "cli/verbs/count.py", "", "", "", "count pinches", "20"),
+    "command": Entry("A command", "cli/verbs/count.py", "", "", "count pinches", "20"),
     "detector": Entry(
-        GUIDE,
-        "A detector in ten lines",
-        "contact/_energy.py",
-        "contact/registry.py",
-        '"three_sigma": ',
+        "A detector in ten lines", "contact/_energy.py", '"three_sigma": ',
         '"energy": "firstcontact.contact._energy:EnergyDetector",',
-        "train pinches --out energy --detector-type energy --detector-only",
-        "detector energy",
+        "train pinches --out energy --detector-type energy --detector-only", "detector energy",
     ),
     "estimator": Entry(
-        GUIDE,
-        "An estimator",
-        "models/_loudness.py",
-        "models/registry.py",
-        '"train_mean": ',
+        "An estimator", "models/_loudness.py", '"train_mean": ',
         '"loudness": "firstcontact.models._loudness:Loudness",',
         "train pinches --out loudness --estimator loudness --task regression",
         "loudness (regression)",
     ),
     "policy": Entry(
-        GUIDE,
-        "A policy",
-        "grasp/_halfway.py",
-        "grasp/registry.py",
-        '"touch": ',
+        "A policy", "grasp/_halfway.py", '"touch": ',
         '"halfway": "firstcontact.grasp._halfway:Halfway",',
-        "live --device {recording} --model general --speed inf --hand print --policy halfway",
-        "halfway",
+        f"{LIVE} --hand print --policy halfway", "halfway",
     ),
     "hand": Entry(
-        HANDS,
-        "A hand of your own",
-        "grasp/_line.py",
-        "grasp/registry.py",
-        '"print": ',
+        "A hand of your own", "grasp/_line.py", '"print": ',
         '"line": "firstcontact.grasp._line:LineHand",',
-        "live --device {recording} --model general --speed inf --hand line --hand-port nowhere",
-        "hand line",
+        f"{LIVE} --hand line --hand-port nowhere", "hand line", page=HANDS,
     ),
     "source": Entry(
-        GUIDE,
-        "A sensor",
-        "device/_reel.py",
-        "device/opening.py",
-        "{kind.name: kind",
+        "A sensor", "device/_reel.py", "{kind.name: kind",
         '{"reel": "firstcontact.device._reel:REEL"} |',
-        "info --device reel:{recording}",
-        "reel:",
+        "info --device reel:{recording}", "reel:", "opening.py",
     ),
     "exporter": Entry(
-        GUIDE,
-        "A file format",
-        "recording/_json.py",
-        "recording/_formats.py",
-        '"csv": f"{_HERE}._exporting',
+        "A file format", "recording/_json.py", '"csv": f"{_HERE}._exporting',
         '"json": "firstcontact.recording._json:EXPORTER",',
-        "export pinches --to json --out {folder}/exported.json",
-        "20 pinches written",
+        "export pinches --to json --out {folder}/exported.json", "20 pinches written",
+        "_formats.py",
     ),
     "importer": Entry(
-        GUIDE,
-        "A file format",
-        "recording/_json.py",
-        "recording/_formats.py",
-        '"wav": ',
+        "A file format", "recording/_json.py", '"wav": ',
         '"json": "firstcontact.recording._json:IMPORTER",',
-        "import {folder}/given.json --out {folder}/imported",
-        "2 pinches",
+        "import {folder}/given.json --out {folder}/imported", "2 pinches", "_formats.py",
     ),
-}
+}  # fmt: skip
 
 
 def example(page: Path, heading: str) -> str:
@@ -161,8 +126,8 @@ def test_a_new_entry_is_one_file_and_at_most_one_line(
     file = package / entry.file
     assert not file.exists()
     file.write_text(example(entry.page, entry.heading), encoding="utf-8")
-    if entry.registry:
-        registry = package / entry.registry
+    if entry.anchor:
+        registry = file.with_name(entry.registry)
         text = registry.read_text(encoding="utf-8")
         assert text.count(entry.anchor) == 1
         registry.write_text(text.replace(entry.anchor, f"{entry.line}\n        {entry.anchor}"))

@@ -1,14 +1,13 @@
 """Exported recordings of every kind come back equal, or the export is refused."""
 
-import csv
 import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
+from import_files import as_hdf5
 from scipy.io import savemat
 
 import firstcontact as fc
@@ -55,16 +54,6 @@ def recorded(folder, channels, fingers, dtype="float32"):
     return load_dataset(folder)
 
 
-def board(folder, *columns):
-    """Return a recording of a ``csv:`` device with these columns."""
-    fingers = (None,) if len(columns) == 1 else tuple(Finger)
-    channels = tuple(
-        Channel(f"column {name}", VIBRATION, finger, "counts")
-        for name, finger in zip(columns, fingers, strict=True)
-    )
-    return recorded(folder, channels, fingers)
-
-
 def matlab(folder, *rows):
     """Return an import of MATLAB variables that a table describes."""
     table = folder.with_suffix(".csv")
@@ -92,8 +81,7 @@ EXTRAS = tuple(Channel(f"{c} {k}", FORCE, None, "N", 0.5, 7.0, k) for c in "ab" 
 HAND = fingertip_layout().channels
 RECORDINGS: dict[str, Callable[[Path], Dataset]] = {
     "twin": twin,
-    "board": lambda f: board(f, "a0"),
-    "board of two": lambda f: board(f, "a0", "a1"),
+    "board": lambda f: recorded(f, (sensor(None, name="column a0", unit="counts"),), (None,)),
     "sound input": lambda f: recorded(f, (sensor(None, name="piezo", unit="full scale"),), (None,)),
     "thumb": lambda f: recorded(f, BOTH[1:], (Finger.THUMB,)),
     "thumb, index first": lambda f: recorded(f, BOTH[1:], (Finger.INDEX, Finger.THUMB)),
@@ -170,18 +158,8 @@ LAYOUT_OF_ONE = Layout((sensor(None),), 5000.0).to_json()
         json.dumps(Layout(BOTH, 5000.0).to_json()),
     ],
 )
-@pytest.mark.parametrize("to", ["csv", "hdf5"])
-def test_a_wrong_layout_is_refused(tmp_path, to, text):
-    if to == "hdf5":
-        path = tmp_path / "x.h5"
-        with h5py.File(path, "w") as file:
-            file["piezo"] = np.zeros((1, SAMPLES, 1))
-            file.attrs[LAYOUT] = text
-    else:
-        path = tmp_path / "x.csv"
-        with path.open("w", newline="") as stream:
-            rows = [["0", str(k / 5000), "1", text] for k in range(SAMPLES)]
-            csv.writer(stream).writerows([["pinch", "time_s", "disc", LAYOUT], *rows])
-    with pytest.raises(InputError, match=rf"x\.(h5|csv).*({LAYOUT}|disc)"):
+def test_a_wrong_layout_is_refused(tmp_path, text):
+    path = as_hdf5(tmp_path, np.zeros((1, SAMPLES, 1)), **{LAYOUT: text})
+    with pytest.raises(InputError, match=rf"x\.h5.*{LAYOUT}"):
         import_path(path, tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -2,15 +2,14 @@
 
 import math
 import struct
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from import_files import imported
 
-from firstcontact.cli.main import main
-from firstcontact.core import VibrationSensor
-from firstcontact.recording import load_dataset
+from firstcontact.core import InputError, VibrationSensor
+from firstcontact.recording import import_path
 
 pytest.importorskip("pyxdf")
 RATE, SLOW = 4000.0, 100.0
@@ -86,10 +85,7 @@ def xdf(tmp_path, *streams):
 
 
 def test_markers_are_contacts_and_slower_streams_go_along(tmp_path):
-    path = xdf(tmp_path, vibration(), slow(), marks())
-    out = tmp_path / "out"
-    assert main(["import", str(path), "--source", "real", "--out", str(out)]) == 0
-    dataset = load_dataset(out)
+    dataset = imported(xdf(tmp_path, vibration(), slow(), marks()), tmp_path / "out")
     assert dataset.objects.tolist() == ["eraser", "foam"]
     assert dataset.shore_a.tolist() == [40, 20]
     assert dataset.sessions.tolist() == ["taps", "taps"]
@@ -107,12 +103,11 @@ def test_markers_are_contacts_and_slower_streams_go_along(tmp_path):
 def test_a_table_names_the_stream_and_its_column(tmp_path):
     columns = np.stack([np.zeros(SAMPLES), np.arange(SAMPLES)], axis=1)
     path = xdf(tmp_path, vibration(values=columns), marks())
-    out = str(tmp_path / "out")
-    assert main(["import", str(path), "--out", out]) == 2
+    with pytest.raises(InputError, match="channels"):
+        import_path(path, tmp_path / "out")
     table = tmp_path / "channels.csv"
     table.write_text("variable,sensor,column\nfinger,microphone,1\n")
-    assert main(["import", str(path), "--channels", str(table), "--out", out]) == 0
-    pinch = load_dataset(Path(out)).pinches[0]
+    pinch = import_path(path, tmp_path / "out", channels=table)[0]
     assert pinch.layout.vibration[0].sensor is VibrationSensor.MICROPHONE
     assert pinch.data[0, 0] > 0
 
@@ -131,46 +126,36 @@ def test_event_times_start_at_the_vibration(tmp_path, column, late):
     table = tmp_path / "events.csv"
     expected = SAMPLES // 2 + round(0.5 * RATE)
     table.write_text(f"{column}\n{behind + 0.5 if column == 'onset_s' else expected}\n")
-    out = tmp_path / "out"
-    path = xdf(tmp_path, *streams)
-    assert main(["import", str(path), "--events", str(table), "--out", str(out)]) == 0
-    (pinch,) = load_dataset(out).pinches
+    (pinch,) = import_path(xdf(tmp_path, *streams), tmp_path / "out", events=table)
     assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == pytest.approx(expected, abs=1)
 
 
-def test_markers_outside_the_kept_samples_are_skipped_with_a_note(tmp_path, capsys):
+def test_markers_outside_the_kept_samples_are_skipped_with_a_note(tmp_path):
     # The first half is left out, since the other stream began behind the gap.
     stamps = times(SAMPLES, RATE)
     stamps[SAMPLES // 2 :] += 3.0
     late = slow(stamps=times(200, SLOW, begin=float(stamps[SAMPLES // 2]) - 0.1))
     texts = ((0.5, "left out"), (2.5, "in the gap"), (4.5, "kept"))
     path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=texts))
-    assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 0
-    assert load_dataset(tmp_path / "out").objects.tolist() == ["kept"]
-    assert "2 of 3 contacts lie in a gap" in capsys.readouterr().out
-    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=texts[:2]))
-    assert main(["import", str(path), "--out", str(tmp_path / "none")]) == 2
-    assert "each of its 2 contacts" in capsys.readouterr().err
-    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=((9.0, "beyond"),)))
-    assert main(["import", str(path), "--out", str(tmp_path / "none")]) == 2
-    assert "no samples" in capsys.readouterr().err
+    dataset = import_path(path, tmp_path / "out")
+    assert dataset.objects.tolist() == ["kept"]
+    assert any("2 of 3 contacts" in note for note in dataset.notes)
+    for lost in (texts[:2], ((9.0, "beyond"),)):
+        path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=lost))
+        with pytest.raises(InputError, match=path.name):
+            import_path(path, tmp_path / "none")
 
 
-def test_numbers_without_a_rate_are_left_out_with_a_note(tmp_path, capsys):
+def test_numbers_without_a_rate_are_left_out_with_a_note(tmp_path):
     codes = stream(4, "triggers", 0.0, "float32", [50.5, 51.0], [5.0, 6.0])
     seldom = stream(5, "seldom", 0.5, "float32", times(2, 0.5), np.zeros(2))
     path = xdf(tmp_path, vibration(), marks(), codes, seldom)
-    assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 0
-    (note,) = [note for note in load_dataset(tmp_path / "out").notes if "triggers" in note]
-    assert "seldom" in note
-    assert "--events" in note
-    assert note in capsys.readouterr().out
+    notes = import_path(path, tmp_path / "out").notes
+    assert any("triggers" in note and "seldom" in note for note in notes)
 
 
 def test_without_markers_the_file_is_one_pinch_to_label(tmp_path):
-    out = tmp_path / "out"
-    assert main(["import", str(xdf(tmp_path, vibration())), "--out", str(out)]) == 0
-    (pinch,) = load_dataset(out).pinches
+    (pinch,) = import_path(xdf(tmp_path, vibration()), tmp_path / "out")
     assert pinch.first is None
     assert len(pinch.data) == SAMPLES
 
@@ -207,18 +192,14 @@ def test_invalid_streams_are_refused(tmp_path, check_refused, streams, words):
     check_refused(xdf(tmp_path, *streams), *words)
 
 
-def test_truncated_file_is_refused_or_noted(tmp_path, capsys):
+def test_truncated_file_is_refused_or_noted(tmp_path):
     path = xdf(tmp_path, vibration(), marks())
     content = path.read_bytes()
     for place, keep in enumerate((0, 3, 50, 3000, len(content) // 2, len(content) - 30)):
         path.write_bytes(content[:keep])
-        out = tmp_path / f"out{place}"
-        status = main(["import", str(path), "--out", str(out)])
-        output = capsys.readouterr()
-        assert status in (0, 2)
-        if status == 2:
-            assert output.err.count("\n") == 1
-            assert "taps.xdf" in output.err
-            assert not out.exists()
+        try:
+            notes = import_path(path, tmp_path / f"out{place}").notes
+        except InputError:
+            assert not (tmp_path / f"out{place}").exists()
         else:
-            assert "not end properly" in output.out
+            assert any("finger" in note for note in notes)

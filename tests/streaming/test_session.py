@@ -247,9 +247,14 @@ def test_a_failed_output_is_told_to_the_others_once(recorded: Path, detector: De
             raise RuntimeError("no")
 
     keeper = Keeper()
-    with ReplaySource(recorded, float("inf")) as source:
+
+    def stopped() -> bool:
+        failures = [bool(update.failed) for update in keeper.updates]
+        return True in failures[:-3]
+
+    with ReplaySource(recorded, 1.0) as source:
         session = LiveSession(source, Pipeline(LAYOUT, detector))
-        session.run([Raiser("raiser"), keeper], patient=True)
+        session.run([Raiser("raiser"), keeper], stopped=stopped)
     assert [u.failed for u in keeper.updates if u.failed] == [{"raiser": "RuntimeError: no"}]
 
 

@@ -50,17 +50,10 @@ class Terminal(Screen):
         self._reminded_at = 0
         self._link = LinkNews(source.health)
         self._lost_before = 0
-        self._deserted = False
 
     def say(self, line: str) -> None:
         start = "\r" if self._live else ""
         print(start + line.ljust(self._width), flush=True)
-        if self._guide is not None and reader_gone() and not self._deserted:
-            self._deserted = True
-            print(
-                "firstcontact: standard output is closed; the recording continues",
-                file=sys.stderr,
-            )
 
     def begin(self, guide: Guide) -> None:
         """Start to show a recording. Its guide names the objects and judges the closings."""

@@ -57,7 +57,8 @@ class Strips:
     """Collector of the first contact of each strip in a closing."""
 
     def __init__(self, layout: Layout) -> None:
-        self._columns = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}
+        columns = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}
+        self._columns = {finger: places[0] for finger, places in columns.items() if places}
         #: True if the layout has a strip.
         self.exist = layout.has_strip
         self._closed: list[Contact] = []
@@ -71,10 +72,10 @@ class Strips:
         return tuple(sorted(self._closed, key=lambda contact: contact.sample))
 
     def watch(self, block: Block) -> None:
-        for finger, columns in self._columns.items():
-            if not columns or any(contact.finger is finger for contact in self._closed):
+        for finger, column in self._columns.items():
+            if any(contact.finger is finger for contact in self._closed):
                 continue
-            values = block.data[:, columns[0]]
+            values = block.data[:, column]
             if finger in self._open and not values.any():
                 continue
             is_closed = values > 0

@@ -7,6 +7,7 @@ Importing this package imports no verb.
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
@@ -53,20 +54,16 @@ def configuration(verb: str) -> type[Any]:
 
 def summary(verb: str) -> str:
     """Return the first paragraph of a verb's docstring, read without importing the verb."""
-    import ast
-
     module, _, attribute = verb_places()[verb].partition(":")
     try:
         spec = find_spec(module)
         text = "" if spec is None or spec.origin is None else Path(spec.origin).read_text("utf-8")
-        nodes = ast.parse(text).body
-    except (ImportError, OSError, ValueError, SyntaxError):
+    except (ImportError, OSError, ValueError):
         return "(cannot be read: update or remove the package that brings it)"
-    for node in nodes:
-        if isinstance(node, ast.ClassDef) and node.name == attribute:
-            words = (ast.get_docstring(node) or "").split("\n\n")[0]
-            return " ".join(words.split())
-    return ""
+    match = re.search(
+        rf'^class {attribute}\b.*?:\n    """(.*?)(\n\n|""")', text, re.DOTALL | re.MULTILINE
+    )
+    return "" if match is None else " ".join(match[1].split())
 
 
 def overview(width: int) -> str:

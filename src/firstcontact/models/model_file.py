@@ -176,10 +176,13 @@ def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> boo
     if not out.is_dir():
         return False
     for path in sorted(out.iterdir()):
-        if path.name not in (CARD, WEIGHTS, DETECTOR_CARD, DETECTOR_WEIGHTS) or path.is_dir():
-            raise _foreign(path)
-    _check_format(out / CARD, FORMAT)
-    _check_format(out / DETECTOR_CARD, DETECTOR_FORMAT)
+        formats = {CARD: FORMAT, DETECTOR_CARD: DETECTOR_FORMAT}
+        is_weights = path.name in (WEIGHTS, DETECTOR_WEIGHTS) and not path.is_dir()
+        if not is_weights and _card_format(path) != formats.get(path.name, ""):
+            raise InputError(
+                f"{out} would be replaced, but it holds {path.name}, which no training wrote: "
+                "choose another folder, or move that file away"
+            )
     if has_model(out):
         _check_made_again(out, windows, network)
     return any(out.iterdir())
@@ -201,19 +204,9 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
         )
 
 
-def _check_format(path: Path, expected: str) -> None:
-    if not path.exists():
-        return
+def _card_format(path: Path) -> str | None:
+    """Return the field ``format`` of a card; None if the file is no card."""
     try:
-        card = read_record(read_regular(path, LONGEST_CARD), _Format, "", "", LONGEST_CARD)
-    except InputError:
-        raise _foreign(path) from None
-    if card.format != expected:
-        raise _foreign(path)
-
-
-def _foreign(path: Path) -> InputError:
-    return InputError(
-        f"{path.parent} would be replaced, but it holds {path.name}, which no training wrote: "
-        "choose another folder, or move that file away"
-    )
+        return read_record(read_regular(path, LONGEST_CARD), _Format, "", "", LONGEST_CARD).format
+    except (InputError, OSError):
+        return None

@@ -216,34 +216,31 @@ class LabelledTouches:
         return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fit:
-    """Description of one training."""
-
-    model: object
-    task: Task
-    learn: LabelledWindows
-    seed: int
-    options: Mapping[str, Any] = field(default_factory=dict)
+def fit_model(
+    learn: LabelledWindows, model: object, task: Task, seed: int, options: Mapping[str, Any]
+) -> WindowModel:
+    """Train a model on windows. ``options`` set fields of the estimator."""
+    return fit_models([learn], model, task, seed, options)[0]
 
 
-def fit_model(fit: Fit) -> WindowModel:
-    """Train the model that a :class:`Fit` describes."""
-    return fit_models([fit])[0]
-
-
-def fit_models(fits: Sequence[Fit]) -> Sequence[WindowModel]:
-    """Train the models of several :class:`Fit` that differ in their windows only."""
-    fit = fits[0]
-    estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
-    sets = [(f.learn.X, f.learn.y, f.learn.named_sessions) for f in fits]
+def fit_models(
+    sets: Sequence[LabelledWindows],
+    model: object,
+    task: Task,
+    seed: int,
+    options: Mapping[str, Any],
+) -> Sequence[WindowModel]:
+    """Train a model on each of several sets of windows."""
+    estimator = make_estimator(model, task, sets[0].rate, **options)
     with ESTIMATORS.calling(estimator.name):
-        models = list(estimator.fit_several(sets, seed=fit.seed))
+        models = list(
+            estimator.fit_several([(s.X, s.y, s.named_sessions) for s in sets], seed=seed)
+        )
         if len(models) != len(sets):
             raise TypeError(f"fit_several returned {len(models)} models for {len(sets)} sets")
-        for model in models:
-            if not isinstance(model, WindowModel):
-                raise TypeError(f"{type(model).__name__} was returned by fit, but is no model")
+        for fitted in models:
+            if not isinstance(fitted, WindowModel):
+                raise TypeError(f"{type(fitted).__name__} was returned by fit, but is no model")
     return models
 
 
@@ -297,11 +294,11 @@ def _held_out(
 ) -> list[tuple[Values, Values | None]]:
     """Return predictions for the test sides of some splits of a question."""
     question = questions[job[0]]
-    splits = [question.splits[place] for place in job[1]]
-    data, options = question.data, question.options
-    fits = [Fit(question.model, question.task, data.take(s.train), seed, options) for s in splits]
+    splits, data = [question.splits[place] for place in job[1]], question.data
+    sets = [data.take(split.train) for split in splits]
+    models = fit_models(sets, question.model, question.task, seed, question.options)
     asked = [data.X[split.test] for split in splits]
-    return [(m.predict(X), m.spread(X)) for m, X in zip(fit_models(fits), asked, strict=True)]
+    return [(m.predict(X), m.spread(X)) for m, X in zip(models, asked, strict=True)]
 
 
 Target = Literal["shore_a", "hardness_rank"]
@@ -348,7 +345,7 @@ def train_final_model(
     splits, words = _splits(data, estimator.folds, seed)
     question = Question(model, task, data, splits)
     answers, spreads = held_out_with_spread(runner, [question], seed)[0]
-    [final] = runner.map(fit_model, [Fit(model, task, data, seed)])
+    [final] = runner.map(fit_model, [data], model, task, seed, {})
     has_prediction = np.isfinite(answers)
     data, answers = data.take(has_prediction), answers[has_prediction]
     spreads = None if spreads is None else spreads[has_prediction]

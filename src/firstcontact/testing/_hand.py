@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from math import isfinite
 
 from firstcontact.core import Command
 from firstcontact.device import Source
 from firstcontact.grasp import Hand, HandError, SafeHand
 from firstcontact.grasp.registry import make_hand
+from firstcontact.testing.synthetic import passes_exceptions
 
 _STILL = Command(0.0, 1.0)
 
@@ -112,12 +112,7 @@ def _releases(make: Callable[[], Hand]) -> None:
 
 def _passes_exceptions(make: Callable[[], Hand]) -> None:
     hand = make()
-    with suppress(ZeroDivisionError):
-        with hand:
-            raise ZeroDivisionError
-        raise AssertionError(
-            "the hand's with block swallows an exception: it must let the exception pass"
-        )
+    passes_exceptions(hand, "hand")
     _refuses(hand, "after an exception")
 
 

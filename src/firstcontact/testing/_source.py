@@ -11,6 +11,7 @@ import numpy as np
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, Source, SourceKind
 from firstcontact.device.opening import SourceOptions
+from firstcontact.testing.synthetic import passes_exceptions
 
 _OPTIONS = SourceOptions()
 _WORD = "a marker of check_source"
@@ -46,7 +47,9 @@ def check_source(
     assert kind.accepts(device), f"{kind.name} does not take {device!r}"
     assert kind.title.strip(), f"{kind.name} has no title for help"
     kind.make(device, options).close()
-    _passes_exceptions(kind.make(device, options))
+    source = kind.make(device, options)
+    passes_exceptions(source, "source")
+    assert not source.health.connected, "an exception does not close the source"
     source = kind.make(device, options)
     with source:
         arrivals = _first_arrivals(source, patience)
@@ -131,13 +134,3 @@ def _check_arrivals(source: Source, arrivals: list[Arrival]) -> None:
     assert health.samples == count, f"the source counts {health.samples} samples and gave {count}"
     assert health.lost_samples >= missing, f"{missing} are missing, {health.lost_samples} counted"
     assert not health.connected, "the source is closed but reports a connection"
-
-
-def _passes_exceptions(source: Source) -> None:
-    with suppress(ZeroDivisionError):
-        with source:
-            raise ZeroDivisionError
-        raise AssertionError(
-            "the source's with block swallows an exception: it must let the exception pass"
-        )
-    assert not source.health.connected, "an exception does not close it"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,3 +75,11 @@ def refused(words: str, call: Callable[[], object]) -> None:
         message = str(error)
     assert message is not None, f"not refused; expected an InputError with {words!r}"
     assert words in message, f"refused, but without {words!r}: {message}"
+
+
+def passes_exceptions(opened: AbstractContextManager[object], what: str) -> None:
+    """Assert that the ``with`` block of a hand or a source lets an exception pass."""
+    with suppress(ZeroDivisionError):
+        with opened:
+            raise ZeroDivisionError
+        raise AssertionError(f"the {what}'s with block swallows an exception: it must let it pass")

@@ -16,7 +16,7 @@ from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.interval import SHORE_A
 from firstcontact.models.network_estimator import rig_estimators
 from firstcontact.models.predictions import ContactPredictor
-from firstcontact.models.training import Fit, fit_model
+from firstcontact.models.training import fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.twin.draw import Condition
 from firstcontact_lab.study._off_blocks import Answered, OffBlocks, off_blocks
@@ -94,8 +94,8 @@ def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
     if competitor.method == "window":
         options = dict(competitor.options)
         name, X = options.pop("estimator"), rigs.windows.X[ask]
-        fit = Fit(name, Task.REGRESSION, rigs.windows.take(learn), seed, options)
-        return fit_model(fit).predict(X).astype(np.float64)
+        model = fit_model(rigs.windows.take(learn), name, Task.REGRESSION, seed, options)
+        return model.predict(X).astype(np.float64)
     if competitor.method == "modulus":  # Gent's formula
         return np.array([gent_shore_a(modulus) for modulus in rigs.moduli[ask]])
     if competitor.method == "stiffness":  # a parabola in the logarithm of the contact stiffness

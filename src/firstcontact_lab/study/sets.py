@@ -19,7 +19,7 @@ from firstcontact.core.jobs import Serial
 from firstcontact.core.text import percent
 from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.alignment import detect_alignment, found_as_live
-from firstcontact.models.training import DURATION, Fit, fit_model, labelled_windows
+from firstcontact.models.training import DURATION, fit_model, labelled_windows
 from firstcontact.recording import load_dataset, read_recording
 from firstcontact.recording.dataset import find_recordings
 from firstcontact.recording.table import read_rows
@@ -327,7 +327,7 @@ def noise_scorer(twin: Dataset) -> Callable[[Dataset], NoiseScores]:
     contacts = found_as_live(twin, main, 0, Serial())
     windows = labelled_windows(twin, contacts.contacts, DURATION, twin.shore_a)
     learn = windows.take(~windows.test)
-    model = fit_model(Fit(ESTIMATORS.default, Task.REGRESSION, learn, 0))
+    model = fit_model(learn, ESTIMATORS.default, Task.REGRESSION, 0, {})
 
     def score(dataset: Dataset) -> NoiseScores:
         windows = labelled_windows(

@@ -27,7 +27,7 @@ from firstcontact.models import (
 )
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.registry import window_estimators
-from firstcontact.models.training import DURATION, Fit, fit_model
+from firstcontact.models.training import DURATION, fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing
@@ -171,7 +171,7 @@ def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowM
     options = dict(entry.quick)
     if entry.slow:  # its inference time does not depend on the training data
         blocks = blocks.take(np.arange(0, len(blocks), max(1, len(blocks) // SLOW_WINDOWS)))
-    return fit_model(Fit(model, task, blocks, seed, options))
+    return fit_model(blocks, model, task, seed, options)
 
 
 INFERENCE = Field.optional("inference_us", dict[str, InferenceTimes])

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.collect.force_fit import Weighing, fit_force
+from firstcontact.collect.calibration import Weighing, fit_force
 from firstcontact.core.calibration import ForceCurve
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, Finger
 from firstcontact.twin.mechanics import VelostatParameters

@@ -6,8 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from memory_source import CALIBRATION, FLOOR, LAYOUT, RATE, UNLOADED, MemorySource, arrivals
 
-from firstcontact.collect.calibration import loaded_volts, tap_warnings, wait_for_tap
-from firstcontact.collect.force_fit import Weighing, fit_force, read_weights
+from firstcontact.collect.calibration import (
+    Weighing,
+    fit_force,
+    loaded_volts,
+    read_weights,
+    tap_warnings,
+    wait_for_tap,
+)
 from firstcontact.core import Calibration, Finger, InputError, VibrationCalibration
 from firstcontact.core.calibration import DIVIDER_OHM
 
@@ -20,13 +26,17 @@ def volts(force, leak, gain, exponent):
     return 3.3 * DIVIDER_OHM * g / (1 + DIVIDER_OHM * g)
 
 
+def weigh(newtons, readings, finger=Finger.INDEX):
+    return [Weighing(finger, f, v) for f, v in zip(newtons, readings, strict=True)]
+
+
 leaks, gains, exponents = st.floats(2e-6, 5e-5), st.floats(3e-5, 3e-4), st.floats(0.5, 1.2)
 
 
 @given(leaks, gains, exponents, st.sampled_from(Finger))
 def test_fit_recovers_a_curve_without_noise(leak, gain, exponent, finger):
     readings = volts(NEWTONS, leak, gain, exponent)
-    curve = fit_force([Weighing(finger, f, v) for f, v in zip(NEWTONS, readings, strict=True)])
+    curve = fit_force(weigh(NEWTONS, readings, finger))
     assert curve.finger is finger
     assert curve.leak == pytest.approx(leak, rel=1e-2, abs=1e-8)
     assert curve.gain == pytest.approx(gain, rel=1e-3)
@@ -41,17 +51,9 @@ def test_fit_recovers_a_curve_without_noise(leak, gain, exponent, finger):
 def test_converter_noise_changes_the_fit_little(seed):
     # A count of the converter is 3.2 mV.
     readings = volts(NEWTONS, 2e-5, 8e-5, 0.8) + np.random.default_rng(seed).normal(0, 0.003, 7)
-    curve = fit_force(
-        [Weighing(Finger.THUMB, f, v) for f, v in zip(NEWTONS, readings, strict=True)]
-    )
+    curve = fit_force(weigh(NEWTONS, readings))
     between = np.array([0.5, 1.0, 3.0, 5.0])
-    forces = curve.newtons(volts(between, 2e-5, 8e-5, 0.8))
-    assert forces == pytest.approx(between, rel=0.1)
-    assert curve.rms < 0.3
-
-
-def weigh(newtons, readings):
-    return [Weighing(Finger.INDEX, f, v) for f, v in zip(newtons, readings, strict=True)]
+    assert curve.newtons(volts(between, 2e-5, 8e-5, 0.8)) == pytest.approx(between, rel=0.1)
 
 
 @pytest.mark.parametrize(
@@ -92,19 +94,12 @@ def test_the_most_loaded_taxel_is_weighed():
     data[:, 2:14] = UNLOADED
     data[:, 10] = 12_000
     scale = LAYOUT.channels[10].scale
-    source = MemorySource(arrivals(data))
+    early = np.full((1000, 16), 13_000, np.int16)  # waits to be read: 20 arrivals of 50 samples
+    source = MemorySource(arrivals(np.concatenate([early, data])))
     assert loaded_volts(source, Finger.THUMB) == pytest.approx(12_000 * scale)
     assert loaded_volts(source, Finger.INDEX, 0.5) == pytest.approx(UNLOADED * scale)
     with pytest.raises(InputError, match=MemorySource.name):
         loaded_volts(source, Finger.INDEX)
-
-
-def test_samples_before_the_weight_are_skipped():
-    data = np.full((10_000, 16), UNLOADED, np.int16)
-    data[:1000] = 12_000  # waits to be read: 20 arrivals of 50 samples
-    scale = LAYOUT.channels[2].scale
-    volts = loaded_volts(MemorySource(arrivals(data)), Finger.INDEX)
-    assert volts == pytest.approx(UNLOADED * scale)
 
 
 def tap_signal(peak: float, finger: Finger = Finger.THUMB, seconds: float = 2.0) -> np.ndarray:
@@ -149,8 +144,8 @@ def test_tap_before_the_request_is_ignored():
     [
         ((0.5, 0.6), []),
         ((None, None), []),
-        ((0.05, 0.06), ["the tap on the index finger gave only", "the tap on the thumb gave only"]),
-        ((0.3, 1.2), ["the tap on the thumb was 4.0 times as loud"]),
+        ((0.05, 0.06), ["index finger", "thumb"]),
+        ((0.3, 1.2), ["thumb was 4.0 times"]),
     ],
 )
 def test_weak_or_unequal_taps_raise_a_warning(taps, problems):

@@ -19,8 +19,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from firstcontact.collect.label_result import Labeller
-from firstcontact.collect.label_session import LabelServer, Session
-from firstcontact.collect.label_signals import open_recordings
+from firstcontact.collect.label_session import LabelServer, Session, open_recordings
 from firstcontact.recording import load_dataset
 from page_browser import UPGRADE, ask, browsing, needs_browser, text, until
 
@@ -38,14 +37,15 @@ class Labelling:
         self.session = Session(recordings, self.out, by)
         self.server = LabelServer(self.session, 0)
         ready = threading.Event()
-        self.thread = threading.Thread(target=self.server.run, args=(ready.set,), daemon=True)
+        self.stopping = threading.Event()
+        until = ready.set, self.stopping.is_set
+        self.thread = threading.Thread(target=self.server.run, args=until, daemon=True)
         self.thread.start()
         assert ready.wait(30)
 
     def close(self) -> None:
-        if self.thread.is_alive():
-            self.server.stop()
-            self.thread.join(30)
+        self.stopping.set()
+        self.thread.join(30)
         self.session.close()
 
     @property

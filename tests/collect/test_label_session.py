@@ -18,8 +18,7 @@ from taps import RATE, taps, write_taps
 from firstcontact.cli.main import main
 from firstcontact.collect._label_marks import Action, Mark, Marks, Status
 from firstcontact.collect.label_result import Labeller
-from firstcontact.collect.label_session import Session
-from firstcontact.collect.label_signals import open_recordings
+from firstcontact.collect.label_session import Session, open_recordings
 from firstcontact.core import ClosingSpeed, InputError, Label, Role
 from firstcontact.recording import import_path, load_dataset, read_recording
 
@@ -249,17 +248,6 @@ def test_bad_paths_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str
         assert f"port {port} " in capsys.readouterr().err
     assert main(["label", str(path), str(path), "--out", str(tmp_path / "new")]) == 2
     assert "two recordings are called taps.mcap" in capsys.readouterr().err
-
-
-def test_finish_writes_labels_without_the_page(tmp_path: Path) -> None:
-    labelling = session(tmp_path)
-    send(labelling, do="accept", number=3)
-    labelling.close()
-    words = ["label", str(tmp_path / "taps.mcap"), "--out", str(tmp_path / "out"), "--finish"]
-    assert main([*words, "--by", "Grace"]) == 0
-    (pinch,) = load_dataset(tmp_path / "out" / "taps.mcap").pinches
-    assert pinch.first is not None
-    assert abs(pinch.first.sample - taps(8)[3]) <= 2
 
 
 def test_action_is_undone_if_the_disk_is_full(tmp_path: Path) -> None:

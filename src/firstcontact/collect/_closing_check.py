@@ -25,10 +25,9 @@ LEAST_AFTER = 0.15
 AGREE = 0.005
 #: A piezo within one count of the converter's ends is clipped, V.
 _COUNT = ADC_VOLTS / ADC_COUNTS
-HIGHEST = ADC_VOLTS - PIEZO_OFFSET_VOLTS - 1.5 * _COUNT
+LOWEST, HIGHEST = 0.5 * _COUNT - PIEZO_OFFSET_VOLTS, ADC_VOLTS - PIEZO_OFFSET_VOLTS - 1.5 * _COUNT
 #: A sound input above this share of its full scale is clipped.
 FULL = 0.99
-LOWEST = -PIEZO_OFFSET_VOLTS + 0.5 * _COUNT
 
 
 @dataclass(slots=True)
@@ -61,12 +60,6 @@ class ClosingCheck:
         return None if anchor is None else anchor + round(AFTER * self.layout.rate)
 
     @property
-    def complete(self) -> bool:
-        """True if all samples of the pinch have arrived."""
-        end = self.end
-        return end is not None and self.seen >= end
-
-    @property
     def truth(self) -> tuple[Contact, ...]:
         """Contacts from the strips, in time order."""
         contacts = [Contact(f, s, s) for f, s in self.strips.items()]
@@ -75,11 +68,8 @@ class ClosingCheck:
     @property
     def detected(self) -> tuple[Contact, ...]:
         """Detected contacts of fingers without a strip, in time order."""
-        contacts = [
-            c
-            for f, c in self.contacts.items()
-            if f is None or not self.layout.columns(ChannelKind.STRIP, f)
-        ]
+        has_strip = {f for f in Finger if self.layout.columns(ChannelKind.STRIP, f)}
+        contacts = [c for f, c in self.contacts.items() if f not in has_strip]
         return tuple(sorted(contacts, key=lambda c: c.sample))
 
     def follow(self, block: Block) -> None:
@@ -111,11 +101,11 @@ class ClosingCheck:
                 faults.append(f"the {finger_words(finger)}'s strip did not close")
             elif finger in self.strips and not self._piezo_agrees(finger):
                 faults.append(f"the {finger_words(finger)}'s piezo and strip do not agree")
-        faults += [
-            f"the {finger_words(f)}'s {self._sensor(f)} clipped"
-            for f in sorted(self.clipped, key=finger_words)
+        return faults + [
+            f"the {finger_words(c.finger)}'s {c.sensor} clipped"
+            for c in self.layout.vibration
+            if c.finger in self.clipped
         ]
-        return faults
 
     def disagreement(self) -> float | None:
         """Return the time (s) from the first strip's contact to that of the same finger's piezo."""
@@ -133,10 +123,6 @@ class ClosingCheck:
         if contact is None or self.anchor is None:
             return False
         return self.anchor - margin <= contact.sample <= self.strips[finger] + margin
-
-    def _sensor(self, finger: Finger | None) -> str:
-        sensors = (c.sensor for c in self.layout.vibration if c.finger is finger)
-        return str(next(sensors, VibrationSensor.PIEZO))
 
     def _watch_strips(self, data: np.ndarray, first: int) -> None:
         for finger in Finger:

@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
+from operator import attrgetter
 from pathlib import Path
 from typing import IO, Annotated, Literal
 
@@ -79,7 +80,8 @@ class Marks:
         ordered = []
         run: Action | None = None
         recording = 0
-        for mark in sorted(self._marks.values(), key=_place):
+        place = attrgetter("recording", "stretch", "sample", "number")
+        for mark in sorted(self._marks.values(), key=place):
             if mark.recording != recording:
                 run, recording = None, mark.recording
             run = self._runs.get(mark.number, run)
@@ -143,10 +145,6 @@ class Marks:
                 "place the onset within it"
             )
         return sample
-
-
-def _place(mark: Mark) -> tuple[int, int, int, int]:
-    return mark.recording, mark.stretch, mark.sample, mark.number
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
-from firstcontact.collect.force_fit import Weighing, fit_force, read_weights
 from firstcontact.core import (
     Calibration,
     Channel,
@@ -21,11 +24,14 @@ from firstcontact.core import (
     VibrationCalibration,
     finger_name,
 )
+from firstcontact.core.calibration import DIVIDER_OHM
 from firstcontact.core.files import AnyPath
-from firstcontact.core.layout import finger_words
+from firstcontact.core.layout import ADC_VOLTS, finger_words
+from firstcontact.core.text import parse_float
 from firstcontact.device import Source
 from firstcontact.device.noise_floor import measure_noise, wait_for_arrivals
 from firstcontact.device.source import LinkNews, require_source
+from firstcontact.recording.table import read_rows
 
 Say = Callable[[str], object]
 
@@ -40,6 +46,8 @@ LASTS = 0.1
 WEAK = 0.1
 #: Largest ratio between the taps of two fingertips that are built alike.
 ALIKE = 3.0
+#: Fewest different weights for a curve of three parameters, and the heaviest weight, N.
+FEWEST, HEAVIEST = 4, 1000.0
 
 
 def calibrate(
@@ -269,17 +277,95 @@ def rest_request(layout: Layout) -> str:
 
 def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
     """Return a sentence with the noise and the mean (offset) of a sensor at rest."""
-    if channel is None or channel.unit == "V":
-        noise, offset = 1e3 * measured.noise, 1e3 * measured.offset
-        return f"noise {noise:.2f} mV RMS, offset {offset:+.2f} mV"
-    unit = _unit(channel)
-    return f"noise {measured.noise:.3g} {unit} RMS, offset {measured.offset:+.3g} {unit}"
+    noise, offset, unit = measured.noise, measured.offset, _unit(channel)
+    if unit == "V":
+        return f"noise {1e3 * noise:.2f} mV RMS, offset {1e3 * offset:+.2f} mV"
+    return f"noise {noise:.3g} {unit} RMS, offset {offset:+.3g} {unit}"
 
 
 def tap_words(tap: float, channel: Channel | None) -> str:
     """Return a sentence with the peak of a tap."""
-    return f"tap {tap:.3f} {'V' if channel is None else _unit(channel)}"
+    return f"tap {tap:.3f} {_unit(channel)}"
 
 
-def _unit(channel: Channel) -> str:
-    return "of full scale" if channel.unit == "full scale" else channel.unit
+def _unit(channel: Channel | None) -> str:
+    unit = "V" if channel is None else channel.unit
+    return "of full scale" if unit == "full scale" else unit
+
+
+@dataclass(frozen=True, slots=True)
+class Weighing:
+    """Known force (N) on one taxel, and the voltage (V) over the divider's resistor."""
+
+    finger: Finger
+    newtons: float
+    volts: float
+
+
+def read_weights(path: Path) -> tuple[Weighing, ...]:
+    """Read a CSV with the columns finger (index or thumb), newtons and volts."""
+    weighings = []
+    for line, row in read_rows(path, ("finger", "newtons", "volts")):
+        try:
+            finger = Finger[row["finger"].upper()]
+            newtons, volts = parse_float(row["newtons"]), parse_float(row["volts"])
+        except (KeyError, ValueError) as error:
+            raise InputError(
+                f"{path}, line {line}: give the finger (index or thumb), then newtons and volts "
+                "as numbers"
+            ) from error
+        weighings.append(Weighing(finger, newtons, volts))
+    return tuple(weighings)
+
+
+def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
+    """Fit the force curve of one finger's Velostat sheet: leak without load, gain and exponent."""
+    finger = weighings[0].finger if weighings else Finger.INDEX
+    subject = f"the weights of the {finger_words(finger)}"
+    points = sorted(weighings, key=lambda w: w.newtons)
+    force = np.array([w.newtons for w in points])
+    volts = np.array([w.volts for w in points])
+    if len({w.newtons for w in points}) < FEWEST:
+        raise InputError(
+            f"{subject} have {len({w.newtons for w in points})} different values, but the "
+            f"curve needs {FEWEST}: add weights"
+        )
+    if not (force >= 0).all() or not (force <= HEAVIEST).all():
+        raise InputError(f"{subject} must be forces in newtons from 0 to {HEAVIEST:g}")
+    if not ((volts > 0) & (volts < ADC_VOLTS)).all():
+        raise InputError(
+            f"the volts of {subject} must lie between 0 and {ADC_VOLTS:g}: check the wiring"
+        )
+    levels = [(f, volts[force == f].mean()) for f in np.unique(force)]
+    for (light, low), (heavy, high) in pairwise(levels):
+        if high <= low:
+            raise InputError(
+                f"{subject} must give a voltage that rises with the force, but {heavy:g} N gives "
+                f"{high:.3f} V and {light:g} N gives {low:.3f} V: check the order of the weights"
+            )
+    curve = _fit(finger, force, volts, resistor)
+    rms = float(np.sqrt(np.mean((curve.newtons(volts) - force) ** 2)))
+    return replace(curve, rms=rms)
+
+
+def _fit(
+    finger: Finger, force: NDArray[np.float64], volts: NDArray[np.float64], resistor: float
+) -> ForceCurve:
+    """Fit a curve by the voltage. ``worth`` is dV/dg, but for a constant."""
+    ratio = volts / ADC_VOLTS
+    conductance = ratio / (1 - ratio) / resistor
+    worth = (1 - ratio) ** 2
+    unit = float(conductance.max())
+    strongest = float(force.max())
+
+    def residuals(p: NDArray[np.float64]) -> NDArray[np.float64]:
+        model = p[0] + np.exp(p[1]) * (force / strongest) ** p[2]
+        return np.asarray((model - conductance / unit) * worth)
+
+    low = float(conductance.min()) / unit
+    start = [0.5 * low, math.log(max(1 - 0.5 * low, 1e-3)), 1.0]
+    bounds = ([0.0, -10.0, 0.1], [1.0, 3.0, 4.0])
+    best = least_squares(residuals, start, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    leak, log_gain, exponent = (float(x) for x in best.x)
+    gain = math.exp(log_gain) * unit / strongest**exponent
+    return ForceCurve(finger, leak * unit, gain, exponent, 0.0, resistor)

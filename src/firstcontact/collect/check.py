@@ -1,16 +1,31 @@
-"""Self-test of new fingertips: a guide through rest, taps, presses and drift."""
+"""Self-test of new fingertips: a guide through rest, taps, presses and drift, and its page."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from datetime import UTC, datetime
+from html import escape
+from pathlib import Path
 
 import numpy as np
 
-from firstcontact.collect._self_test import Measured, Verdict, has_array_faults, judge
-from firstcontact.collect._taps import Tap, Volts, find_taps
+from firstcontact import __version__
+from firstcontact.collect._self_test import (
+    BEFORE,
+    REMEDIES,
+    Measured,
+    Tap,
+    Verdict,
+    Volts,
+    find_taps,
+    has_array_faults,
+    judge,
+)
 from firstcontact.collect.calibration import Say, is_tapped, rest_request
 from firstcontact.core import ChannelKind, Finger, InputError, finger_name
-from firstcontact.device import Source
+from firstcontact.core.display import BLUE, ORANGE
+from firstcontact.core.files import write_text
+from firstcontact.device import Descriptor, Source
 from firstcontact.device.clock import TransportDelay
 from firstcontact.device.noise_floor import wait_for_arrivals
 from firstcontact.device.source import LinkNews, require_source
@@ -159,3 +174,85 @@ class _Steps:
             self._say(line)
         columns = tuple(range(self._layout.width))
         return [self._layout.physical(x, columns) for x in raw]
+
+
+_PAGE = """<!DOCTYPE html>
+<html lang="en"><meta charset="utf-8"><title>Self-test of {title}</title>
+<style>
+body {{ font: 15px/1.5 sans-serif; color: #1F2933; max-width: 56em; margin: 2em auto }}
+table {{ border-collapse: collapse; margin: 1em 0 }}
+td, th {{ border-bottom: 1px solid #D5DBE1; padding: .25em .8em; text-align: left }}
+.fault {{ background: #FDECE4 }}
+figure {{ display: inline-block; margin: .5em 1em .5em 0 }}
+text {{ font-size: 13px }}
+</style>
+<h1>{summary}</h1>
+<p>{facts}</p>
+<ul>{faults}</ul>
+<table><tr><th>check<th>finger<th>measured<th>limit<th>verdict</tr>
+{rows}
+</table>
+{figures}
+<p>Send this page with your question.</p>
+</html>
+"""
+
+
+def write_page(
+    path: Path, descriptor: Descriptor, measured: Measured, verdicts: list[Verdict]
+) -> None:
+    """Write the page of a self-test. The finished file replaces an existing one."""
+    title = descriptor.sensor or "fingertips"
+    date = datetime.now(UTC).isoformat(" ", "minutes").removesuffix("+00:00")
+    facts = [title, descriptor.hand, descriptor.firmware, f"{date} UTC"]
+    facts.append(f"{measured.layout.rate:g} samples per second; firstcontact {__version__}")
+    faults, rows, order = [], [], list(REMEDIES)
+    for v in sorted(verdicts, key=lambda v: order.index(v.check)):
+        state = "good" if v.is_good else "fault"
+        columns = "".join(f"<td>{escape(cell)}</td>" for cell in (*v[:4], state))
+        rows.append(f'<tr class="{state}">{columns}</tr>')
+        if not v.is_good:
+            name = escape(f"{v.check} {v.finger}".strip())
+            faults.append(f"<li><b>{name}</b>: {escape(v.remedy)}</li>")
+    page = _PAGE.format(
+        title=escape(title),
+        summary=escape(summary(verdicts)),
+        facts=escape("; ".join(fact for fact in facts if fact)),
+        faults="".join(faults),
+        rows="\n".join(rows),
+        figures="\n".join(_drawing(f, measured, t[0].volts) for f, t in measured.taps.items() if t),
+    )
+    write_text(path, page)
+
+
+def summary(verdicts: list[Verdict]) -> str:
+    """Return a sentence with the number of faults."""
+    count = sum(not v.is_good for v in verdicts)
+    return f"{count} of {len(verdicts)} checks found a fault" if count else "no fault was found"
+
+
+def _drawing(finger: Finger, measured: Measured, volts: Volts) -> str:
+    """Draw a tap in both sensors, 10 pixels a millisecond, from 7 ms before it to 33 ms after."""
+    height = 1.1 * float(np.abs(volts).max())
+    times = 1e3 * (np.arange(len(volts)) / measured.layout.rate - BEFORE)
+    shown = np.abs(times - 13) <= 20
+    parts = [f'<text x="4" y="15">+{height:.2f} V</text><text x="4" y="172">-{height:.2f} V</text>']
+    parts += [
+        f'<path d="M{70 + 10 * t} 0v180" stroke="#D5DBE1"/>'
+        f'<text x="{73 + 10 * t}" y="172">{t} ms</text>'
+        for t in (0, 10, 20)
+    ]
+    for k, channel in enumerate(measured.layout.vibration):
+        places = zip(70 + 10 * times[shown], 90 - 90 * volts[shown, k] / height, strict=True)
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
+        colour = (BLUE, ORANGE)[k % 2]
+        parts.append(
+            f'<polyline fill="none" stroke="{colour}" stroke-width="1.5" points="{points}"/>'
+            f'<text x="340" y="{20 + 16 * k}" fill="{colour}">'
+            f"{escape(finger_name(channel.finger))}</text>"
+        )
+    return (
+        f"<figure><figcaption>A tap on the {finger_name(finger)}</figcaption>"
+        '<svg width="400" height="180" style="border: 1px solid #D5DBE1">'
+        f'<path d="M0 90H400" stroke="#D5DBE1"/>{"".join(parts)}</svg></figure>'
+    )

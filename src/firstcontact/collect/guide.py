@@ -211,7 +211,7 @@ class Guide:
                         self._check.contacts.setdefault(contact.finger, contact)
         if self._check is not None:
             self._check.follow(block)
-            if self._check.complete:
+            if self._check.end is not None and self._check.seen >= self._check.end:
                 judged += self._judge()
         return judged
 
@@ -230,16 +230,9 @@ class Guide:
         else:
             end = min(check.end or check.seen, check.seen)
             detected = tuple(c for c in check.detected if c.sample < end)
-            mark = PinchMark(
-                self._number,
-                check.began,
-                end,
-                check.epoch,
-                label,
-                check.truth,
-                found=detected,
-                found_by=ThresholdDetector.name if detected else "",
-            )
+            by = ThresholdDetector.name if detected else ""
+            place = self._number, check.began, end, check.epoch
+            mark = PinchMark(*place, label, check.truth, found=detected, found_by=by)
             self._number += 1
             self._done[label] += 1
         truth = check.truth
@@ -261,11 +254,9 @@ class _Noise:
         self.ratio = 0.0
 
     def restart(self) -> None:
-        """Forget all measured noise."""
         self._waiting, self.ratio = self._waiting[:0], 0.0
 
     def update(self, block: Block) -> None:
-        """Process the next samples."""
         values = self._layout.physical(block.data, self._columns)
         self._waiting = np.concatenate([self._waiting, values])
         if len(self._waiting) >= self._length:

@@ -135,11 +135,12 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
             Contact(fingers[m.column], first + m.sample, first + m.sample) for m in group
         )
         begin, end, motor, speed, label = first + start, first + stop, None, None, Label()
-        original = next((p for p in recording.pinches if _holds(p, block, group[0])), None)
+        inside = (p for p in recording.pinches if is_inside(p, block, group[0].sample))
+        original = next(inside, None)
         if original is not None:
             label = original.label
             neighbours = [g[0] for g in groups if g[0].stretch == group[0].stretch]
-            is_alone = sum(_holds(original, block, mark) for mark in neighbours) == 1
+            is_alone = sum(is_inside(original, block, mark.sample) for mark in neighbours) == 1
             is_short = original.end - original.first_sample <= ONE_CLOSING * rate
             if is_alone:
                 speed = original.closing_speed
@@ -164,8 +165,7 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
         )
 
 
-def _holds(pinch: PinchMark, block: Block, mark: Mark) -> bool:
-    """Return True if an original pinch contains an onset of this block."""
-    return pinch.epoch == block.epoch and (
-        pinch.first_sample <= block.first_sample + mark.sample < pinch.end
-    )
+def is_inside(pinch: PinchMark, block: Block, sample: int) -> bool:
+    """Return True if an original pinch contains a sample, counted from the start of its block."""
+    at = block.first_sample + sample
+    return pinch.epoch == block.epoch and pinch.first_sample <= at < pinch.end

@@ -1,4 +1,4 @@
-"""Labelling session, which answers the messages of the page, and the server of that page."""
+"""Labelling session, with pieces of the signals for its page, and the server of that page."""
 
 from __future__ import annotations
 
@@ -7,22 +7,89 @@ import json
 import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from msgspec import Meta
 
-from firstcontact.collect._label_marks import Action, Journal, Marks, Opened, Whole
-from firstcontact.collect.label_result import Labeller, write_labelled
-from firstcontact.collect.label_signals import WIDEST, about, find_marks, piece
-from firstcontact.core import InputError
+from firstcontact.collect._label_marks import MOST, Action, Journal, Mark, Marks, Opened, Whole
+from firstcontact.collect.label_result import Labeller, is_inside, write_labelled
+from firstcontact.contact.finder import find_onsets
+from firstcontact.core import ChannelKind, InputError, Label, finger_name
 from firstcontact.core.records import read_record
 from firstcontact.core.text import counted
-from firstcontact.recording import Recording
+from firstcontact.recording import Recording, read_recording
+from firstcontact.recording.dataset import find_recordings
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
+
+
+#: Largest number of points of a channel in a piece. Longer pieces are reduced to minima and maxima.
+POINTS = 2000
+#: Greatest length of a piece on either side of its middle, s.
+WIDEST = 2.0
+
+
+def open_recordings(paths: Sequence[Path]) -> list[Recording]:
+    """Read all recordings in files and folders. Refuse those without samples."""
+    files = [file for path in paths for file in find_recordings(path)]
+    names = [file.name for file in files]
+    doubled = next((name for name in names if names.count(name) > 1), None)
+    if doubled is not None:
+        raise InputError(f"two recordings are called {doubled}: label them in separate commands")
+    recordings = [read_recording(file) for file in files]
+    empty = next((r for r in recordings if not r.samples), None)
+    if empty is not None:
+        raise InputError(f"{empty.path} holds no samples: leave this recording out")
+    return recordings
+
+
+def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
+    """Return all detected onsets. An onset inside a pinch has the label of that pinch."""
+    out: list[Mark] = []
+    for number, recording in enumerate(recordings):
+        layout = recording.header.layout
+        columns = layout.columns(ChannelKind.VIBRATION)
+        for place, block in enumerate(recording.stretches):
+            for onset in find_onsets(layout.physical(block.data, columns), layout.rate):
+                sample = onset.sample
+                mark = Mark(len(out), number, place, onset.column, sample, sample)
+                pinch = next((p for p in recording.pinches if is_inside(p, block, sample)), None)
+                label = Label() if pinch is None else pinch.label
+                out.append(replace(mark, object=label.object, shore_a=label.shore_a))
+    if not out:
+        names = ", ".join(r.path.name for r in recordings[:3])
+        raise InputError(
+            f"no contact is found in {names}{' and others' if len(recordings) > 3 else ''}: give "
+            "recordings with contacts that are louder than the noise"
+        )
+    if len(out) > MOST:
+        raise InputError(
+            f"{recordings[0].path} and the other recordings have {len(out)} onsets, more than "
+            f"{MOST}: label them in several commands"
+        )
+    return out
+
+
+def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[str, Any]:
+    """Return all vibration signals around one sample, reduced to minima and maxima for a plot."""
+    layout = recording.header.layout
+    block = recording.stretches[stretch]
+    reach = max(1, round(min(half, WIDEST) * layout.rate))
+    first, end = max(0, middle - reach), min(len(block.data), middle + reach + 1)
+    values = layout.physical(block.data[first:end], layout.columns(ChannelKind.VIBRATION))
+    step = max(1, -(-len(values) // POINTS))
+    edges = np.arange(0, len(values), step)
+    least, most = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
+    extremes = {
+        name: [[float(f"{v:.6g}") for v in column] for column in values.T.tolist()]
+        for name, values in (("least", least), ("most", most))
+    }
+    return {"first": first, "step": step, **extremes}
+
 
 #: Longest message from the page, bytes.
 LONGEST = 4096
@@ -104,7 +171,18 @@ class Session:
 
     def hello(self) -> dict[str, Any]:
         """Return the first message for the page: the recordings, and the state of all onsets."""
-        return {"recordings": about(self._recordings), **self.state()}
+        recordings = [
+            {
+                "name": r.path.name,
+                "rate": r.header.layout.rate,
+                "channels": [
+                    {"name": c.name, "finger": finger_name(c.finger), "unit": c.unit}
+                    for c in r.header.layout.vibration
+                ],
+            }
+            for r in self._recordings
+        ]
+        return {"recordings": recordings, **self.state()}
 
     def obey(self, message: str | bytes) -> dict[str, Any]:
         """Handle a message from the page, and return the reply. After an error nothing changed."""
@@ -159,14 +237,8 @@ class Session:
             raise InputError("there is no such recording: load the page again")
         recording = self._recordings[request.recording]
         signal = piece(recording, request.stretch, request.sample, request.half)
-        return {
-            "signal": {
-                **signal,
-                "number": request.number,
-                "asked": request.sample,
-                "half": request.half,
-            }
-        }
+        about = {"number": request.number, "asked": request.sample, "half": request.half}
+        return {"signal": {**signal, **about}}
 
 
 class LabelServer:
@@ -184,7 +256,6 @@ class LabelServer:
         self._socket = listen(HOST, port)
         self._guard = Guard(HOST, self._socket.getsockname()[1], None)
         self._done = asyncio.Event()
-        self._loop: asyncio.AbstractEventLoop | None = None
 
     @property
     def url(self) -> str:
@@ -202,18 +273,12 @@ class LabelServer:
         finally:
             self._socket.close()
 
-    def stop(self) -> None:
-        """Stop the server, from any thread."""
-        if self._loop is not None:
-            self._loop.call_soon_threadsafe(self._done.set)
-
     async def _run(self, ready: Callable[[], object], is_stopped: Callable[[], bool]) -> None:
         from firstcontact.streaming.page.serving import answer, serve_page
 
         def reply(connection: ServerConnection, request: Any) -> Any:
             return answer(request, self._guard, self._files)
 
-        self._loop = asyncio.get_running_loop()
         async with serve_page(self._view, self._socket, reply, LONGEST):
             ready()
             while not (self._done.is_set() or is_stopped()):

@@ -1,20 +1,28 @@
-"""Session of a guided recording: source, recorder, guide and files."""
+"""Recording of labelled pinches: the session of a source, its screen, and its files."""
 
 from __future__ import annotations
 
 import os
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Literal
 
-from firstcontact.collect.guide import Guide, Judged
-from firstcontact.core import InputError, Label
+from firstcontact.collect.calibration import rest_request
+from firstcontact.collect.guide import Guide, Item, Judged, read_plan
+from firstcontact.core import Calibration, InputError, Label, Role
+from firstcontact.core.calibration import given_calibration
+from firstcontact.core.display import Progress, progress_steps
+from firstcontact.core.files import AnyPath, given_path
+from firstcontact.core.text import check_text, counted
 from firstcontact.device import Descriptor, Source
+from firstcontact.device.noise_floor import REST, measure_noise
+from firstcontact.device.opening import source_kind
 from firstcontact.device.recorder import Recorder
-from firstcontact.device.source import drain
+from firstcontact.device.source import drain, require_source
 from firstcontact.device.twin_words import object_text
 from firstcontact.recording import Header, read_recording
 from firstcontact.recording.dataset import cut
@@ -74,38 +82,30 @@ def _follow(
     source: Source, guide: Guide, recorder: Recorder, screen: Screen, stopped: Callable[[], bool]
 ) -> None:
     """Record until the pinches are complete, the source ends, writing fails or the person stops."""
-    label: Label | None = None
-    named = True
+    label = named = None
     while guide.current is not None and not stopped():
         if guide.current != label:
             label = guide.current
-            named = False
             guide.paused = not screen.next_object(label, *guide.progress(label))
-        if not named and label is not None:
+        if label != named:
             # A device that is unplugged now gets the name when it is back.
             with suppress(InputError):
                 source.order(object_text(label.object))  # for a hand that is simulated
                 source.mark(object_text(label.object))
-                named = True
+                named = label
         if guide.paused and screen.in_place():
             guide.paused = False
         arrivals = source.read(WAIT)
         recorder.put(arrivals)
-        judged = [j for arrival in arrivals for j in guide.update(arrival)]
-        if not arrivals and source.ended:
-            _tell(guide.finish(), recorder, screen)
-            return
-        _tell(judged, recorder, screen)
-        if recorder.status.failed:
+        has_ended = not arrivals and source.ended
+        judgements = [j for arrival in arrivals for j in guide.update(arrival)]
+        for judged in guide.finish() if has_ended else judgements:
+            if judged.mark is not None:
+                recorder.mark(judged.mark)
+            screen.judged(judged)
+        if has_ended or recorder.status.failed:
             return
         screen.going_on()
-
-
-def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
-    for judged in judgements:
-        if judged.mark is not None:
-            recorder.mark(judged.mark)
-        screen.judged(judged)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,9 +121,8 @@ class SoFar:
 def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
     """Return the files and pinches of a session that a folder holds."""
     stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
-    pinches_by_label: Counter[Label] = Counter()
-    files: list[Path] = []
-    unreadable: list[str] = []
+    counts: Counter[Label] = Counter()
+    files, unreadable = list[Path](), list[str]()
     path = folder / f"{stem}.mcap"
     while os.path.lexists(path):
         parts = len(files) + len(unreadable) + 1
@@ -146,8 +145,187 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
                 "another folder",
                 parameter="out",
             )
-        pinches_by_label.update(
-            mark.label for mark in recording.pinches if cut(recording, mark) is not None
-        )
+        counts.update(m.label for m in recording.pinches if cut(recording, m) is not None)
         files.append(part)
-    return SoFar(path, pinches_by_label, tuple(files), tuple(unreadable))
+    return SoFar(path, counts, tuple(files), tuple(unreadable))
+
+
+def record(
+    source: Source,
+    out: AnyPath,
+    *,
+    object: str = "",
+    pinches: int = 10,
+    shore_a: float | None = None,
+    specimen: str = "",
+    role: Literal["train", "test"] = "train",
+    plan: AnyPath | Sequence[Item] | None = None,
+    session: str = "1",
+    calibration: Calibration | AnyPath | None = None,
+    hand: str = "",
+    notes: str = "",
+    screen: Screen | None = None,
+    progress: Progress = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Path:
+    """Record until there are enough valid pinches of each object.
+
+    All samples are recorded. Close the hand yourself: in another thread, or with the hand's own
+    control. The simulated hand closes by itself. If ``object`` names an object of the simulated
+    hand, such as "block 29" or "apple", the hand pinches that object and its Shore A is known.
+
+    Parameters
+    ----------
+    source
+        An open source. It is closed at the end.
+    out
+        Folder for the recording. If it already holds this session, recording continues in another
+        file.
+    object, specimen, shore_a, pinches, role
+        Name, specimen and Shore A of the object; number of valid pinches; and their role.
+    plan
+        Several objects instead of one: a CSV file with the columns object, pinches, shore, specimen
+        and role, or the rows of such a file.
+    session
+        Name of the session.
+    calibration
+        Calibration with the noise floors, or its file. By default they are measured first.
+    hand, notes
+        Hand and remarks for the header of the recording.
+    screen
+        Display that shows results and asks for the next object, such as a
+        ``firstcontact.collect.session.Screen``.
+    progress
+        True to show a bar, or a function that is called with 1 for each valid pinch.
+    stopped
+        Function that is called several times a second. When it returns True, recording ends early.
+
+    Returns
+    -------
+    Path
+        The recording.
+
+    Raises
+    ------
+    InputError
+        A parameter cannot be used, the source fails or ends too early, or the recording cannot be
+        written. Samples that were written stay.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> with fc.open("twin", speed=8.0) as source:
+    ...     path = fc.record(source, "own", object="block 29", pinches=1)
+    >>> data = fc.load(path)
+    >>> len(data), float(data.shore_a[0])
+    (1, 29.0)
+    """
+    check_text(session, "session")
+    require_source(source)
+    items = _items(source, object, pinches, shore_a, specimen, role, plan)
+    floors = given_calibration(calibration)
+    folder = given_path(out, "out")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"the folder cannot be created ({error.strerror}): choose another one", parameter="out"
+        ) from error
+    wanted = sum(item.pinches for item in items)
+    with progress_steps(progress, wanted, "pinch") as step:
+        descriptor = source.descriptor
+        header = descriptor.header(
+            session=session, calibration=floors, hand=hand or descriptor.hand, notes=notes
+        )
+        return _record(source, folder, items, header, screen or _CountingScreen(step), stopped)
+
+
+def _record(
+    source: Source,
+    folder: Path,
+    items: tuple[Item, ...],
+    header: Header,
+    screen: Screen,
+    stopped: Callable[[], bool],
+) -> Path:
+    session, calibration = header.session, header.calibration
+    foreign = [p for p in folder.glob("*.mcap") if not p.name.startswith("session-")]
+    if foreign:
+        screen.say(
+            f"note: {folder} holds {counted(len(foreign), 'recording')} that `record` did not "
+            "make, and `train` learns from all of a folder: choose another folder to keep them "
+            "apart"
+        )
+    earlier = so_far(folder, session, source.descriptor)
+    for sentence in earlier.unreadable:
+        screen.say(f"warning: skipped: {sentence}")
+    layout = source.descriptor.layout
+    if all(earlier.counts[item.label(session)] >= item.pinches for item in items):
+        screen.say(f"session {session} is complete: {earlier.files[-1]}")
+        return earlier.files[-1]
+    if calibration is None or len(calibration.piezo) < len(layout.vibration_fingers):
+        screen.say(f"measuring the noise floor at rest for {REST:g} s: {rest_request(layout)}")
+        measured = measure_noise(source)
+        calibration = calibration or Calibration(created=measured.created)
+        missing = (p for p in measured.piezo if calibration.noise(p.finger) is None)
+        calibration = replace(calibration, piezo=(*calibration.piezo, *missing))
+    guide = Guide(layout, items, session, calibration, earlier.counts)
+    header = replace(header, calibration=calibration)
+    screen.say(f"session {session}: {earlier.path}")
+    screen.begin(guide)
+    try:
+        complete = run_session(source, guide, earlier.path, header, screen, stopped)
+    finally:
+        screen.end()
+    if not complete and not stopped():
+        raise InputError(
+            "the source ended before all pinches were recorded: run the command again with the "
+            f"same session and folder, to continue {earlier.path}",
+            parameter="source",
+        )
+    return earlier.path
+
+
+def _items(
+    source: Source,
+    object: str,
+    pinches: int,
+    shore_a: float | None,
+    specimen: str,
+    role: str,
+    plan: AnyPath | Sequence[Item] | None,
+) -> tuple[Item, ...]:
+    """Return the objects to record, with the Shore A of objects that the source knows."""
+    if (plan is None) == (not object):
+        raise InputError(
+            "give either one object or a plan for several, not both"
+            if object
+            else "no object is given: name one, or give a plan for several",
+            parameter="object",
+        )
+    if role not in tuple(Role):
+        raise InputError(f"{role!r} must be one of {', '.join(Role)}", parameter="role")
+    if plan is None:
+        items: tuple[Item, ...] = (Item(object, pinches, shore_a, specimen, Role(role)),)
+    elif isinstance(plan, str | os.PathLike):
+        items = read_plan(Path(plan))
+    else:
+        items = tuple(plan)
+    shore_a_of = source_kind(source.name).shore_a
+    if shore_a_of is None:
+        return items
+    return tuple(
+        i if i.shore is not None else replace(i, shore=shore_a_of(i.object)) for i in items
+    )
+
+
+class _CountingScreen(Screen):
+    """Screen of a recording without a terminal. It only counts valid pinches."""
+
+    def __init__(self, step: Callable[[int], object]) -> None:
+        self._step = step
+
+    def judged(self, judged: Judged) -> None:
+        """Count a valid pinch."""
+        if not judged.faults:
+            self._step(1)

@@ -36,8 +36,7 @@ class Check:
 
     def run(self) -> int:
         from firstcontact.cli.stopping import stopping
-        from firstcontact.collect.check import check_fingertips
-        from firstcontact.collect.check_page import summary, write_page
+        from firstcontact.collect.check import check_fingertips, summary, write_page
         from firstcontact.core.calibration import check_writable
         from firstcontact.device import open_source
 

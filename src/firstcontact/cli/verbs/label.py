@@ -33,8 +33,7 @@ class Label:
     def run(self) -> None:
         from firstcontact.cli.stopping import stopping
         from firstcontact.collect.label_result import Labeller
-        from firstcontact.collect.label_session import Session
-        from firstcontact.collect.label_signals import open_recordings
+        from firstcontact.collect.label_session import Session, open_recordings
         from firstcontact.core import InputError
         from firstcontact.core.installation import installed_versions
 

@@ -46,12 +46,7 @@ class Block:
 def merge_blocks(blocks: Iterable[Block], max_samples: float = math.inf) -> list[Block]:
     """Return the same samples in as few blocks as possible. Consecutive blocks are merged.
 
-    Parameters
-    ----------
-    blocks
-        Blocks in stream order.
-    max_samples
-        Largest number of samples in a merged block. A longer input block stays as it is.
+    A merged block has at most ``max_samples`` samples. A longer input block stays as it is.
     """
     runs: list[list[Block]] = []
     length = 0

@@ -285,15 +285,8 @@ class Layout:
 class Physical:
     """Converter from columns of raw samples to physical units, built once for many blocks.
 
-    Parameters
-    ----------
-    layout
-        Layout of the samples.
-    columns
-        Column numbers.
-    order
-        Memory order of the result: "F" stores the samples of a column together, "C" the columns of
-        a sample. The order affects how sums over samples are rounded.
+    ``order`` is the memory order of the result: "F" stores the samples of a column together, "C"
+    the columns of a sample. The order affects how sums over samples are rounded.
     """
 
     def __init__(

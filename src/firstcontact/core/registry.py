@@ -149,13 +149,7 @@ class Registry(Mapping[str, E], Generic[E]):
             ) from None
 
     def include(self, name: str) -> None:
-        """Add the entry for a name with a colon, so that iterating over the registry yields it.
-
-        Raises
-        ------
-        InputError
-            See :meth:`find`.
-        """
+        """Find the entry for a name with a colon, and yield it when iterating over the registry."""
         self.find(name)
         if name not in self.names:
             self._included.append(name)

@@ -95,21 +95,10 @@ def read_hdf5(
 
 
 def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Dataset:
-    """Build pinches from named arrays, such as those of an HDF5 file.
+    """Build pinches from named arrays, with shapes as in HDF5 files.
 
-    Parameters
-    ----------
-    path
-        Path of the file, for messages.
-    arrays
-        Arrays by name, with shapes as in HDF5 files.
-    unknown
-        Names of other arrays in the file, for the notes.
-
-    Raises
-    ------
-    InputError
-        An array is invalid; the message names it.
+    Messages name ``path``. The notes list ``unknown``, the names of other arrays in the file. An
+    invalid array raises an InputError that names it.
     """
     remedy = "array 'piezo': add it, shape (pinches, samples, 1 or 2)"
     sensor = find_sensor(str(path), arrays, remedy)

@@ -116,23 +116,11 @@ def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDA
 
 
 def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple[Path, ...]:
-    """Write one recording per session into an existing folder.
+    """Write one recording per session into an existing folder. Return the paths.
 
-    Parameters
-    ----------
-    dataset
-        Pinches. Those of a session keep their order. A pinch whose samples do not follow the
-        samples before it begins a new epoch.
-    directory
-        Folder for the files. A file's name consists of a number and the session, so names sort in
-        the order of the sessions.
-    header
-        Header of every file, to which the session is added.
-
-    Returns
-    -------
-    tuple of Path
-        Paths of the files, in the order of the sessions' first pinches.
+    Each file gets the header, with the session added. A number begins its name, so names sort in
+    the order of the sessions' first pinches. Pinches of a session keep their order. A pinch whose
+    samples do not follow the samples before it begins a new epoch.
     """
     by_session = pinches_by_session(dataset)
     digits = max(3, len(str(len(by_session) - 1)))

@@ -59,7 +59,6 @@ def session_keys(session: LiveSession) -> Iterator[None]:
 
 
 def _standard_input() -> int | None:
-    """Return the file descriptor of standard input, or None if it is missing or closed."""
     try:
         return None if sys.stdin is None else sys.stdin.fileno()
     except (OSError, ValueError):

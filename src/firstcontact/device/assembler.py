@@ -89,7 +89,6 @@ class Assembler:
 
     @property
     def next_sample(self) -> int:
-        """Number of the sample that is expected next; 0 before the first one."""
         return self._next or 0
 
     def expect_descriptor(self) -> None:

@@ -123,7 +123,6 @@ class TransportDelay:
         self.least = 0.0  #: Time of sample 0 with the shortest delay, s of the host's clock.
 
     def add(self, block: Block, host: float) -> None:
-        """Add the next block, with its arrival time by the host's clock, s."""
         if block.epoch != self._epoch:
             self._epoch = block.epoch
             self._fastest = _FastestArrivals(self._rate, MEMORY)

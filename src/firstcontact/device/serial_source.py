@@ -26,8 +26,8 @@ _log = logging.getLogger("firstcontact.device")
 
 #: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
-#: Time after a call of ``read`` at which the source's own thread begins to read the port, s. The
-#: port and the device keep the samples of half a second.
+#: Time after a call of ``read`` at which the source's own thread begins to read the port, s. Until
+#: then samples wait in the port, which holds 23 ms of them, and in the device (0.2 s or more).
 LOOK = 0.04
 #: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
 #: for the same time again, it counts as disconnected ...
@@ -44,7 +44,7 @@ NAP = 0.038
 #: up after the last frame instead, so that one read gets all samples.
 EARLY, HURRY, FRAME = 0.0004, 0.005, 0.001
 #: Size of a read, in bytes, after which the next read follows without a sleep. A pseudo terminal
-#: holds 4095 bytes. While it is full, the device has to wait and drops samples.
+#: holds 4095 bytes. While it is full, samples wait in the device.
 PILE = 3800
 #: Longest wait for a reader when the source ends, s.
 LAST_TURN = 1.0

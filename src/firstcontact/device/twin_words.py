@@ -35,7 +35,6 @@ def tester_text(task: str) -> str:
 
 
 def is_accepted(marker: str, order: str) -> bool:
-    """Return True if a marker says that the twin has accepted an order."""
     return marker == f"{ACCEPTED}{order}"
 
 

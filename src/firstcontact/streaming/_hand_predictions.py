@@ -71,7 +71,6 @@ class HandPredictions:
             self._host_pinches.append(pinch)
 
     def ended(self) -> list[Event]:
-        """Return the events of the remaining pinches, at the end of the stream."""
         # The device may have predicted from samples that the host has not processed.
         return self._complete(self._heard)
 

@@ -344,7 +344,6 @@ class Pipeline:
         *,
         out_of_range: bool = False,
     ) -> Estimate:
-        """Add an estimate from samples up to ``last``."""
         assert self.predictor is not None
         first, block, rate = pinch.contacts[0], self._block, self.layout.rate
         complete = max(last, first.decided)

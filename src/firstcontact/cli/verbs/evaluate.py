@@ -52,7 +52,6 @@ class Evaluate:
 
 
 def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
-    """Yield lines about the resampling to the model's rate; none if the rates are equal."""
     recorded = data.layout.rate
     if not model.moments or recorded == model.rate:
         return

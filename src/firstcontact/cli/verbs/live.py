@@ -192,7 +192,6 @@ class Live:
         return sinks
 
     def _report(self, session: LiveSession, began: int, cpu: float) -> None:
-        """Print the statistics of the times, the link and the outputs."""
         from firstcontact.device.source import clock_line
         from firstcontact.streaming.ledger import ledger_lines
 
@@ -222,7 +221,6 @@ class Live:
 
 
 def _measure(source: Source) -> Calibration:
-    """Measure the noise floors, and ask the user to keep the hand still meanwhile."""
     from firstcontact.collect.calibration import rest_request
     from firstcontact.device.noise_floor import REST, measure_noise
 

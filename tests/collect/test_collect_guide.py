@@ -1,6 +1,7 @@
-"""Tests of guided recordings and their plans."""
+"""Guided recordings, their plans, and sessions that continue after a recorder was killed."""
 
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,15 @@ from firstcontact.collect.guide import Guide, Item, read_plan
 from firstcontact.collect.session import Screen, run_session, so_far
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Finger, InputError, Label, Layout, Role
-from firstcontact.device import Arrival
-from firstcontact.recording import Marker, load_dataset, read_recording
+from firstcontact.device import Arrival, Descriptor
+from firstcontact.recording import (
+    Header,
+    Marker,
+    PinchMark,
+    RecordingWriter,
+    load_dataset,
+    read_recording,
+)
 
 BLOCK = Item("block 29", 5, 29.0, "b29")
 
@@ -251,3 +259,44 @@ def test_invalid_plans_are_refused(tmp_path, text, problem):
     path.write_text(text)
     with pytest.raises(InputError, match=problem):
         read_plan(path)
+
+
+DESCRIPTOR = Descriptor(LAYOUT, source="twin")
+LABEL = Label("block 20", 20.0, None, "block 20", "1")
+
+
+def part(path: Path, label: Label = LABEL) -> Path:
+    """Write a complete recording of one pinch."""
+    with RecordingWriter(path, Header(LAYOUT, "twin", session="1")) as writer:
+        writer.write(Block(np.zeros((2000, 16), np.int16)))
+        writer.mark(PinchMark(0, 100, 900, 0, label))
+    return path
+
+
+@pytest.mark.parametrize("length", [0, 41, 4096, 8192])
+def test_session_continues_after_an_unreadable_part(tmp_path: Path, length: int) -> None:
+    damaged = tmp_path / "session-1.mcap"
+    content = part(damaged).read_bytes()[:length]
+    damaged.write_bytes(content)
+    progress = so_far(tmp_path, "1", DESCRIPTOR)
+    assert progress.path == tmp_path / "session-1.part2.mcap"
+    assert (progress.files, progress.counts) == ((), {})
+    (message,) = progress.unreadable
+    assert str(damaged) in message
+    part(progress.path)
+    resumed = so_far(tmp_path, "1", DESCRIPTOR)
+    assert resumed.path == tmp_path / "session-1.part3.mcap"
+    assert (resumed.files, resumed.counts[LABEL]) == ((progress.path,), 1)
+    assert damaged.read_bytes() == content
+    dataset = load_dataset(tmp_path)
+    assert len(dataset) == 1
+    assert sum(str(damaged) in loss for loss in dataset.losses) == 1
+    with pytest.raises(InputError, match=r"session-1\.mcap"):
+        load_dataset(damaged)
+
+
+def test_file_of_another_session_is_refused(tmp_path: Path) -> None:
+    part(tmp_path / "session-a-b.mcap")
+    with pytest.raises(InputError, match=r"session-a-b\.mcap .*'1'") as error:
+        so_far(tmp_path, "a b", DESCRIPTOR)
+    assert error.value.parameter == "session"

@@ -13,7 +13,6 @@ import pytest
 
 import forked
 from firstcontact.core import InputError
-from firstcontact_lab.verbs.benchmark import Benchmark
 from firstcontact_lab.verbs.study import Study
 
 
@@ -114,7 +113,7 @@ def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["not_there_at_all:Loud", ":Loud", "own_regressor"])
-def test_a_benchmark_of_an_unknown_regressor_is_refused(name: str, tmp_path: Path) -> None:
+def test_an_unknown_regressor_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"cannot be imported|no estimator is called"):
-        Benchmark(name, out=tmp_path / "out").run()
+        Study(estimator=(name,), out=tmp_path / "out").run()
     assert not (tmp_path / "out").exists()

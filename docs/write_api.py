@@ -76,9 +76,9 @@ firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-obje
 PLUGINS = f"""\
 # Python for plug-in authors
 
-`from firstcontact import plugins` gives the classes from which you derive a detector, estimator,
-policy, hand, source or file format, the registries that hold them, and the checks that they must
-pass. `CONTRIBUTING.md` has an example of each.
+`from firstcontact import plugins` gives three things: the classes from which you derive a detector,
+estimator, policy, hand, source or file format; the registries that hold them; and the checks that
+they must pass. `CONTRIBUTING.md` has an example of each.
 
 {NOTE}"""
 ROOMS = f"""\

@@ -247,7 +247,7 @@ def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> D
     Raises
     ------
     InputError
-        There is no sample of that name.
+        No sample has that name.
 
     Examples
     --------
@@ -300,7 +300,7 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
     Raises
     ------
     InputError
-        There is no pinch, no detector has that name, or the detector cannot use these pinches.
+        ``data`` has no pinches, no detector has that name, or it cannot use these pinches.
 
     Examples
     --------

@@ -63,7 +63,7 @@ class Label:
     Raises
     ------
     InputError
-        ``shore_a`` is outside 0 to 100, or ``shape`` is no shape.
+        ``shore_a`` is outside 0 to 100, or ``shape`` is not one of the allowed shapes.
     """
 
     object: Name = ""

@@ -69,7 +69,7 @@ class Hand(ABC):
     separate: ClassVar[bool] = False
     #: Parties that may begin the closings of this hand.
     begins: ClassVar[Begins] = Begins.OTHERS
-    #: Name of the source whose simulated hand this is; None for a hand with a port of its own.
+    #: Name of the source whose simulated hand this is; None for a hand with a separate port.
     of_source: ClassVar[str | None] = None
     #: Rate, Hz, at which recordings keep the reported positions; 0 to keep none.
     position_rate: ClassVar[float] = 0.0

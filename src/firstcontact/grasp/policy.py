@@ -91,7 +91,7 @@ class Policy:
     needs_truth: ClassVar[bool] = False
     #: Settings that a study tunes before it compares.
     tunables: ClassVar[Mapping[str, Tunable]] = {}
-    #: True to receive every estimate of a contact as it comes; False for the final one only.
+    #: True to receive every estimate of a contact; False to receive the final one only.
     early: ClassVar[bool] = False
     #: Latest time of an estimate after the first contact, s; None if the policy uses none.
     deadline: float | None = None

@@ -102,8 +102,8 @@ class GroupScores:
 class Evaluation:
     """Scores of one predictor of a model.
 
-    :attr:`rmse`, :attr:`coverage` and :attr:`width` leave out training pinches. They also leave
-    out pinches whose names occur in the training, unless there are no others.
+    :attr:`rmse`, :attr:`coverage` and :attr:`width` leave out training pinches. If
+    other pinches remain, they also leave out those whose names occur in the training.
 
     Parameters
     ----------

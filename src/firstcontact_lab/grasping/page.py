@@ -142,7 +142,7 @@ def reflex_table(household: Household) -> Table:
     return _table(
         "Share of objects that a hand with a slip reflex drops, without and with an estimate of "
         "stiffness, at equal damage. Success means neither dropped nor damaged. Rows state how "
-        "the support disappears (abrupt: at once; gradual: within a second), and how long the "
+        "the support disappears (abrupt, or gradual within a second), and how long the "
         "detection of a slip takes. Then the brake needs 20 ms, and the force must build up.",
         {name: name for name in reflexes},
         [

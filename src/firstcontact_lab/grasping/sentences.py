@@ -55,13 +55,12 @@ def headline(household: Household) -> str:
 
 def reflex_sentence(household: Household) -> str:
     parts = [
-        f"{percent(reflex.blind.value)} to {percent(reflex.stiffness.value)} ({name})"
+        f"from {percent(reflex.blind.value)} to {percent(reflex.stiffness.value)} ({name})"
         for name, reflex in household.slip_reflex.items()
     ]
     return (
-        "If the hand also presses harder on a slip, stiffness changes the share of drops as "
-        "follows (in brackets: kind of lift, and time to detect the slip): "
-        f"{', '.join(parts)}."
+        "If the hand also presses harder on a slip, stiffness changes the share of drops "
+        f"{'; '.join(parts)}. Brackets hold the kind of lift, and the time to detect the slip."
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset
-from firstcontact.models import LabelledTouches, Touches
+from firstcontact.models import LabelledTouches, Rig, Touches
 from firstcontact.models import network_estimator as conditioning
 from firstcontact.models.model_file import pretrained
 from firstcontact.twin import (
@@ -75,9 +75,10 @@ def gain(blocks: Pinches, objects: Pinches, count: int) -> float:
         turns = [np.sum(shore_a[order[:i]] == shore_a[row]) for i, row in enumerate(order)]
         order = order[np.argsort(turns, kind="stable")]
         rows = np.sort([row for f in (0, 1) for row in order[touches.fingers[order] == f][:count]])
-        for place, scheme in enumerate(conditioning.WAYS):
-            rigs = conditioning.known_rigs(touches.take(rows), shore_a[rows], scheme, seed)
-            model = pretrained().conditioned_on({f: rig for f, (rig, _) in rigs.items()})
+        known = conditioning.known_rigs(touches.take(rows), shore_a[rows], seed)
+        each = {finger: rig for finger, (rig, _) in known.items()}
+        for place, rigs in enumerate(({Rig.ANY: each[Rig.ANY]}, each)):
+            model = pretrained().conditioned_on(rigs)
             squares[place] += np.mean((model.predict(asked).value - truth) ** 2)
     one, each = np.sqrt(squares / DRAWS)
     return float(each - one)

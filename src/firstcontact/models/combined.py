@@ -60,12 +60,11 @@ class CombinedModel(InContextModel):
         base: InContextModel,
         touches: Touches,
         shore_a: Values,
-        scheme: str,
         seed: int,
         scale: NDArray[np.float64],
     ) -> Self:
         """Return a model of a rig, from the network and a regression."""
-        rigs = known_rigs(touches, shore_a, scheme, seed)
+        rigs = known_rigs(touches, shore_a, seed)
         regressions = {}
         for finger, (rig, members) in rigs.items():
             members = members[balanced_choice(shore_a[members], MOST_PINCHES, seed)]
@@ -155,10 +154,10 @@ def adapt_combined(
     if len(touches) < LEAST_PINCHES or len(np.unique(shore_a)) < LEAST_LEVELS:
         few = f"fewer than {LEAST_PINCHES} pinches or {LEAST_LEVELS} levels"
         return replace(adapted, notes=(f"{few}: the network predicts alone",))
-    scale = _spread_scale(base, touches, shore_a, adapted.scheme, seed)
+    scale = _spread_scale(base, touches, shore_a, seed)
 
     def condition(touches: Touches, shore_a: Values) -> CombinedModel:
-        return CombinedModel.fit(base, touches, shore_a, adapted.scheme, seed, scale)
+        return CombinedModel.fit(base, touches, shore_a, seed, scale)
 
     held_out = score_held_out(condition, touches, shore_a, sessions, seed)
     if held_out is None:
@@ -166,11 +165,11 @@ def adapt_combined(
     check = held_out.check(base.level, touches.rate)
     model = condition(touches, shore_a).widened(check.scales).with_network(adapted.model)
     scores = {**adapted.scores, model.kind: root_mean_square(held_out.errors)}
-    return Adapted(model, adapted.scheme, scores, root_mean_square(held_out.from_mean), check)
+    return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
 
 
 def _spread_scale(
-    base: InContextModel, touches: Touches, shore_a: Values, scheme: str, seed: int
+    base: InContextModel, touches: Touches, shore_a: Values, seed: int
 ) -> NDArray[np.float64]:
     """Return the factor of the regression's spread at each stage, shape (stages,)."""
     ones = np.ones(len(Rig.STAGES))
@@ -180,9 +179,7 @@ def _spread_scale(
         is_asked = groups == group
         if len(np.unique(shore_a[~is_asked])) < 2:
             continue
-        model = CombinedModel.fit(
-            base, touches.take(~is_asked), shore_a[~is_asked], scheme, seed, ones
-        )
+        model = CombinedModel.fit(base, touches.take(~is_asked), shore_a[~is_asked], seed, ones)
         alone, truth = model.network_alone(), shore_a[is_asked]
         queries = touches.take(is_asked)
         for place, ms in enumerate(Touches.SCORED_MS):

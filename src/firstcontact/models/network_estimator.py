@@ -28,15 +28,14 @@ from firstcontact.models.training import DURATION, LabelledTouches
 from firstcontact.models.window_model import Task, Values
 from firstcontact.signal import samples_in
 
-#: Smallest number of pinches with which a finger is conditioned separately. Against both fingers as
-#: one rig, the error on objects of 10 hands of the twin (12 rigs of another structure) changes by
-#: +0.8 ± 0.4 (+0.1 ± 0.2) Shore A with 4 pinches of each finger, and by +0.1 ± 0.1 (-0.2 ± 0.1)
-#: with 8: ``python docs/measure_fingers.py``.
-LEAST_OF_FINGER = 8
+#: Smallest number of pinches with which a finger is a rig of its own. With 15 of each finger, all
+#: fingers as one rig predict objects better, by 0.2 Shore A at 5 ms; with 50, each finger alone, by
+#: 0.3 (12 rigs). No choice by held-out blocks: it cost up to 2 Shore A on objects.
+LEAST_OF_FINGER = 20
 #: Largest number of pinches of a level of Shore A. The network was trained with about this many. On
 #: held-out sessions, twenty-five times as many gave equal scores.
 MOST_OF_LEVEL = 20
-#: Number of folds in which the conditioning schemes are compared.
+#: Number of folds in which pinches are held out.
 FOLDS = 3
 
 
@@ -45,7 +44,6 @@ class Adapted:
     """Model conditioned on a rig, with its held-out scores."""
 
     model: InContextModel
-    scheme: str
     scores: Mapping[str, float]
     mean_rmse: float = float("nan")
     check: IntervalCheck | None = None
@@ -55,15 +53,20 @@ class Adapted:
     @property
     def rmse(self) -> float:
         """Return the RMSE of the model on held-out pinches; NaN without any."""
-        alone = self.scores.get(self.scheme, float("nan"))
+        alone = self.scores.get(InContextModel.kind, float("nan"))
         return self.scores.get(self.model.kind, alone)
+
+    @property
+    def scheme(self) -> str:
+        """Conditioning scheme: "each finger" alone, or all fingers as "one" rig."""
+        return "each finger" if len(self.model.rigs) > 1 else "one"
 
     @property
     def refusal(self) -> str:
         """Return the reason why the model is useless for this rig; "" if it is useful."""
         if not self.scores:
             return ""
-        rmse = max(self.rmse, self.scores[self.scheme])
+        rmse = max(self.rmse, self.scores[InContextModel.kind])
         if rmse < self.mean_rmse:
             return ""
         return (
@@ -100,38 +103,18 @@ def adapt_network(
             f"{len(longest)} and {len(np.unique(shore_a))}: record pinches of more flat blocks"
         )
 
-    def conditioner(scheme: str) -> Condition:
-        return lambda touches, shore_a: base.conditioned_on(
-            {f: rig for f, (rig, _) in known_rigs(touches, shore_a, scheme, seed).items()}
-        )
+    def condition(touches: Touches, shore_a: Values) -> InContextModel:
+        rigs = known_rigs(touches, shore_a, seed)
+        return base.conditioned_on({finger: rig for finger, (rig, _) in rigs.items()})
 
-    tested = {
-        scheme: held_out
-        for scheme in WAYS
-        if (held_out := score_held_out(conditioner(scheme), longest, shore_a, sessions, seed))
-        is not None
-    }
-    if not tested and sessions is not None:
+    held_out = score_held_out(condition, longest, shore_a, sessions, seed)
+    if held_out is None:
         made = adapt_network(base, longest, shore_a, None, seed)
         return replace(made, split="held out: random pinches, because each session has one level")
-    scores = {scheme: root_mean_square(held_out.errors) for scheme, held_out in tested.items()}
-    has_enough = len(known_rigs(longest, shore_a, WAYS[1], seed)) > 1
-    one, each = (tested[scheme] for scheme in WAYS)
-    best = WAYS[has_enough and not _is_clearly_worse(each, one, sessions)]
-    check = tested[best].check(base.level, touches.rate)
-    model = conditioner(best)(longest, shore_a).widened(check.scales)
-    return Adapted(model, best, scores, root_mean_square(tested[best].from_mean), check)
-
-
-#: Conditioning schemes: all fingers together, or each finger alone.
-WAYS = ("one", "each finger")
-
-
-def _is_clearly_worse(one: HeldOut, other: HeldOut, sessions: NDArray[np.str_] | None) -> bool:
-    """Return True if the first squared errors exceed the others by more than a standard error."""
-    groups = one.rows if sessions is None else sessions[one.rows]
-    excess = np.bincount(np.unique(groups, return_inverse=True)[1], one.errors**2 - other.errors**2)
-    return len(excess) > 1 and bool(excess.sum() > np.sqrt(len(excess)) * excess.std(ddof=1))
+    check = held_out.check(base.level, touches.rate)
+    model = condition(longest, shore_a).widened(check.scales)
+    scores = {model.kind: root_mean_square(held_out.errors)}
+    return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
 
 
 #: Function from contacts and their Shore A to a model of the rig.
@@ -139,20 +122,19 @@ Condition = Callable[[Touches, Values], InContextModel]
 
 
 def known_rigs(
-    touches: Touches, shore_a: Values, scheme: str, seed: int
+    touches: Touches, shore_a: Values, seed: int
 ) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
-    """Return the rigs of labelled contacts, and the positions of the contacts used for each."""
+    """Return the rigs of all contacts and of each finger, and the positions of their contacts."""
 
     def rig(members: NDArray[np.intp]) -> tuple[Rig, NDArray[np.intp]]:
         chosen = members[_choose_pinches(shore_a[members], seed)]
         return Rig.fit(touches.take(chosen), shore_a[chosen]), chosen
 
     rigs = {Rig.ANY: rig(np.arange(len(touches)))}
-    if scheme == WAYS[1]:
-        for finger in range(len(Finger)):
-            positions = np.flatnonzero(touches.fingers == finger)
-            if len(positions) >= LEAST_OF_FINGER and len(np.unique(shore_a[positions])) > 1:
-                rigs[finger] = rig(positions)
+    for finger in range(len(Finger)):
+        positions = np.flatnonzero(touches.fingers == finger)
+        if len(positions) >= LEAST_OF_FINGER and len(np.unique(shore_a[positions])) > 1:
+            rigs[finger] = rig(positions)
     return rigs
 
 
@@ -310,7 +292,7 @@ def condition(
 def _rig_sentence(shore_a: Values, made: Adapted) -> str:
     """Return a sentence on the pinches that describe the rig."""
     levels, counts = np.unique(shore_a, return_counts=True)
-    per = " and finger" if made.scheme == WAYS[1] else ""
+    per = " and finger" if len(made.model.rigs) > 1 else ""
     limit = f"; at most {MOST_OF_LEVEL} of each level{per} are used"
     return (
         f"the network learns the rig from {counted(len(shore_a), 'pinch')} of "
@@ -338,7 +320,7 @@ def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
 
 
 def _held_out_scores(made: Adapted) -> dict[str, float]:
-    scores = {f"held out, {scheme}": score for scheme, score in made.scores.items()}
+    scores = {f"held out, {kind}": score for kind, score in made.scores.items()}
     if made.check is not None:
         scores["held out, always the mean"] = made.mean_rmse
         scores["held out, least coverage"] = made.check.coverage
@@ -350,19 +332,14 @@ def _check_sentences(base: InContextModel, made: Adapted) -> list[str]:
     """Return sentences on the held-out errors and intervals."""
     if made.check is None:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
-    words = dict(zip(WAYS, ("both fingers as one rig", "each finger as its own rig"), strict=True))
-    compared = ", ".join(
-        f"{made.scores[scheme]:.2f} with {words[scheme]}"
-        for scheme in WAYS
-        if scheme in made.scores
-    )
+    alone = made.scores[InContextModel.kind]
+    one_for = "each finger is" if len(made.model.rigs) > 1 else "all fingers together are"
     sentences = [made.split] if made.split else []
     sentences.append(
-        f"held-out pinches: rmse of the network {compared}, {made.mean_rmse:.2f} Shore A if the "
-        f"mean is always predicted; used: {words[made.scheme]}"
+        f"held-out pinches: rmse of the network {alone:.2f} Shore A, {made.mean_rmse:.2f} if the "
+        f"mean is always predicted; {one_for} one rig"
     )
-    if (kind := made.model.kind) in made.scores:
-        alone = made.scores[made.scheme]
+    if (kind := made.model.kind) != InContextModel.kind:
         advice = (
             f"; the network alone had a lower error ({alone:.2f}): make the model with `train ... "
             "--estimator network`, or use `live --estimator network`"

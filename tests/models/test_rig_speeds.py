@@ -1,4 +1,4 @@
-"""Measured closing speeds count only if their errors are below the spread of the rig's speeds."""
+"""Measured closing speeds count only if the rig's speeds differ, and differ enough."""
 
 from __future__ import annotations
 
@@ -62,11 +62,14 @@ def test_spreads_are_those_of_the_rig(spread: float, error: float, heard_error: 
     assert rig.heard_error == pytest.approx(heard_error, rel=0.1)
 
 
-@pytest.mark.parametrize(("error", "is_used"), [(0.1, True), (0.2, False)])
-def test_measurements_that_are_no_better_than_the_usual_speed_are_not_used(
-    error: float, is_used: bool
+@pytest.mark.parametrize(
+    ("spread", "error", "is_used"),
+    [(0.2, 0.1, True), (0.2, 0.35, True), (0.2, 0.5, False), (0.05, 0.01, False)],
+)
+def test_measurements_that_add_little_to_the_usual_speed_are_not_used(
+    spread: float, error: float, is_used: bool
 ) -> None:
-    log, noise = np.random.default_rng(1).standard_normal((2, 500)) * [[0.2], [error]]
+    log, noise = np.random.default_rng(1).standard_normal((2, 500)) * [[spread], [error]]
     n = len(log)
     rig = RigSpeeds.fit(
         0.1 * np.exp(log + noise), np.full(n, error), np.zeros(n), np.zeros(n, np.bool_)

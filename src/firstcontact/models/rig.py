@@ -254,9 +254,9 @@ def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
 #: Smallest and largest value of a spread or an error of ln(speed). No rig and no measurement is
 #: more exact than LEAST_SPREAD, and no speeds differ by more than MOST_SPREAD.
 LEAST_SPREAD, MOST_SPREAD = 0.01, 10.0
-#: Smallest spread of a rig's ln(speed), and largest variance of the measurements' errors, as a share
-#: of the variance of the rig's speeds, with which measurements are used. On rigs of smaller spread,
-#: even exact speeds made predictions for everyday objects worse, by 0.7 Shore A.
+#: Smallest spread of a rig's ln(speed) with which measurements are used, and largest variance of
+#: their errors as a share of the variance of the rig's speeds. With less spread, even exact speeds
+#: made predictions for everyday objects worse, by 0.7 Shore A.
 LEAST_VARIED, MOST_NOISE = 0.08, 4.0
 #: Spread of ln(speed) that is assumed for a rig with fewer than FEWEST pinches, and for old files.
 ASSUMED, FEWEST = 0.2, 4

@@ -47,4 +47,4 @@ class OneRig(NetworkEstimator):
         base = pretrained()
         rig = Rig.fit(touches.take(usable), shore_a[usable])
         model = OneRigModel(base.network, base.familiar, base.factors, base.level, {Rig.ANY: rig})
-        return Adapted(model, "one", {})
+        return Adapted(model, {})

@@ -69,7 +69,7 @@ def test_names_from_recordings_stay_text(shown):
 def test_an_empty_dataset_and_other_things(shown):
     assert "0 pinches" in fc.Dataset(())._repr_html_()
     with pytest.raises(fc.InputError) as refusal:
-        fc.plot(Path())  # type: ignore[arg-type]
+        fc.plot(Path())
     assert refusal.value.parameter == "subject"
 
 

@@ -96,7 +96,6 @@ def test_children_die_with_a_killed_parent(module, words, is_stopped):
     module.write_text(f"print('ready', flush=True)\n{words}")
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
-        assert parent.stdout is not None
         pid = int(parent.stdout.readline())
         if is_stopped:
             stop(pid)
@@ -123,7 +122,6 @@ def test_suspended_child_with_wakes_is_continued(module):
     code = PARENT.replace('Child("child")', 'Child("child", wakes=True)')
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe) as parent:
-        assert parent.stdout is not None
         pid = int(parent.stdout.readline())
         stop(pid)
         parent.kill()

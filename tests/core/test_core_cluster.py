@@ -81,10 +81,9 @@ def test_invalid_addresses_are_refused(address):
 
 
 def test_missing_scheduler_and_empty_cluster_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 0.3)
+    monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 2.0)
     with pytest.raises(InputError, match=r"127\.0\.0\.1"), use_cluster("tcp://127.0.0.1:1"):
         pass
-    monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 2.0)
     with (
         cluster(tmp_path, 0) as empty,
         pytest.raises(InputError, match="--cluster"),

@@ -70,7 +70,6 @@ def writer(path, how="replacing"):
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert child.stdout is not None
     assert child.stdout.readline() == "begun\n"
     return child
 

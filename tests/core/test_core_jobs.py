@@ -119,7 +119,6 @@ def test_workers_end_with_their_parent_during_a_job(number, still, tmp_path):
     with subprocess.Popen(
         [sys.executable, "-c", PARENT, tmp_path], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     ) as parent:
-        assert parent.stdout is not None
         assert parent.stdout.readline()
         workers = [pid for pid in children(parent.pid) if not tracks(pid)]
         assert len(workers) == 2

@@ -46,5 +46,7 @@ class OneRig(NetworkEstimator):
             raise InputError("a rig needs pinches of two values of Shore A: record another block")
         base = pretrained()
         rig = Rig.fit(touches.take(usable), shore_a[usable])
-        model = OneRigModel(base.network, base.familiar, base.factors, base.level, {Rig.ANY: rig})
+        model = OneRigModel(
+            base.network, base.familiar, base.factors, base.level, {Rig.ANY: rig}, base.mixed
+        )
         return Adapted(model, {})

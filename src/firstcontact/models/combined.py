@@ -50,7 +50,9 @@ class CombinedModel(InContextModel):
         factors: NDArray[np.float64],
         regressions: Mapping[int, RigRegression],
     ) -> None:
-        super().__init__(alone.network, alone.familiar, factors, alone.level, alone.rigs)
+        super().__init__(
+            alone.network, alone.familiar, factors, alone.level, alone.rigs, alone.mixed
+        )
         self._alone = alone
         self._regressions = dict(regressions)
 
@@ -72,7 +74,7 @@ class CombinedModel(InContextModel):
             inputs = _stage_inputs(model, touches.take(members))
             regressions[finger] = RigRegression(inputs, shore_a[members], scale)
         networks = {finger: rig for finger, (rig, _) in rigs.items()}
-        return cls(base.conditioned_on(networks), base.factors, regressions)
+        return cls(base.conditioned_on(networks), base.mixed, regressions)
 
     def network_alone(self) -> InContextModel:
         """Return the network without the regression, with its own interval widths."""
@@ -154,7 +156,7 @@ def adapt_combined(
     if len(touches) < LEAST_PINCHES or len(np.unique(shore_a)) < LEAST_LEVELS:
         few = f"fewer than {LEAST_PINCHES} pinches or {LEAST_LEVELS} levels"
         return replace(adapted, notes=(f"{few}: the network predicts alone",))
-    scale = _spread_scale(base, touches, shore_a, seed)
+    scale = spread_scale(base, touches, shore_a, seed)
 
     def condition(touches: Touches, shore_a: Values) -> CombinedModel:
         return CombinedModel.fit(base, touches, shore_a, seed, scale)
@@ -168,7 +170,7 @@ def adapt_combined(
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
 
 
-def _spread_scale(
+def spread_scale(
     base: InContextModel, touches: Touches, shore_a: Values, seed: int
 ) -> NDArray[np.float64]:
     """Return the factor of the regression's spread at each stage, shape (stages,)."""

@@ -44,12 +44,14 @@ class InContextModel:
         factors: NDArray[np.float64],
         level: float,
         rigs: Mapping[int, Rig],
+        mixed: NDArray[np.float64],
     ) -> None:
-        if factors.shape != (len(Rig.STAGES),) or not (factors > 0).all():
-            raise InputError(
-                f"the array 'factors' must hold {len(Rig.STAGES)} numbers above 0, the factors of "
-                "the intervals' widths"
-            )
+        for name, array in (("factors", factors), ("mixed", mixed)):
+            if array.shape != (len(Rig.STAGES),) or not (array > 0).all():
+                raise InputError(
+                    f"the array '{name}' must hold {len(Rig.STAGES)} numbers above 0, the factors "
+                    "of the intervals' widths"
+                )
         if Rig.ANY not in rigs:
             raise InputError(
                 "the model file lacks the arrays for fingers without own examples: adapt the model "
@@ -58,6 +60,8 @@ class InContextModel:
         self.rate = FINGERTIP_RATE
         self.level = level
         self.network, self.familiar, self.factors = network, familiar, factors
+        #: Factors of the intervals of a prediction that is averaged with a regression.
+        self.mixed = mixed
         self.rigs = dict(rigs)
 
     def constants(self) -> ModelConstants:
@@ -122,12 +126,16 @@ class InContextModel:
 
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
         """Return a model with the same network, conditioned on these rigs instead."""
-        return InContextModel(self.network, self.familiar, self.factors, self.level, rigs)
+        return InContextModel(
+            self.network, self.familiar, self.factors, self.level, rigs, self.mixed
+        )
 
     def widened(self, scales: NDArray[np.float64]) -> InContextModel:
         """Return the model with intervals widened by a factor for each stage, shape (stages,)."""
         factors = self.factors * scales
-        return InContextModel(self.network, self.familiar, factors, self.level, self.rigs)
+        return InContextModel(
+            self.network, self.familiar, factors, self.level, self.rigs, self.mixed
+        )
 
     def inputs(self, touches: Touches) -> NDArray[np.float32]:
         """Return the inputs of the network for these contacts, shape (n, INPUTS)."""
@@ -167,7 +175,7 @@ class InContextModel:
     def to_arrays(self) -> Arrays:
         """Return the network's arrays, and each rig's arrays as ``rig.FINGER.NAME``."""
         arrays = {**self.network.to_arrays(), **self.familiar.to_arrays()}
-        arrays["factors"] = self.factors
+        arrays |= {"factors": self.factors, "mixed": self.mixed}
         for finger, rig in self.rigs.items():
             for name, array in _rig_arrays(rig).items():
                 arrays[f"rig.{finger}.{name}"] = array
@@ -178,8 +186,12 @@ class InContextModel:
         """Build the model from the arrays that :meth:`to_arrays` returned."""
         fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
         rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {Rig.ANY: Rig.unknown()}
-        factors = take_array(arrays, "factors", len(Rig.STAGES)).astype(np.float64)
-        made = cls(ContextNetwork(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
+        factors, mixed = (
+            take_array(arrays, name, len(Rig.STAGES)).astype(np.float64)
+            for name in ("factors", "mixed")
+        )
+        network, familiar = ContextNetwork(arrays), Familiar.from_arrays(arrays)
+        made = cls(network, familiar, factors, level, rigs, mixed)
         made.image.handle  # noqa: B018 - refuse numbers that could overflow
         return made
 

@@ -10,15 +10,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain.touch import HINTS, TRAITS, predict_inputs, touch_inputs
+from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Rig, Touches
+from firstcontact.models.combined import (
+    LEAST_LEVELS,
+    LEAST_PINCHES,
+    CombinedModel,
+    spread_scale,
+)
 from firstcontact.models.context_network import ContextNetwork, Familiar
 from firstcontact.models.in_context import InContextModel
 from firstcontact.models.predictions import combine
 from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._batches import cut, draw_batch
-from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, volts
+from firstcontact_lab.pretraining._examples import (
+    CONTEXTS,
+    MARGIN,
+    Examples,
+    labelled_touches,
+    volts,
+)
 
 LEVEL = 0.9
 #: Share of the training contacts that is marked out of range.
@@ -50,12 +63,35 @@ def answers(
 def finished(network: ContextNetwork, examples: Examples, seed: int) -> InContextModel:
     """Return the network as a model with calibrated intervals, not conditioned on a rig."""
     familiar = _familiar([_traits(examples, stage, seed) for stage in Rig.STAGES])
+    ones = np.ones(len(Rig.STAGES))
+    plain = InContextModel(network, familiar, ones, LEVEL, {Rig.ANY: Rig.unknown()}, ones)
+    return plain.widened(np.array([_factor(plain, examples, stage, seed) for stage in Rig.STAGES]))
 
-    def model(factors: NDArray[np.float64]) -> InContextModel:
-        return InContextModel(network, familiar, factors, LEVEL, {Rig.ANY: Rig.unknown()})
 
-    plain = model(np.ones(len(Rig.STAGES)))
-    return model(np.array([_factor(plain, examples, stage, seed) for stage in Rig.STAGES]))
+def calibrated(
+    model: InContextModel, numbers: Sequence[int], seed: int, runner: Runner
+) -> InContextModel:
+    """Return the model with calibrated intervals of averages with a regression on other rigs."""
+    ratios = [r for r in runner.map(_mixed_ratios, numbers, seed, model) if r.size]
+    factors = np.array([_quantile(of_stage) for of_stage in np.concatenate(ratios, axis=1)])
+    return InContextModel(
+        model.network, model.familiar, model.factors, model.level, model.rigs, factors
+    )
+
+
+def _mixed_ratios(number: int, seed: int, model: InContextModel) -> NDArray[np.float64]:
+    """Return error / spread of a rig's objects at each stage; NaN after the second contact."""
+    blocks, levels, objects, shore_a = labelled_touches(number, seed)
+    if len(blocks) < LEAST_PINCHES or len(np.unique(levels)) < LEAST_LEVELS:
+        return np.zeros((len(Rig.STAGES), 0))
+    scale = spread_scale(model, blocks, levels, seed)
+    mixed = CombinedModel.fit(model, blocks, levels, seed, scale)
+    out = np.empty((len(Rig.STAGES), len(objects)))
+    for place, stage in enumerate(Rig.STAGES):
+        predicted = mixed.predict(objects.until(stage))
+        ratio = np.abs(predicted.value - shore_a) / predicted.spread
+        out[place] = np.where(objects.valid >= stage, ratio, np.nan)
+    return out
 
 
 def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
@@ -77,8 +113,12 @@ def _factor(model: InContextModel, examples: Examples, samples: int, seed: int) 
     """Return half width / spread of intervals that hold the truth in the share ``LEVEL``."""
     values, spreads = answers(model, examples, samples, seed)
     is_object = examples.object_ids >= 0
-    score = np.abs(values - examples.shore_a) / spreads
-    ordered = np.sort(score[is_object])
+    return _quantile((np.abs(values - examples.shore_a) / spreads)[is_object])
+
+
+def _quantile(ratios: Values) -> float:
+    """Return the conformal quantile of the ratios that are not NaN."""
+    ordered = np.sort(ratios[np.isfinite(ratios)])
     rank = math.ceil((len(ordered) + 1) * LEVEL)
     return float(ordered[min(rank, len(ordered)) - 1])
 

@@ -91,8 +91,35 @@ def placing(rng: Rng, n: int) -> NDArray[np.intp]:
     return np.clip(drawn, -MARGIN, MARGIN)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drawn:
+    """Pinches of a rig: of blocks of known Shore A, and of the objects and blocks to predict."""
+
+    context: tuple[NDArray[np.int16], Values]
+    levels: Values
+    signals: NDArray[np.int16]
+    objects: list[RandomObject]
+    numbers: NDArray[np.intp]
+    speeds: Values
+    rng: Rng
+
+
 def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
     """Return the examples of one rig. They depend only on these arguments."""
+    d = _drawn(number, seed, family, again)
+    return _example_set(d.signals, d.objects, d.numbers, d.speeds, d.context, d.levels, d.rng)
+
+
+def labelled_touches(number: int, seed: int) -> tuple[Touches, Values, Touches, Values]:
+    """Return contacts with blocks and their Shore A, and contacts with objects and theirs."""
+    d = _drawn(number, seed, None, 0)
+    is_object = d.numbers >= 0
+    shore_a = np.array([specimen.shore_a for specimen in d.objects])
+    blocks, objects = (_touches(s, d.rng) for s in (d.context[0], d.signals[is_object]))
+    return blocks, d.levels, objects, shore_a[is_object]
+
+
+def _drawn(number: int, seed: int, family: Family | None, again: int) -> _Drawn:
     rng = np.random.default_rng([seed, number])
     rig = draw_rig(rng)
     if family is not None:
@@ -118,8 +145,8 @@ def rig_examples(number: int, seed: int, family: Family | None = None, again: in
             objects.append(specimen)
             numbers.append(object_number)
             speeds.append(speed)
-    return _example_set(
-        np.array(signals), objects, np.array(numbers), np.array(speeds), context, levels, rng
+    return _Drawn(
+        context, levels, np.array(signals), objects, np.array(numbers), np.array(speeds), rng
     )
 
 

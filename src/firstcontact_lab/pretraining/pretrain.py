@@ -16,7 +16,14 @@ from firstcontact.models import Model, RigPredictor, Touches
 from firstcontact.models.card import TrainingRecord
 from firstcontact.models.in_context import InContextModel
 from firstcontact.signal import samples_in
-from firstcontact_lab.pretraining._calibration import LEVEL, PINCHES, answers, finished, same_object
+from firstcontact_lab.pretraining._calibration import (
+    LEVEL,
+    PINCHES,
+    answers,
+    calibrated,
+    finished,
+    same_object,
+)
 from firstcontact_lab.pretraining._compact_training import STEPS, compacted
 from firstcontact_lab.pretraining._examples import Examples, example_set
 from firstcontact_lab.pretraining._training import Training
@@ -75,6 +82,7 @@ def pretrain(
         progress=lambda step, loss: say(f"compact, step {step} of {size.steps}: loss {loss:.3f}"),
     )
     model = finished(network, made(CALIBRATED, size.calibration), seed)
+    model = calibrated(model, range(CALIBRATED, CALIBRATED + size.calibration), seed, runner)
     scores: dict[str, Mapping[str, Any]] = {
         "random rigs": judged(model, made(JUDGED, size.judgement), seed)
     }

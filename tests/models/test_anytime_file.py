@@ -97,6 +97,7 @@ ATTACKS = {
     "a rig without scalars": _without("rig.-1.scalars"),
     "sign of two": _changed("rig.-1.scalars", lambda a: a * [1, 2, 1]),
     "no factors": _without("factors"),
+    "no factors of averages": _without("mixed"),
     "factors below nothing": _changed("factors", lambda a: -a),
     "nothing is familiar": _without("familiar.mean"),
     "a scale of nothing": _changed("inputs.sd", lambda a: 0 * a),

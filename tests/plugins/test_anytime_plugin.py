@@ -53,7 +53,7 @@ class HalvedModel(InContextModel):
 
 def test_a_prediction_in_python_is_the_same_live_and_cannot_run_on_a_hand(tmp_path: Path) -> None:
     base = pretrained()
-    own = HalvedModel(base.network, base.familiar, base.factors, base.level, base.rigs)
+    own = HalvedModel(base.network, base.familiar, base.factors, base.level, base.rigs, base.mixed)
     model = Model(pretrained_detector(), (RigPredictor(own),))
     data = fc.simulate(tmp_path / "p", pinches_per_block=2, pinches_per_object=0)
     compared = 0

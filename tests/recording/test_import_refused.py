@@ -123,6 +123,24 @@ def test_bad_hdf5_labels_are_refused_by_name(tmp_path, check_refused, add):
     check_refused(tmp_path / "x.h5", "x.h5", "'object'")
 
 
+@pytest.mark.parametrize("way", ["link", "external", "virtual"])
+def test_hdf5_whose_data_lie_in_another_file_is_refused(tmp_path, check_refused, way):
+    outside = tmp_path / "outside.h5"
+    with h5py.File(outside, "w") as file:
+        file["object"] = np.array([b"secret"] * 3)
+    with h5py.File(as_hdf5(tmp_path, PIEZO), "r+") as file:
+        if way == "link":
+            file["object"] = h5py.ExternalLink(str(outside), "/object")
+        elif way == "external":
+            place = [(str(outside), 0, h5py.h5f.UNLIMITED)]
+            file.create_dataset("object", (3,), "S10", external=place)
+        else:
+            layout = h5py.VirtualLayout((3,), "S10")
+            layout[:] = h5py.VirtualSource(str(outside), "object", (3,))
+            file.create_virtual_dataset("object", layout)
+    check_refused(tmp_path / "x.h5", "x.h5", "'object'")
+
+
 @pytest.mark.parametrize("name", ["x.npz", "x.h5", "x.csv", "x.mat", "x.wav"])
 def test_pipe_is_refused_without_waiting(tmp_path, check_refused, name):
     os.mkfifo(tmp_path / name)

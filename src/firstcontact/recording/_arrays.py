@@ -79,8 +79,14 @@ def read_hdf5(
         arrays: dict[str, NDArray[Any]] = {}
         with h5py.File(path, "r") as file:
             for name in (wanted := [name for name in file if name in names]):
+                if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+                    raise InputError(f"{path}: '{name}' is a link: copy its target into the file")
                 if not isinstance(dataset := file[name], h5py.Dataset):
                     continue
+                if dataset.external or dataset.is_virtual:
+                    raise InputError(
+                        f"{path}: '{name}' lies in another file: copy it into this one"
+                    )
                 if dataset.dtype.hasobject and h5py.check_string_dtype(dataset.dtype) is None:
                     raise InputError(
                         f"{path}: '{name}' holds neither numbers nor texts: store those, or save a "

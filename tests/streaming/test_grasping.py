@@ -170,6 +170,18 @@ def test_positions_are_kept_at_even_times_except_where_the_hand_was_silent(dtype
     assert {(b.epoch, str(b.data.dtype)) for b in blocks} == {(3, dtype)}
 
 
+def test_reports_at_the_even_times_themselves_are_kept() -> None:
+    hand = ReportingHand()
+    hand.position_rate = 60.0  # k / 60 * 60 is rounded up for some k
+    track = PositionTrack(hand, "int16", epoch=0, start=0.0)
+    blocks: list[Block] = []
+    for k in range(600):
+        hand.times.append(k * (1 / 60))
+        blocks += track.read(0.0)
+    numbers = np.concatenate([b.first_sample + np.arange(len(b.data)) for b in blocks])
+    assert set(np.diff(numbers)) == {1}
+
+
 def test_positions_beyond_the_samples_are_clipped() -> None:
     hand = ReportingHand()
     track = PositionTrack(hand, "int16", epoch=0, start=100.0)

@@ -178,7 +178,8 @@ def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> boo
     for path in sorted(out.iterdir()):
         formats = {CARD: FORMAT, DETECTOR_CARD: DETECTOR_FORMAT}
         is_weights = path.name in (WEIGHTS, DETECTOR_WEIGHTS) and not path.is_dir()
-        if not is_weights and _card_format(path) != formats.get(path.name, ""):
+        is_card = path.name in formats and _card_format(path) == formats[path.name]
+        if not (is_weights or is_card):
             raise InputError(
                 f"{out} would be replaced, but it holds {path.name}, which no training wrote: "
                 "choose another folder, or move that file away"

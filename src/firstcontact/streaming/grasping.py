@@ -131,7 +131,7 @@ class PositionTrack:
             return []
         self._next = int(numbers[-1]) + 1
         at = numbers / self._rate
-        after = np.searchsorted(times, at)
+        after = np.searchsorted(times, at).clip(max=len(times) - 1)
         known = times[after] - times[np.maximum(after - 1, 0)] <= PAUSE / self._rate
         steps = np.interp(at, times, travel) / self._hand.position_resolution
         if self._dtype.kind == "i":

@@ -85,5 +85,5 @@ def test_adapt_refuses_what_it_cannot_use(tmp_path: Path) -> None:
     data = fc.load(recordings(tmp_path / "p"))
     with pytest.raises(InputError, match="learns from windows"):
         fc.adapt(data, estimator="svm")
-    with pytest.raises(InputError, match="give some"):
+    with pytest.raises(InputError, match="give at least one"):
         fc.adapt(estimator="network")

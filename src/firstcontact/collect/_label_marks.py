@@ -125,8 +125,8 @@ class Marks:
             case "add":
                 if len(self._marks) >= MOST:
                     raise InputError(
-                        f"there are {MOST} onsets, and a page cannot hold more: label the "
-                        "recordings in several commands"
+                        f"the page already has {MOST} onsets, the largest number: label "
+                        "fewer recordings in one command"
                     )
                 sample, number = self._inside(mark, action.sample), max(self._marks) + 1
                 mark = replace(

@@ -49,7 +49,10 @@ class ThresholdDetector(Detector):
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return a detector with the published threshold, or a higher one without fingers."""
+        """Return a detector with the published threshold.
+
+        The threshold is higher for a layout with a sensor that is on no finger.
+        """
         return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:

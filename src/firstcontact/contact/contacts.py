@@ -119,8 +119,8 @@ def _block(pinch: Pinch, start: int | None = None) -> Block:
 def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Contact]:
     """Return all contacts in a pinch after the start of its closing, as in a live session.
 
-    The start of the closing is found from this pinch alone. To use the other pinches of the rig as
-    well, see :func:`firstcontact.contact.closing_start.cut_closings`.
+    The start of the closing is detected from this pinch alone. To use other pinches of the rig as
+    well, call :func:`firstcontact.contact.closing_start.cut_closings`.
 
     Parameters
     ----------
@@ -129,8 +129,9 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
     pinch
         Pinch.
     confirm
-        False to keep contacts that a live session would withdraw. The steady state is then measured
-        only once, at the start of the closing.
+        True to cancel a contact if later samples show that it was false, as a live session does.
+        False to keep such contacts. The motor's noise is then measured only once, at the start of
+        the closing.
     """
     chain = contact_chain(detector, pinch.layout, keeps_first_state=not confirm)
     return _standing(chain.take(_block(pinch, closing_start(pinch).sample)), pinch.layout)

@@ -17,8 +17,8 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     low, high
         Ends of the interval; equal to the value for a model without an interval.
     level
-        Nominal coverage: the interval contains the true value in this share of touches like those
-        in training; 0 without an interval.
+        Nominal coverage: share of intervals that should contain the true value. It holds for
+        contacts that are like the training data. 0 without an interval.
     elapsed
         Length of the signal after the contact that the prediction uses, s.
     available

@@ -83,7 +83,7 @@ class Label:
             )
 
     def to_json(self) -> dict[str, Any]:
-        """Return the label as dicts and lists for JSON, without an unknown shape."""
+        """Return the label as dicts and lists for JSON. An unknown shape is left out."""
         tree = asdict(self)
         if not self.shape:
             del tree["shape"]
@@ -254,7 +254,7 @@ class Pinch:
         return times - self.first_sample / self.layout.rate, values
 
     def strip(self, finger: Finger) -> NDArray[np.float64]:
-        """Return the strip channel of a finger (0 open, 1 closed), shape (samples, 1)."""
+        """Return a finger's contact strip, 0 without contact and 1 with it, shape (samples, 1)."""
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.STRIP, finger))
 
 
@@ -400,7 +400,7 @@ class Dataset:
         return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
 
     def take(self, positions: slice | NDArray[Any] | Sequence[int]) -> Dataset:
-        """Return the dataset of a slice, of the pinches at these positions, or of a mask."""
+        """Return the pinches that a slice, positions or a mask selects, as a dataset."""
         if not isinstance(positions, slice):
             positions = np.asarray(positions, dtype=None if len(positions) else np.intp)
         chosen = np.arange(len(self))[positions]

@@ -59,8 +59,8 @@ class SourceKind:
     make
         Function from device name and options to a source that is not open yet.
     takes
-        Function that returns True for the device names of this kind. By default these are the
-        names that begin with the kind's name and a colon.
+        Function that returns True for a device name of this kind. By default a device name must
+        begin with the name of the kind and a colon.
     recorded, simulated, is_port
         True if the source replays a recording, if its hand is simulated, and if the device name is
         the path of a port. A simulated hand takes orders and can run faster than real time.

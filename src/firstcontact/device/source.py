@@ -107,7 +107,7 @@ class Health:
 
     @property
     def link(self) -> str:
-        """Text with the counts of the link."""
+        """Text with the numbers of received and lost samples, damaged frames and reconnects."""
         return (
             f"link: {self.samples} samples, {self.lost} lost, {self.bad_frames} damaged frames, "
             f"{self.reconnects} reconnects"
@@ -115,7 +115,7 @@ class Health:
 
     @property
     def unusable(self) -> str:
-        """Text with the number of unusable samples."""
+        """Text with the number of unusable samples and the possible reasons."""
         count = self.unusable_samples
         return f"{count} NaN, infinite, out of range, or with a time stamp that jumps"
 
@@ -175,9 +175,9 @@ class Source(ABC):
         Raises
         ------
         InputError
-            Another device (with another layout) is now on the port, or the port is permanently
-            lost. Or the source is not open, or closed and everything was read, or the timeout is
-            NaN or too long.
+            The port is permanently lost, or a device with another layout is now connected to it.
+            The source is not open, or it is closed and has no unread samples. The timeout is NaN or
+            too long.
         """
 
     @abstractmethod
@@ -196,7 +196,7 @@ class Source(ABC):
         return None
 
     def positions_since(self, since: float) -> list[tuple[float, float]]:
-        """Return time, s of samples, and travel, m, of a simulated hand's later positions."""
+        """Return a simulated hand's positions after ``since``: sample time, s, and travel, m."""
         return []
 
     @abstractmethod

@@ -59,7 +59,7 @@ def write(trained: Trained, out: Path) -> list[str]:
     for named in trained.models:
         if not isinstance(named.model, CnnModel):
             raise InputError(
-                f"{named.name} cannot be written as ONNX, because it is no CNN but a model of kind "
+                f"{named.name} cannot be written as ONNX, because only a CNN can: it is of kind "
                 f"{named.model.kind!r}: use --to c"
             )
         raw = to_onnx(named.model)

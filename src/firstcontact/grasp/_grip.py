@@ -92,7 +92,7 @@ class Grip:
 
     @property
     def approach(self) -> Command:
-        """Command for the approach: speed :attr:`speed`, force limit :attr:`searching`."""
+        """Command before the first contact: closing speed ``speed``, force limit ``searching``."""
         return Command(self.speed, min(self.searching, self.force))
 
     @property

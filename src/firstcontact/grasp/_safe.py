@@ -221,13 +221,13 @@ class SafeHand(Hand):
             self._pacer.alive(self._clock())
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
-        """Return the closing speed of the hand before a contact; None if it is not known."""
+        """Return the closing speed before a contact, as :meth:`Hand.closing_speed` does."""
         measured: list[ClosingSpeed | None] = []
         self._do(lambda: measured.append(self._hand.closing_speed(sample_time, host_time)))
         return measured[0]
 
     def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
-        """Return the positions of the hand after a time."""
+        """Return the positions after ``since``, as :meth:`Hand.positions_since` does."""
         reports: list[tuple[float, float]] = []
         self._do(lambda: reports.extend(self._hand.positions_since(since, host_zero)))
         return reports

@@ -94,7 +94,7 @@ class GroupScores:
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error for each time after the contact, s; empty for classes."""
+        """Root mean square error by elapsed time after the contact (key, s); empty for classes."""
         return {at: s.rmse for at, s in self.scores.items() if isinstance(s, RegressionScores)}
 
 
@@ -102,8 +102,9 @@ class GroupScores:
 class Evaluation:
     """Scores of one predictor of a model.
 
-    :attr:`rmse`, :attr:`coverage` and :attr:`width` leave out training pinches. If
-    other pinches remain, they also leave out those whose names occur in the training.
+    :attr:`rmse`, :attr:`coverage` and :attr:`width` are computed without the training pinches. If
+    other pinches remain, pinches whose names of session and specimen both occur in the training are
+    left out as well.
 
     Parameters
     ----------
@@ -140,22 +141,21 @@ class Evaluation:
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error for each time after the contact, s.
+        """Root mean square error by elapsed time after the contact (key, s).
 
-        It is empty if the model was trained on all pinches, and so are :attr:`coverage` and
-        :attr:`width`.
+        The mapping is empty if the model was trained on all pinches.
         """
         squares = self._unseen_mean(lambda group: {at: r * r for at, r in group.rmse.items()})
         return {at: math.sqrt(square) for at, square in squares.items()}
 
     @property
     def coverage(self) -> Mapping[float, float]:
-        """Share of intervals that contain the true value, for each time after the contact, s."""
+        """Share of intervals that contain the true value, by elapsed time (key, s)."""
         return self._unseen_mean(lambda group: group.coverage)
 
     @property
     def width(self) -> Mapping[float, float]:
-        """Mean width of the intervals for each time after the contact, s."""
+        """Mean width of the intervals in the unit of the target, by elapsed time (key, s)."""
         return self._unseen_mean(lambda group: group.width)
 
     def __repr__(self) -> str:

@@ -54,7 +54,7 @@ class WindowPredictor:
 
     @property
     def duration(self) -> float:
-        """Length of the window, s, with the fewest decimals that give its number of samples."""
+        """Length of the window, s, rounded as far as the number of samples stays the same."""
         spec = self.model.spec
         for decimals in (3, 4):
             length = round(spec.duration, decimals)
@@ -95,9 +95,10 @@ class WindowPredictor:
         return out
 
     def predict_windows(self, X: Windows) -> tuple[Values, Values, Values, Values]:
-        """Return values, spreads, and both ends of the intervals of windows, shape (n,) each.
+        """Return values, standard deviations, and lower and upper bounds, shape (n,) each.
 
-        A spread is NaN if the model predicts none. Without an interval, the ends are the value.
+        The standard deviations are NaN if the model predicts none. For a model without intervals,
+        both bounds equal the value.
         """
         values, spreads = self.model.predict(X), self.model.spread(X)
         if spreads is None:

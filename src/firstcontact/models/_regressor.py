@@ -138,7 +138,7 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
         task = Task.CLASSIFICATION if _classifies(regressor) else Task.REGRESSION
     if not fits:
         raise InputError(
-            f"{title} is no regressor: give a class or an instance with fit(X, y) and predict(X)"
+            f"{title} is not a regressor: give a class or an instance with fit(X, y) and predict(X)"
         )
     attributes = {"name": title, "title": title, "tasks": (task,), "regressor": regressor}
     return type("RegressorEstimator", (RegressorEstimator,), attributes)

@@ -33,8 +33,8 @@ class Interval:
     Parameters
     ----------
     level
-        Nominal coverage: share of touches like those in training whose interval contains the
-        true value, between 0 and 1.
+        Nominal coverage, between 0 and 1: share of intervals that should contain the true value.
+        It holds for contacts that are like the training data.
     edges
         Predictions at which the width changes, ascending; one fewer than ``half_widths``.
     half_widths

@@ -38,15 +38,14 @@ class Predictions:
     out_of_range
         Mask of contacts that are unlike the training data, shape (n,).
     elapsed
-        Length of the signal after the contact from which the value was predicted, s, shape (n,).
+        Length of the signal that the prediction used, from the contact on, s, shape (n,).
     contacts
         First contact of each pinch, in the sample numbers of the predicted data (None without
-        one); empty if the predictions were made from single contacts.
+        one); empty if the model predicted from contacts instead of pinches.
     estimator
-        Name of the estimator that predicted; "" if the predictions were made from single contacts.
+        Name of the estimator that predicted; "" if it predicted from contacts.
     target
-        "shore_a" or "hardness_rank": what ``value`` is; "" if the predictions were made from single
-        contacts.
+        Meaning of ``value``: "shore_a" or "hardness_rank"; "" if predicted from contacts.
 
     Examples
     --------
@@ -115,7 +114,7 @@ class Predictions:
             column[rows] = new
 
     def take(self, rows: NDArray[Any]) -> Predictions:
-        """Return the predictions at these positions or of a mask, without their ``contacts``."""
+        """Return the predictions that positions or a mask select, without ``contacts``."""
         return _of_columns([column[rows] for column in self.columns], ())
 
     def filled(self, other: Predictions) -> Predictions:

@@ -72,7 +72,7 @@ class Touches:
     def from_signals(
         cls, signals: Signals, valid: NDArray[np.intp], fingers: NDArray[np.intp], rate: float
     ) -> Touches:
-        """Return the contacts with unknown speed and radius."""
+        """Create contacts from signals. Their speeds and radii are unknown (NaN)."""
         unknown = np.full(len(signals), np.nan)
         return cls(signals, valid, fingers, unknown, unknown.copy(), unknown.copy(), rate)
 
@@ -151,12 +151,12 @@ class Touches:
 
     @property
     def waves(self) -> Signals:
-        """Signals from the contacts on, shape (n, samples)."""
+        """Signals without the samples before the contact, shape (n, samples)."""
         return self.signals[:, self.lead :]
 
     @property
     def arrays(self) -> tuple[NDArray[Any], ...]:
-        """Arrays of the signals, fingers, speeds and radii that the chain reads."""
+        """Arrays that the compiled chain reads: signals, fingers, speeds and radii."""
         hints = self.speeds, self.speed_errors, self.radii
         return self.signals, self.valid, self.fingers, *hints
 

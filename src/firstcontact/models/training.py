@@ -75,7 +75,7 @@ class LabelledWindows:
 
     @property
     def named_sessions(self) -> NDArray[np.str_] | None:
-        """Session of each window; None unless all have a name."""
+        """Session of each window; None if a session has no name."""
         return self.sessions if (self.sessions != "").all() else None
 
     @property
@@ -204,7 +204,7 @@ class LabelledTouches:
 
     @property
     def named_sessions(self) -> NDArray[np.str_] | None:
-        """Session of each contact; None unless there are several and all have a name."""
+        """Session of each contact; None if a session has no name or all contacts share one."""
         return self.sessions if _tells_apart(self.sessions) else None
 
     @property

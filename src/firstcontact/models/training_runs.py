@@ -297,8 +297,9 @@ def adapt(
 ) -> Model:
     """Make a model of a rig from a few pinches of rubber blocks of known Shore A.
 
-    The pre-trained network is conditioned on the rig and averaged with a regression on its pinches.
-    With fewer than 20 pinches or 3 values of Shore A the network predicts alone.
+    The pre-trained network is conditioned on these pinches. Its predictions are averaged with those
+    of a regression that is fitted to the same pinches. With fewer than 20 pinches or fewer than 3
+    values of Shore A, the network predicts alone.
 
     Parameters
     ----------
@@ -308,10 +309,10 @@ def adapt(
     estimator
         Name of an any-time estimator, such as "network" or that of a plug-in; None for "combined".
     detector
-        Name of the contact detector to fit. None chooses the package's detector, unless one fitted
-        to your pinches finds clearly more contacts of held-out pinches.
+        Name of the contact detector to fit. By default the package's detector is used, unless a
+        detector fitted to your pinches detects clearly more contacts in held-out pinches.
     seed
-        Random seed of the folds that hold pinches out.
+        Random seed for the cross-validation folds.
     progress
         As in :func:`train`. The steps are the detector, the contacts and the network.
 
@@ -323,7 +324,8 @@ def adapt(
     Raises
     ------
     InputError
-        The pinches do not describe a rig, or the model predicts them no better than their mean.
+        The pinches cannot be used to adapt a model, or the model's error on held-out pinches is
+        no lower than that of always predicting their mean.
 
     Examples
     --------
@@ -342,7 +344,7 @@ def adapt(
     if data is None:
         if estimator is not None:
             raise InputError(
-                "an estimator needs recordings to adapt to: give some", parameter="data"
+                f"{estimator} must be adapted to recordings: give at least one", parameter="data"
             )
         shipped = shipped_model()
         if detector is None or detector == shipped.own_detector.name:

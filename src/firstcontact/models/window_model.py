@@ -135,9 +135,9 @@ class WindowModel(ABC):
     def spread(self, X: Windows) -> Values | None:
         """Return the predicted standard deviation of each prediction, shape (n,).
 
-        By default return None: the model predicts no standard deviations. Otherwise they are above
-        0, in the unit of the prediction, and scale the half widths of conformal intervals. Windows
-        (n, samples, channels) must be usable.
+        The base class returns None, for models without standard deviations. A standard deviation
+        must be above 0, in the unit of the prediction. It scales the half width of the conformal
+        interval. ``X`` holds windows that were checked already, shape (n, samples, channels).
         """
         return None
 
@@ -205,11 +205,11 @@ class ArrayCheck:
 
 
 class ArraysModel(WindowModel):
-    """Window model that consists of arrays, which :attr:`declared` names and describes.
+    """Window model that is stored as arrays. :attr:`declared` lists their names and shapes.
 
-    The constructor takes the spec and the arrays in the order of :attr:`declared`, and raises
-    InputError if an array does not fit its description. If there is an array ``target``, it holds
-    mean and scale of the regression's targets.
+    The constructor takes the spec, then the arrays in the order of :attr:`declared`. It raises
+    InputError if the shape or a value of an array is invalid. The optional array ``target`` holds
+    the mean and the scale of the training targets of a regression.
     """
 
     #: Arrays in files, by name.
@@ -241,7 +241,7 @@ class ArraysModel(WindowModel):
         return {"inputs": spec.samples * spec.channels, "outputs": len(spec.classes) or 1}
 
     def to_arrays(self) -> Arrays:
-        """Return the constructor's arrays, by name."""
+        """Return the arrays of the constructor as a dict."""
         return dict(self._arrays)
 
     @classmethod

@@ -33,7 +33,8 @@ class Importer:
         Name of a file that an accepted folder must hold.
     options
         Options of ``firstcontact import`` that it needs for some files: "rate", "sensor", or the
-        tables "events", "channels" and "labels". It accepts any folder with one of its tables.
+        tables "events", "channels" and "labels". An importer with tables accepts any folder if
+        the user gives one of these tables.
     extra, modules
         Extra of this package that it needs, and the modules of that extra.
     """

@@ -50,14 +50,14 @@ class Recording:
     header
         Header of the recording.
     stretches
-        Unbroken samples, sorted by epoch and number. Samples are missing between two stretches of
-        one epoch.
+        Blocks of consecutive samples, sorted by epoch (run of the device's sample counter) and
+        sample number. Between two blocks of one epoch, samples are missing.
     pinches
         Marks of the pinches.
     markers
         Texts attached to samples.
     groups
-        Unbroken samples of each slower group, with the group's own sample numbers.
+        Blocks of consecutive samples of each slower group, in the group's own sample numbers.
     skipped
         Sentences about damaged, lost, repeated or disordered data.
     """

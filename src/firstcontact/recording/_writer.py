@@ -148,8 +148,8 @@ class RecordingWriter:
     def pinch(self, pinch: Pinch) -> None:
         """Append the samples of a pinch and its mark.
 
-        A pinch that does not continue the last samples begins a new epoch. Readers then report no
-        loss between the two pinches, because nothing was recorded there.
+        If its samples do not directly follow the last samples, the pinch begins a new epoch.
+        Readers then report no loss between the two pinches, because nothing was recorded there.
         """
         new = self._end is not None and pinch.first_sample != self._end
         epoch = self._epoch + new

@@ -119,8 +119,8 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
     """Write one recording per session into an existing folder. Return the paths.
 
     Each file gets the header, with the session added. A number begins its name, so names sort in
-    the order of the sessions' first pinches. Pinches of a session keep their order. A pinch whose
-    samples do not follow the samples before it begins a new epoch.
+    the order of the sessions' first pinches. Pinches of a session keep their order. If samples are
+    missing between two pinches, the second pinch begins a new epoch.
     """
     by_session = pinches_by_session(dataset)
     digits = max(3, len(str(len(by_session) - 1)))

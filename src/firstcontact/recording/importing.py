@@ -51,10 +51,10 @@ def import_path(
     tables = {name: Path(table) for name, table in named.items() if table is not None}
     importer = find_importer(path, rate, tables)
     if sensor is not None and "sensor" not in importer.options:
-        raise InputError(f"{path} states its sensor, so give none", parameter="sensor")
+        raise InputError(f"{path} already names its sensor: leave it out", parameter="sensor")
     if find is not None and "find" not in importer.options:
         raise InputError(
-            f"{path} is no sound file, so contacts cannot be found in it", parameter="find"
+            f"{path} must be a sound file: contacts are detected only in sound", parameter="find"
         )
     require_extra(importer)
     given = {
@@ -117,7 +117,8 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
     if rate is not None and (importer is None or "rate" not in importer.options):
         titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
         raise InputError(
-            f"{path} states its rate, so give none (it is for {titles})", parameter="rate"
+            f"{path} already contains its rate: leave it out (only {titles} needs it)",
+            parameter="rate",
         )
     if importer is None:
         if path.suffix == ".mcap":

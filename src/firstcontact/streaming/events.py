@@ -231,8 +231,8 @@ class ObjectEstimate(_Reported, frozen=True, kw_only=True, tag="object_estimate"
     low, high
         Ends of the interval.
     level
-        Nominal coverage: the interval contains the true value in this share of touches like those
-        in training.
+        Nominal coverage: share of intervals that should contain the true value. It holds for
+        contacts that are like the training data.
     pinches
         Number of pooled pinches; 1 for the first pinch of an object.
     is_named

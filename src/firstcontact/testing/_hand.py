@@ -19,10 +19,14 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
 
     The hand moves during the checks, so take objects out of a real hand.
 
-    The checks cover the hand's limits, its positions and the commands within the limits. The hand
-    takes commands only while it is open. It can be released and closed at any time, and twice. An
-    exception passes through its ``with`` block and closes the hand. The hand works inside a
-    :class:`firstcontact.grasp.SafeHand`.
+    The checks cover these requirements:
+
+    - The limits and the reported positions are plausible.
+    - Inside its ``with`` block the hand accepts all commands within the limits. Outside it, the
+      hand refuses commands.
+    - ``release`` and ``close`` work at any time, even if they are called twice.
+    - An exception in the ``with`` block closes the connection and reaches the caller.
+    - The hand works inside a :class:`firstcontact.grasp.SafeHand`.
 
     Parameters
     ----------
@@ -31,7 +35,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     port
         Port of the hand; by default its ``simulated_port``.
     source
-        Source, already opened, through which the hand is driven; None for a hand with a port.
+        Open source through which the hand is driven; None for a hand with a port.
 
     Raises
     ------

@@ -82,4 +82,6 @@ def passes_exceptions(opened: AbstractContextManager[object], what: str) -> None
     with suppress(ZeroDivisionError):
         with opened:
             raise ZeroDivisionError
-        raise AssertionError(f"the {what}'s with block swallows an exception: it must let it pass")
+        raise AssertionError(
+            f"the with block of the {what} swallows an exception: __exit__ must not return True"
+        )

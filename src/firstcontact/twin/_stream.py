@@ -252,8 +252,8 @@ class TwinStream(ScanStream):
     def release(self) -> None:
         """Open the hand now instead of after holding. An open hand stays open.
 
-        The hand begins to open one latency of the drive after the last scan that was read, rounded
-        up to the end of a piece. The current closing ignores later commands.
+        The hand begins to open after the latency of the drive, counted from the last scan that was
+        read. The current closing ignores later commands.
         """
         if self._run is not None:
             self._run.order(None, self._effect(self._run))

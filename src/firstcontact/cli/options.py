@@ -26,20 +26,20 @@ INDENT = 28
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Option:
-    """Properties of an option that its field's type and docstring cannot express.
+    """Properties of a command-line option, for ``Annotated`` at a field of a verb's dataclass.
 
     Attributes
     ----------
     group
-        Title under which the help lists the option.
+        Title of the group in which the help lists the option.
     advanced
-        True to list it only in ``--help-all``.
+        True to list the option only in ``--help-all``, not in ``--help``.
     positional
-        True for an argument without a name.
+        True for an argument that is given by position, without ``--name``.
     names
-        Allowed names, which the help lists. The command itself refuses other names.
+        Allowed values, which the help lists. The command itself must refuse other values.
     help
-        Text in place of the field's docstring.
+        Help text that replaces the field's docstring.
     """
 
     group: str = GENERAL_GROUP
@@ -134,7 +134,7 @@ def verb_arguments(verb: type[Any]) -> list[Argument]:
 def choice(
     names: Iterable[str] | Registry[Any], group: str = GENERAL_GROUP, advanced: bool = False
 ) -> Option:
-    """Return an option that takes one of ``names``. Plug-ins are listed but not imported."""
+    """Return an option whose value is one of ``names``. Plug-ins are listed but not imported."""
     # Iterating a registry would import every plug-in.
     listed = names.names if isinstance(names, Registry) else names
     return Option(names=tuple(listed), group=group, advanced=advanced)
@@ -148,7 +148,7 @@ def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
     Raises
     ------
     InputError
-        The extra packages are not installed. On entering the block: the cluster cannot be used.
+        The packages for clusters are not installed. Or, raised by ``with``: the cluster fails.
     """
     if cluster is None:
         return nullcontext()

@@ -61,7 +61,7 @@ def calibrate(
     say: Say = lambda line: None,
     confirmed: Callable[[], bool] | None = None,
 ) -> Calibration:
-    """Measure the noise floors of an open source and, on request, taps and force curves.
+    """Measure the noise floor (RMS at rest) of each fingertip; on request, taps and force curves.
 
     Keep the hand open and still during the measurement. If the hand closes repeatedly, the noise is
     measured between its closings.
@@ -69,17 +69,17 @@ def calibrate(
     Parameters
     ----------
     source
-        An open source.
+        Open source of the fingertips' samples.
     seconds, patience
-        Duration of the measurement at rest, and longest additional time to wait for rest, s.
+        Duration of the measurement at rest, s, and longest additional wait until the hand rests, s.
     tap
-        True to measure a tap on each fingertip.
+        True to ask the person for a tap on each fingertip, and measure its peak.
     weights
-        Measurements with known weights, to which force curves are fitted: a CSV file with the
-        columns finger, newtons and volts, or the rows of such a file.
+        Voltages under known weights, to which force curves are fitted: a CSV file with the columns
+        finger (index or thumb), newtons and volts, or the rows of such a file.
     weigh
-        Known weights, N. A person puts each weight on a taxel of each finger, one after the other.
-        Cannot be combined with ``weights``.
+        Known weights, N, to measure now: a person puts each on a taxel (force cell) of each finger,
+        one after the other. Cannot be combined with ``weights``.
     say
         Function, such as ``print``, that is called with each line for the person at the device.
     confirmed
@@ -94,7 +94,7 @@ def calibrate(
     Raises
     ------
     InputError
-        A parameter cannot be used, the hand does not rest, a sensor is dead, or a tap is missing.
+        A parameter is not valid, the hand moves, a sensor gives no signal, or no tap was measured.
 
     Examples
     --------
@@ -169,7 +169,7 @@ def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
     """Return a force curve for each finger, fitted to its weighings."""
     fingers = sorted({w.finger for w in weighings})
     if not fingers:
-        raise InputError("no weights are given: add a line for each weight", parameter="weights")
+        raise InputError("there are no weights: add a row for each weight", parameter="weights")
     return tuple(fit_force([w for w in weighings if w.finger is f]) for f in fingers)
 
 

@@ -61,12 +61,10 @@ def check_fingertips(
     require_source(source)
     shortest, longest = DRIFT_SECONDS
     if drift and not shortest <= drift <= longest:
-        raise InputError(
-            f"the time must be 0 or lie between {shortest:g} and {longest:g} s", parameter="drift"
-        )
+        raise InputError(f"the time must be 0, or {shortest:g} to {longest:g} s", parameter="drift")
     layout = source.descriptor.layout
     if is_tapped(layout):
-        raise InputError(f"{source.name} has no fingertips: check the device of a hand")
+        raise InputError(f"{source.name} has no fingertips to check: give the device of a hand")
     steps = _Steps(source, say)
     rest = steps.samples(f"{REST:g} s of rest: {rest_request(layout)}", "rest", REST)
     measured = Measured(layout, rest)

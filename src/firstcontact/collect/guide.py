@@ -78,7 +78,7 @@ def read_plan(path: Path) -> tuple[Item, ...]:
     for name in rows[0][1] if rows else ():
         if name not in COLUMNS:
             raise InputError(
-                f"{path}: column {name!r} is not known: the columns are {', '.join(COLUMNS)}"
+                f"{path}: a plan has no column {name!r}: use only {', '.join(COLUMNS)}"
             )
     items = tuple(_item(path, line, row) for line, row in rows)
     if not items:
@@ -87,7 +87,7 @@ def read_plan(path: Path) -> tuple[Item, ...]:
     for k, label in enumerate(labels):
         if label in labels[:k]:
             raise InputError(
-                f"{path}, line {rows[k][0]}: {label.specimen} is listed twice: join the lines"
+                f"{path}, line {rows[k][0]}: {label.specimen} is listed twice: keep one line"
             )
     return items
 

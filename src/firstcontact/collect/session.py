@@ -168,30 +168,31 @@ def record(
     progress: Progress = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Path:
-    """Record until there are enough valid pinches of each object.
+    """Record a source into a file until each object has enough valid pinches.
 
-    All samples are recorded. Close the hand yourself: in another thread, or with the hand's own
+    All samples are recorded. Close a real hand yourself: in another thread, or with its own
     control. The simulated hand closes by itself. If ``object`` names an object of the simulated
-    hand, such as "block 29" or "apple", the hand pinches that object and its Shore A is known.
+    hand, such as "block 29" or "apple", the hand pinches it, and you can leave out ``shore_a``.
 
     Parameters
     ----------
     source
-        An open source. It is closed at the end.
+        Open source of samples. It is closed at the end.
     out
         Folder for the recording. If it already holds this session, recording continues in another
         file.
     object, specimen, shore_a, pinches, role
-        Name, specimen and Shore A of the object; number of valid pinches; and their role.
+        Object: its name, the name of this physical piece, its Shore A hardness, the number of valid
+        pinches to record, and their role: training, or test of models on unseen objects.
     plan
         Several objects instead of one: a CSV file with the columns object, pinches, shore, specimen
         and role, or the rows of such a file.
     session
-        Name of the session.
+        Name of the session. Keep the set-up unchanged within a session.
     calibration
         Calibration with the noise floors, or its file. By default they are measured first.
     hand, notes
-        Hand and remarks for the header of the recording.
+        Name of the hand, and remarks, for the header of the recording.
     screen
         Display that shows results and asks for the next object, such as a
         ``firstcontact.collect.session.Screen``.
@@ -203,13 +204,13 @@ def record(
     Returns
     -------
     Path
-        The recording.
+        Path of the recording.
 
     Raises
     ------
     InputError
-        A parameter cannot be used, the source fails or ends too early, or the recording cannot be
-        written. Samples that were written stay.
+        A parameter is not valid, the source fails or ends too early, or the recording cannot be
+        written. Samples that are already in the file stay there.
 
     Examples
     --------

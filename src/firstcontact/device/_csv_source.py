@@ -258,8 +258,8 @@ class CsvSource(ThreadedSource):
             rate = self._rate  # assume the exact rate: the difference is clock drift
         if rate < LEAST_RATE:
             raise InputError(
-                f"{self.port} gives {rate:.0f} lines a second, and a contact needs {LEAST_RATE:g} "
-                "or more: raise the baud rate, print fewer columns, or sample faster"
+                f"{self.port} gives {rate:.0f} lines a second, but contact detection needs "
+                f"{LEAST_RATE:g} or more: raise the baud rate, print fewer columns or sample faster"
             )
         _log.info("%s: %.1f Hz measured", self.name, rate)
         return columns, rate

@@ -85,25 +85,25 @@ def layout_to_send(layout: Layout) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Descriptor:
-    """Metadata of a source. An empty text means unknown.
+    """Metadata of a source of samples, as the device states them. "" means unknown.
 
     Parameters
     ----------
     layout
-        Columns of a sample, and the sample rate.
+        Columns of a sample (name, finger, unit, scale), and the sampling rate, Hz.
     firmware, sensor, hand
-        Names of the sender's firmware, sensor and hand.
+        Names of the firmware, of the sensor, and of the hand that carries the sensor.
     source
-        "real", "twin", "synthetic" or "unknown", as in the header of a recording.
+        Origin of the samples: "real", "twin" (simulated hand), "synthetic" or "unknown".
     dtype
-        Data type of the samples. A device on the wire sends int16.
+        NumPy data type of the samples. Fingertips on a serial port send "int16".
     delay
-        Delay of the source's own filter, s.
+        Time by which the source's own filter delays each sample, s.
     predictor, model_slot
-        Model that predicts on the device itself, and the device's storage for models; None if
-        absent.
+        Model that runs on the device itself, and the device's memory for models; None if it has
+        none.
     paced
-        True if the device sends its samples in real time.
+        True if samples arrive at the sampling rate, False if faster or slower (fast replay).
     """
 
     layout: Layout
@@ -118,14 +118,14 @@ class Descriptor:
     paced: bool = True
 
     def header(self, **fields: Any) -> Header:
-        """Return the header of a recording that starts now. ``fields`` replace or add fields."""
+        """Return the header of a new recording of this source. ``fields`` override its fields."""
         names = ("layout", "source", "dtype", "sensor", "hand", "firmware")
         values = {name: getattr(self, name) for name in names}
         created = datetime.now(UTC).isoformat(timespec="seconds")
         return Header(**{**values, "created": created, **fields})
 
     def to_text(self) -> str:
-        """Return the descriptor as JSON, as it goes over the wire."""
+        """Return the descriptor as JSON text, in the form that a device sends."""
         names = ("firmware", "sensor", "hand", "source")
         tree: dict[str, Any] = {name: getattr(self, name) for name in names}
         tree["layout"] = layout_to_send(self.layout)
@@ -139,7 +139,7 @@ class Descriptor:
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """Create a descriptor from JSON, the inverse of :meth:`to_text`. Check all fields."""
+        """Create a descriptor from a device's JSON text. Raise InputError if a field is wrong."""
         fields = read_record(text.encode(), _DescriptorJson, "the device's descriptor", _FLASH)
         fault = fields.layout.fault
         if not fault and fields.source not in SOURCES:

@@ -48,26 +48,26 @@ class SourceOptions:
 
 @dataclass(frozen=True, slots=True)
 class SourceKind:
-    """Kind of source: the device names that it accepts, and the function that makes a source.
+    """Kind of source, such as "serial": the device names it accepts, and how to make a source.
 
     Parameters
     ----------
     name
-        Name in the registry.
+        Name in the registry :data:`SOURCES`.
     title
-        Description of the device name for help texts: "a serial port".
+        Words that describe the device name in help texts, such as "a serial port".
     make
-        Function from device name and options to a source that is not open yet.
+        Function of a device name and its options that returns a source, which is not open yet.
     takes
         Function that returns True for a device name of this kind. By default a device name must
         begin with the name of the kind and a colon.
     recorded, simulated, is_port
-        True if the source replays a recording, if its hand is simulated, and if the device name is
-        the path of a port. A simulated hand takes orders and can run faster than real time.
+        Flags: the source replays a recording; the hand is simulated; the device name is the path of
+        a serial port. A simulated hand obeys :meth:`Source.order` and can outrun real time.
     shore_a
-        Function from an object's name to its Shore A, for a simulated hand.
+        For a simulated hand: function of an object's name that returns its Shore A hardness.
     discover
-        Function that returns name and description of each available device.
+        Function that lists the available devices: a name to open and a description of each.
     """
 
     name: str
@@ -81,7 +81,7 @@ class SourceKind:
     discover: Callable[[], Iterable[tuple[str, str]]] | None = None
 
     def accepts(self, device: str) -> bool:
-        """Return True if ``device`` names a device of this kind."""
+        """Return True if the device name ``device`` belongs to this kind."""
         return device.startswith(f"{self.name}:") if self.takes is None else self.takes(device)
 
 
@@ -136,7 +136,7 @@ _BUILT_IN = (
         _lazy("lsl_source", "from_name"),
     ),
 )
-#: Kinds of sources. The default kind takes every name that no other kind accepts.
+#: Registry of source kinds. The default, "serial", accepts all names that no other kind accepts.
 SOURCES: Registry[SourceKind] = Registry(
     "source",
     "firstcontact.sources",
@@ -183,9 +183,10 @@ def open_source(
     objects: str = "paper",
     fault: str = "",
 ) -> Source:
-    """Return a source for a device, not open yet, as :func:`firstcontact.open` does.
+    """Return a source of samples for a device name. A ``with`` statement opens it.
 
-    ``fault`` is a fault of the twin's fingertips, from :data:`firstcontact.twin.faults.FAULTS`.
+    The parameters are those of :func:`firstcontact.open`. ``fault`` names a defect to simulate in
+    the fingertips of the twin (simulated hand), from :data:`firstcontact.twin.faults.FAULTS`.
     """
     from firstcontact.device.source import Source
 

@@ -66,7 +66,7 @@ class Recorder:
         with self._starting:
             if self._is_over:
                 raise InputError(
-                    f"{path} cannot be recorded after the end of the session: start a new one"
+                    f"{path} cannot be recorded after the end of the session: start a new session"
                 )
             running = self.status.path
             if running is not None:

@@ -61,7 +61,7 @@ class ReplaySource(Source):
     def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:
         self._recording, self._descriptor = _read(path, speed)
         if block is not None and block < 1:
-            raise InputError(f"a block of {block} samples cannot be replayed: use 1 or more")
+            raise InputError(f"the block size is {block} samples: give 1 or more")
         self.speed = speed
         self.calibration = self._recording.header.calibration
         self._block = block or (LONG_BLOCK if math.isinf(speed) else BLOCK)
@@ -127,7 +127,9 @@ class ReplaySource(Source):
         )
 
     def order(self, text: str) -> None:
-        raise InputError(f"{self.name} is a recording, which takes no orders: use the twin")
+        raise InputError(
+            f"{self.name} is a recording, which follows no orders: use the device twin"
+        )
 
     def close(self) -> None:
         self._closed.set()

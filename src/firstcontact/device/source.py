@@ -20,21 +20,21 @@ MERGE_TIME = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arrival:
-    """Consecutive samples with the time at which the host received them.
+    """Consecutive samples, with the time at which this computer (the host) received them.
 
     Parameters
     ----------
     block
-        Samples, numbered with 64 bits.
+        Samples with their numbers. The numbers do not wrap around.
     host
-        Arrival time of the last byte by ``time.monotonic()``, s.
+        Value of ``time.monotonic()`` when the last byte of the samples arrived, s.
     markers
-        Markers of these samples. A marker whose own sample was lost comes with the newest unread
-        samples, or with an empty block.
+        Markers (texts set by a person or program) at these samples. If its own sample was lost, a
+        marker comes with the newest unread samples, or with an empty block.
     pinches
-        Marks of the pinches that begin in these samples, from a replayed recording.
+        Labels and positions of the pinches that begin in these samples, if a recording is replayed.
     predictions
-        Contacts and estimates that the device predicted by itself, in the order received.
+        Contacts and estimates that the device computed by itself, in the order received.
     """
 
     block: Block
@@ -46,41 +46,41 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """State and counts of a source since it was opened.
+    """State of a source, and counts since it was opened.
 
     Parameters
     ----------
     connected
         True if the device is connected and has sent a usable sample within the last second.
     epoch
-        Epoch of the newest sample.
+        Number of the epoch (run of the device's sample counter) of the newest sample.
     samples
         Number of received samples.
     lost_samples
         Number of samples that the device counted but the host did not receive in usable form.
     overflow_samples
-        Number of lost samples that the device itself dropped, by its report.
+        Number of those lost samples that the device reports to have dropped for a slow host.
     unusable_samples
-        Number of lost samples with a value that was NaN, infinite or beyond 32-bit integers, or
-        with a time stamp that jumps.
+        Number of those lost samples that arrived with a value that was NaN, infinite or beyond
+        32-bit integers, or with a time stamp that jumps.
     lost_frames
-        Number of frames missing in the device's count.
+        Number of frames (serial packets) that are missing in the numbers of received frames.
     bad_frames
-        Number of damaged frames, which are also lost.
+        Number of frames that arrived damaged, so that their content was lost.
     doubled_frames
-        Number of ignored frames that were repeated or out of order.
+        Number of frames that were ignored because they were repeated or out of order.
     late_answers
-        Number of predictions that the device skipped because the next one was due.
+        Number of predictions of a model on the device that it skipped, as the next was due.
     unheard_samples
-        Number of samples that the device sent but its own model did not process.
+        Number of samples that the device sent, but that its own model did not process.
     reconnects
-        Number of reconnections. Each begins an epoch.
+        Number of times that the device was reconnected or restarted. Each begins an epoch.
     host_rate
-        Sampling rate of this epoch by the host's clock, Hz; 0 until it is measured.
+        Sampling rate in this epoch, Hz, measured with the host's clock; 0 until it is measured.
     losses_known
-        True if the device counts its samples, so that losses are detected.
+        True if the device numbers its samples, so that every lost sample is counted.
     ended
-        True if no more samples can come, for example after the end of a recording.
+        True if no more samples will arrive, for example after the end of a recording.
     """
 
     connected: bool = False
@@ -101,7 +101,7 @@ class Health:
 
     @property
     def lost(self) -> str:
-        """Text with the number of lost samples."""
+        """Number of lost samples as text, with a remark if more may be lost."""
         unknown = "" if self.losses_known else " or more (the device does not count its samples)"
         return f"{self.lost_samples}{unknown}"
 
@@ -121,23 +121,23 @@ class Health:
 
 
 class Source(ABC):
-    """Source of samples. It delivers each sample once, in order.
+    """Source of samples, such as a device or a recording. It delivers each sample once, in order.
 
-    ``with`` opens the source. A thread receives the samples, so a slow reader loses none. Call
-    :meth:`read` from one thread only.
+    A ``with`` statement opens and closes the source. A thread receives the samples, so a slow
+    reader loses none. Call :meth:`read` from one thread only.
 
     Attributes
     ----------
     speed
-        Multiple of real time at which samples arrive.
+        Speed at which samples arrive, as a multiple of real time; 1 for real devices.
     recorded
         True if the source replays a recording.
     calibration
-        Calibration in the header of the replayed recording, if any.
+        Calibration (noise floors) from the header of a replayed recording; None without one.
     can_poll
-        True if ``read(0.0)`` is fast enough to be called in a tight loop.
+        True if ``read(0.0)`` is fast enough to be called in a loop without a pause.
     twin_hand
-        Condition and random seed of the simulated hand; None for a real hand.
+        Condition, such as "paper-rig", and random seed of a simulated hand; None for a real one.
     """
 
     speed: float = 1.0
@@ -149,59 +149,59 @@ class Source(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Name shown to users: the port, "twin" or the file."""
+        """Name of the source for users: the serial port, "twin", or the path of the file."""
 
     @property
     @abstractmethod
     def descriptor(self) -> Descriptor:
-        """Metadata of the source, available once it is open."""
+        """Metadata of the source: columns, rate and names. The source must be open."""
 
     @property
     @abstractmethod
     def health(self) -> Health:
-        """Current state and counts. They can be read from any thread."""
+        """State of the connection and counts of samples, now. Any thread can read them."""
 
     @property
     @abstractmethod
     def ended(self) -> bool:
-        """True if no more samples come and all samples and errors were delivered."""
+        """True if :meth:`read` has returned all samples and no more will arrive."""
 
     @abstractmethod
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all samples received since the last call.
+        """Return all samples received since the last call, in order.
 
-        Wait for ``least`` samples, but at most ``timeout`` s.
+        Wait until there are ``least`` samples, but at most ``timeout`` s.
 
         Raises
         ------
         InputError
-            The port is permanently lost, or a device with another layout is now connected to it.
+            Reading failed for good, or a device with another layout is now connected to the port.
             The source is not open, or it is closed and has no unread samples. The timeout is NaN or
             too long.
         """
 
     @abstractmethod
     def mark(self, text: str) -> None:
-        """Attach a marker to the next sample. Unlike :meth:`order`, it never moves a hand."""
+        """Attach ``text`` to the next sample as a marker. A marker never moves a hand."""
 
     def order(self, text: str) -> None:  # noqa: B027
-        """Send an order to a simulated hand. Other devices ignore it.
+        """Send the order ``text`` to a simulated hand. Real devices ignore it.
 
         Never send text that a viewer or a file chose freely: see
         :mod:`firstcontact.device.twin_words`.
         """
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the closing speed just before a contact at ``sample``; None if not measured."""
+        """Return the hand's speed, m/s, just before sample ``sample``; None if not measured."""
         return None
 
     def positions_since(self, since: float) -> list[tuple[float, float]]:
-        """Return a simulated hand's positions after ``since``: sample time, s, and travel, m."""
+        """Return a simulated hand's (time, s; travel, m) pairs after the time ``since``, s."""
         return []
 
     @abstractmethod
     def close(self) -> None:
-        """Stop the device and release it. Closing twice is fine."""
+        """Stop the samples, and release the port or file. A second call does nothing."""
 
     @abstractmethod
     def __enter__(self) -> Self: ...
@@ -228,8 +228,8 @@ def require_source(source: object) -> None:
     """Raise InputError if the value is no source, such as the name of a device."""
     if not isinstance(source, Source):
         raise InputError(
-            f"the source must be an open one, not a {type(source).__name__}: make one with "
-            "open(device)",
+            f"a source is needed, not a {type(source).__name__}: open one with "
+            "`with firstcontact.open(device) as source`",
             parameter="source",
         )
 

@@ -25,41 +25,42 @@ _log = logging.getLogger("firstcontact.streaming")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Update:
-    """Samples and events since the last update, and the state of the live session."""
+    """New samples and events since the last update, and the state of the live session."""
 
     arrivals: tuple[Arrival, ...] = ()
     events: tuple[Event, ...] = ()
     health: Health = field(default_factory=Health)
     recording: RecorderStatus = field(default_factory=RecorderStatus)
+    #: Counts of pinches and blocks, and delays in s, such as "total_p50"; empty before a pinch.
     ledger: Mapping[str, float] = field(default_factory=dict)
-    #: New failures of outputs, by name.
+    #: Outputs that failed since the last update: the reason by the name of the output.
     failed: Mapping[str, str] = field(default_factory=dict)
 
 
 class Sink(Protocol):
-    """Output of a live session, which processes updates in a separate thread.
+    """Output of a live session, such as a page or a text. Each sink runs in its own thread.
 
-    A sink may be slow or fail. Its queue is bounded: updates that do not fit are dropped and
-    counted, and the session continues. A sink for other programs sets ``is_prompt = True`` and gets
-    each event immediately. Other sinks may get the events up to 50 ms late.
+    A sink may be slow or fail: the session continues. Updates that do not fit in the sink's queue
+    are dropped and counted. A sink for other programs sets ``is_prompt = True`` and gets each event
+    immediately. Other sinks may get the events up to 50 ms late.
     """
 
     @property
     def name(self) -> str:
-        """Name under which dropped updates are reported."""
+        """Name of the output in messages about dropped updates and failures."""
 
     @property
     def every(self) -> float:
-        """Longest time that samples may wait before the sink gets them, s."""
+        """Longest time that new samples may wait before this sink gets them, s."""
 
     def open(self, descriptor: Descriptor) -> None:
-        """Start the output. The session calls this once, before the first update."""
+        """Start the output of a source. The session calls this once, before the first update."""
 
     def take(self, update: Update) -> None:
-        """Process an update."""
+        """Process an update: new samples, new events, and the state of the session."""
 
     def close(self) -> None:
-        """Close the output. The session always calls this once."""
+        """Close the output. The session calls this once at the end, also after an error."""
 
 
 class _Feeder:

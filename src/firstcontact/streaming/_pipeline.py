@@ -71,29 +71,29 @@ _log = logging.getLogger("firstcontact.streaming")
 
 
 class Pipeline:
-    """Live pipeline: detects contacts and estimates stiffness.
+    """Live pipeline that turns blocks of samples into contacts and stiffness estimates.
 
-    The contacts and estimates of a closing are those that the same detector and model give offline
-    for the same closing, cut out of a recording. They do not depend on the sizes of the blocks.
+    For each closing of the hand, the results equal those of the same detector and model offline, on
+    the same samples of a recording. They do not depend on the sizes of the blocks.
 
     Parameters
     ----------
     layout, detector
-        Columns of the blocks, and a fitted or loaded detector.
+        Columns and sampling rate of the samples, and a fitted or loaded contact detector.
     predictor
-        Model that predicts; None to detect contacts without estimates.
+        Model that predicts the stiffness; None to detect contacts without estimates.
     calibration
-        Noise floors of the fingers. Without them a closing begins with each epoch.
+        Noise floors of the fingers. Without them only the first closing of each epoch is detected.
     clock
-        Clock of the host, s.
+        Function that returns the time by this computer's clock, s.
     delay
-        Delay of the source's own filter, s. All times after a contact include it.
+        Delay of the source's own filter, s. It is part of ``available`` in estimates.
     real_time
-        True if samples come as fast as they were taken. Otherwise estimates are not rated as in
-        time or too late.
+        True if samples arrive in real time, as from a device. Otherwise estimates are not rated as
+        in time or too late.
     resettles
-        True to measure the steady state again if the motor becomes quieter, and to withdraw false
-        contacts. False to keep the first steady state of each closing, as a device does.
+        True to measure the noise of the running motor (the steady state) again when it becomes
+        quieter, and to withdraw false contacts. False to measure once a closing, as devices do.
     """
 
     def __init__(
@@ -112,12 +112,12 @@ class Pipeline:
         self.layout = layout
         #: Name of the detector.
         self.detector = detector.name
-        #: Model that predicts; None to detect contacts without estimates.
+        #: Model that predicts the stiffness; None to detect contacts without estimates.
         self.predictor = predictor
         self.ledger = Ledger(layout.rate, delay)
-        #: True if samples come as fast as they were taken.
+        #: True if samples arrive in real time.
         self.real_time = real_time
-        #: Radius of the object at the next contacts, m: infinite for a flat one, NaN if unknown.
+        #: Radius of curvature of the object, m: infinite for a flat one, NaN if unknown.
         self.radius = math.nan
         #: Function that returns the closing speed before a contact; None if nothing measures it.
         self.measure_speed: MeasureSpeed | None = None
@@ -156,7 +156,7 @@ class Pipeline:
         self.calibrate(calibration)
 
     def calibrate(self, calibration: Calibration | None) -> None:
-        """Set the noise floors. Call it only before the first block."""
+        """Set the noise floors from a calibration. Call this only before the first block."""
         self._chain = Chain(
             self._image,
             self.layout,
@@ -169,9 +169,9 @@ class Pipeline:
         self._has_warned = self._chain.has_floors
 
     def update(self, block: Block, host: float) -> Iterator[Event]:
-        """Yield the events of the next block in order, without delay.
+        """Process the next block. Yield the events that are now due, in order.
 
-        ``host`` is the time at which the block's last byte had been read, on the host's clock, s.
+        ``host`` is the time by this computer's clock, s, when the block's last byte had been read.
         Exhaust the iterator before you pass the next block.
         """
         waiting = self._waiting
@@ -185,12 +185,12 @@ class Pipeline:
             yield from self._work(host)
 
     def group(self, seconds: float) -> None:
-        """Process samples in groups of about this length while no event is due."""
+        """Process samples in groups of ``seconds``, 0.018 to 0.036 s, while no event is due."""
         self._idle = samples_in(min(max(seconds, IDLE[0]), IDLE[1]), self.layout.rate)
 
     @property
     def is_closing(self) -> bool:
-        """True while a closing is in progress."""
+        """True while a closing (one closing movement of the hand) is in progress."""
         return self._chain.runs
 
     @property
@@ -215,7 +215,7 @@ class Pipeline:
         return max(1, self._lot - self._waiting_samples)
 
     def finish(self) -> list[Event]:
-        """Return the remaining events of the last pinch. Call this once the stream has ended."""
+        """Return the events of the last pinch that remain. Call this after the last block."""
         events = list(self._work(self._clock())) if self._waiting else []
         for event in self._chain.finish():
             events += self._live(event)

@@ -19,7 +19,7 @@ class Ask(StrEnum):
 
 
 class Verdict(StrEnum):
-    """Availability of an estimate at the second contact of a pinch.
+    """Rating of a pinch: an estimate before the second finger touched, a later one, or none.
 
     Examples
     --------
@@ -36,7 +36,7 @@ class Verdict(StrEnum):
 class _Reported(msgspec.Struct, frozen=True):
     @property
     def known_sample(self) -> int:
-        """Number of the last sample that was needed to report this event."""
+        """Number of the last sample that had to arrive before this event could be reported."""
         match self:
             case ContactEvent():
                 return self.contact.decided
@@ -50,12 +50,12 @@ class _Reported(msgspec.Struct, frozen=True):
 
 
 class ClosingStart(_Reported, frozen=True, tag="closing_start"):
-    """Start of a closing. Contacts are reported from this sample on.
+    """Start of a closing: the hand's motor starts. Contacts are reported from this sample on.
 
     Parameters
     ----------
     sample, epoch
-        Number and epoch of the first sample of the closing.
+        Number of the first sample of the closing, and epoch (run of the sample counter).
     """
 
     sample: int
@@ -63,19 +63,19 @@ class ClosingStart(_Reported, frozen=True, tag="closing_start"):
 
 
 class ContactEvent(_Reported, frozen=True, tag="contact"):
-    """Contact of one finger.
+    """Detected contact: one finger has touched the object.
 
     Parameters
     ----------
     contact
-        Contact with three fields: the finger (0 index finger, 1 thumb, null for a sensor of no
-        finger), the sample of the contact, and the sample after which it was detected.
+        Finger (0 index finger, 1 thumb, null if the sensor is on no finger), number of the sample
+        at which it touched, and number of the last sample that the detector needed.
     first
-        True for the first contact of the closing.
+        True if this is the first contact of the closing.
     epoch
         Epoch of the samples.
     host
-        Time at which the host detected the contact, s of its monotonic clock.
+        Time at which the contact was detected, s of this computer's ``time.monotonic()``.
     """
 
     contact: Contact
@@ -85,17 +85,17 @@ class ContactEvent(_Reported, frozen=True, tag="contact"):
 
 
 class ContactWithdrawn(_Reported, frozen=True, tag="contact_withdrawn"):
-    """Withdrawal of a first contact, whose signal turned out to be a click of the gears.
+    """Cancellation of a first contact: later samples show that it was a click of the gears.
 
-    The contact, all later contacts and all estimates of the closing so far are invalid. The closing
-    continues, and its true contact may follow.
+    All contacts and estimates of the closing so far are invalid. The closing continues, and its
+    true contact may follow.
 
     Parameters
     ----------
     contact
-        Withdrawn contact.
+        First contact of the closing, now cancelled.
     complete
-        Number of the last sample that was needed to withdraw the contact.
+        Number of the last sample that was needed to cancel the contact.
     epoch
         Epoch of the samples.
     """
@@ -106,14 +106,14 @@ class ContactWithdrawn(_Reported, frozen=True, tag="contact_withdrawn"):
 
 
 class NoEstimate(_Reported, frozen=True, tag="no_estimate"):
-    """Report that a closing has no valid estimate, with the reason.
+    """Report that a closing with a contact gets no valid stiffness estimate.
 
     Parameters
     ----------
     contact
         First contact of the closing.
     reason
-        Reason in a few words.
+        Reason in a few words, such as "samples were lost".
     complete
         Number of the last sample that was needed to report this.
     epoch
@@ -134,38 +134,38 @@ def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) 
 
 
 class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
-    """Finished closing with all its contacts and estimates.
+    """Finished pinch: one closing of the hand, with its contacts and stiffness estimates.
 
     Parameters
     ----------
     number
-        Number of the pinch, from 1. Closings without a contact are not counted.
+        Number of the pinch in this session, from 1. Closings without a contact are not counted.
     start, end
         Number of the pinch's first sample, and of the first sample after the pinch.
     epoch
         Epoch of the pinch's samples.
     contacts
-        Detected contacts: the first, and the second if there was one.
+        Detected contacts: the first finger's, and the second finger's if it was detected.
     strips
-        Contacts by the contact strips of the fingers; empty without strips.
+        True contacts, measured by copper strips on the fingers; empty for a hand without strips.
     offset
         Time from the first to the second contact, s; null without a second contact.
     estimates
-        Estimates from samples before the second contact, with ``in_time``; the last one is final.
+        Estimates from samples before the second contact, in order; the last one is final.
     reason
-        Reason for a missing estimate; empty if there is one.
+        Reason why there is no estimate; empty if there is one.
     real_time
-        True if samples came as fast as they were taken.
+        True if samples arrived in real time, as from a device; False in a fast replay.
     closing_speed
-        Closing speed before the first contact and its standard error, m/s, as the hand measured
-        them; null if not measured.
+        Speed of the closing hand just before the first contact, and standard error of this speed,
+        both m/s; null if the hand does not measure it.
     verdict
-        ``in_time`` if an estimate was in time, ``too_late`` if all estimates were too late,
-        ``none`` if there was no estimate. Null if there is an estimate but samples did not come in
-        real time. The verdict follows from the other fields.
+        ``in_time`` if an estimate was available before the second contact, ``too_late`` if all came
+        later, ``none`` if there was none. Null if there is an estimate but samples did not arrive
+        in real time. It is computed from the other fields.
     delay_cause
-        Cause of a delay without which an estimate would have been in time, in words: this computer,
-        another output of the program, or the device. Empty if there was no such delay.
+        Cause in words, if a delay alone made all estimates too late: this computer, another output
+        of the program, or the device. Otherwise empty.
     """
 
     number: int
@@ -195,50 +195,50 @@ class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
 
     @property
     def final(self) -> Estimate | None:
-        """Last estimate, however late it was; None if there is none."""
+        """Last estimate, even if it was too late; None without an estimate."""
         return self.estimates[-1] if self.estimates else None
 
     @property
     def in_force(self) -> Estimate | None:
-        """Last estimate that was in time; the final one if samples did not come in real time."""
+        """Last estimate available before the second contact; the last one if not in real time."""
         if not self.real_time:
             return self.final
         return next((e for e in reversed(self.estimates) if e.in_time), None)
 
     @property
     def second(self) -> Contact | None:
-        """Second contact; None if there is none."""
+        """Contact of the second finger; None if it was not detected."""
         return self.contacts[1] if len(self.contacts) > 1 else None
 
     def holds(self, epoch: int, sample: int) -> bool:
-        """Return True if a sample lies in the pinch."""
+        """Return True if the sample number ``sample`` of an epoch lies in the pinch."""
         return epoch == self.epoch and self.start <= sample < self.end
 
     def overlaps(self, mark: PinchMark) -> bool:
-        """Return True if a pinch of a recording shares a sample with this pinch."""
+        """Return True if ``mark``, a pinch marked in a recording, shares a sample with this one."""
         return mark.epoch == self.epoch and mark.first_sample < self.end and self.start < mark.end
 
 
 class ObjectEstimate(_Reported, frozen=True, kw_only=True, tag="object_estimate"):
-    """Pooled estimate from all pinches of one object so far.
+    """Stiffness averaged over all pinches of one object so far.
 
     Parameters
     ----------
     number
-        Number of the last pinch.
+        Number of the last averaged pinch.
     value
-        Shore A.
+        Estimated Shore A hardness, 0 to 100.
     low, high
         Ends of the interval.
     level
         Nominal coverage: share of intervals that should contain the true value. It holds for
         contacts that are like the training data.
     pinches
-        Number of pooled pinches; 1 for the first pinch of an object.
+        Number of averaged pinches; 1 for the first pinch of an object.
     is_named
-        True if the object was marked, so that its next pinches are pooled with this one.
+        True if a marker or label identifies the object: its next pinches are averaged with this.
     end
-        Number of the first sample after the last pinch.
+        Number of the first sample after the last averaged pinch.
     epoch
         Epoch of the samples.
     """
@@ -255,7 +255,7 @@ class ObjectEstimate(_Reported, frozen=True, kw_only=True, tag="object_estimate"
 
 
 class HandCommand(_Reported, frozen=True, tag="hand_command"):
-    """Request that the driven hand carried out, or release of the hand without a request.
+    """Command that the hand carried out: a request to close or open, or a safety release.
 
     Parameters
     ----------
@@ -263,9 +263,9 @@ class HandCommand(_Reported, frozen=True, tag="hand_command"):
         ``close`` or ``open``.
     by
         Origin: ``keyboard``, ``standard input``, ``viewer N of the page`` or the name of another
-        program. ``silence`` for a release because samples stopped coming or this program paused.
+        program. ``silence`` for a release because samples stopped arriving or this program paused.
     sample, epoch
-        Newest sample at the time of the request or release, and its epoch.
+        Number of the newest sample at the time of the command, and its epoch.
     """
 
     ask: Ask
@@ -275,14 +275,14 @@ class HandCommand(_Reported, frozen=True, tag="hand_command"):
 
 
 class HandPrediction(_Reported, frozen=True, tag="hand_prediction"):
-    """Contact or estimate of a device that predicts by itself.
+    """Contact or estimate from a device that runs a model itself, such as a hand.
 
     Parameters
     ----------
     event
-        The device's ``contact``, ``contact_withdrawn``, ``estimate`` or ``no_estimate``. Its
-        ``host`` is the time at which the host received it. Its ``compute`` is the computing time on
-        the device, 0 if the device does not measure this time.
+        The device's ``contact``, ``contact_withdrawn``, ``estimate`` or ``no_estimate``. Its field
+        ``host`` is the time at which this computer received it. Its field ``compute`` is the
+        computing time on the device, s; 0 if the device does not measure it.
     """
 
     event: ContactEvent | ContactWithdrawn | Estimate | NoEstimate
@@ -294,16 +294,16 @@ class HandPrediction(_Reported, frozen=True, tag="hand_prediction"):
 
 
 class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
-    """Comparison of the predictions of device and host for one pinch.
+    """Comparison of a device's predictions for one pinch with those of this computer (the host).
 
     Parameters
     ----------
     same
-        True if contacts, estimates and intervals of the device equal those of the host.
+        True if the device's contacts, estimates and intervals equal those of the host.
     compared
-        Number of compared estimates.
+        Number of estimates that were compared.
     lost
-        True if the host lost samples of the pinch.
+        True if the host did not receive all samples of the pinch.
     """
 
     same: bool
@@ -312,24 +312,24 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class HandPinch(_Reported, frozen=True, kw_only=True, tag="hand_pinch"):
-    """Predictions of a device for one pinch; the event follows 0.3 s after the first contact.
+    """Predictions of a device's own model for one pinch, reported 0.3 s after the first contact.
 
     Parameters
     ----------
     number
-        Number of the pinch, from 1.
+        Number of the pinch in this session, from 1.
     model
-        Digest of the device's model.
+        Digest (hash) that identifies the device's model.
     contacts
-        Contacts that the device detected; empty if only the host detected the pinch.
+        Contacts that the device detected; empty if only this computer detected the pinch.
     final
-        Last estimate from samples before the second contact; null without one.
+        Device's last estimate from samples before the second contact; null without one.
     estimates
-        Number of estimates from samples before the second contact.
+        Number of the device's estimates from samples before the second contact.
     check
-        Comparison with the host's own model; null without a model on the host.
+        Comparison with a model on this computer; null if this computer runs no model.
     sample, epoch
-        Sample and epoch of the first contact, as detected by the device or else by the host.
+        Sample number and epoch of the first contact that the device, or else the host, detected.
     """
 
     number: int

@@ -231,14 +231,14 @@ def _check_hand(
         if policy is not None or hand_port is not None:
             noun, parameter = ("port", "hand_port") if policy is None else ("policy", "policy")
             raise InputError(
-                f"the {noun} has no effect without a hand; name a hand, or leave the {noun} out",
+                f"the {noun} has no effect without a hand: name a hand, or leave the {noun} out",
                 parameter=parameter,
             )
         return
     kind = find_hand(hand)
     if isinstance(kind, Hand) and hand_port is not None:
         raise InputError(
-            "a hand that is given as an object has its own port; leave the port out",
+            "a hand that is given as an object has its own port: leave the port out",
             parameter="hand_port",
         )
     if kind.needs_live_samples(hand_port) and not is_live:

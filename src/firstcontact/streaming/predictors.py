@@ -67,7 +67,7 @@ class AnytimePredictor(Predictor):
     def check(self, layout: Layout) -> None:
         if not is_same_rate(layout.rate, self.model.rate):
             raise InputError(
-                f"the network takes samples at {self.model.rate:g} Hz, but the source sends "
+                f"the network needs samples at {self.model.rate:g} Hz, but the source sends "
                 f"{layout.rate:g} Hz: set the source to {self.model.rate:g} Hz, or use a model "
                 f"folder with window models at {layout.rate:g} Hz"
             )
@@ -112,7 +112,7 @@ class WindowLadder(Predictor):
             spec.require_rate(layout.rate)
             if spec.channels != 1:
                 raise InputError(
-                    f"the model takes {spec.channels} channels, but live windows have only the "
+                    f"the model needs {spec.channels} channels, but live windows have only the "
                     "channel of the finger that touched: train a model on one channel"
                 )
             # This loads what the model needs. It raises an error if weights overflow.
@@ -182,8 +182,8 @@ def live_predictor(model: Model, estimator: str | None = None) -> Predictor | No
     fitting = [p for p in model.predictors if rate is None or is_same_rate(p.rate, rate)]
     if not fitting:
         raise InputError(
-            f"the detector takes {rate:g} samples a second, and no model has this rate: train "
-            f"them together, with --rate {rate:g} or another"
+            f"the detector needs samples at {rate:g} Hz, but no model in its folder does: train "
+            f"both together, with `firstcontact train --rate {rate:g}` or another rate"
         )
     if isinstance(fitting[0].model, InContextModel):
         return AnytimePredictor(fitting[0].model)

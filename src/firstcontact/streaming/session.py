@@ -216,7 +216,7 @@ class LiveSession:
             except ValueError as error:
                 raise InputError(
                     f"positions of the hand {hand.name!r} cannot be recorded, because {error}: "
-                    "declare another rate",
+                    "set another `position_rate` in its class",
                     parameter="hand",
                 ) from error
         try:
@@ -262,7 +262,7 @@ class LiveSession:
         """Set the shape of the object from the next contact on. Return it in words, or ""."""
         if not self.uses_shape:
             raise InputError(
-                "this model cannot use an object's shape: give no shape, or use the network"
+                "this model cannot use an object's shape: leave the shape out, or use the network"
             )
         self.pipeline.radius = parse_radius(text)
         return radius_text(self.pipeline.radius)

@@ -19,15 +19,15 @@ class Adapt:
     """
 
     data: Annotated[Path | None, Option(positional=True)] = None
-    """Recordings of known Shore A; without any, the intervals are wide."""
+    """Recordings with known Shore A; if you give none, intervals are wide."""
     out: Path = Path("model")
     """Folder for the model; an existing model is replaced."""
     estimator: Annotated[str | None, choice(ESTIMATORS, "model")] = None
-    """Estimator that predicts at any time after a contact; default: combined."""
+    """Estimator of the stiffness after a contact; by default combined."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
-    """Detector to fit; default: the package's, unless a fitted one is better."""
+    """Detector to fit; by default the package's, if no fitted one is better."""
     seed: int = 0
-    """Random seed that divides the pinches into folds."""
+    """Random seed of the split of the pinches into cross-validation folds."""
 
     #: Options whose parameter of the library has another name.
     options: ClassVar[dict[str, str]] = {"detector": "detector_type"}

@@ -19,15 +19,15 @@ class Calibrate:
     out: Path = Path("calibration.json")
     """File for the result; an existing one is replaced."""
     seconds: float = 2.0
-    """Time for which the sensors are measured at rest, s."""
+    """Duration of the measurement with the hand at rest, s."""
     patience: float = 10.0
     """Longest additional wait until the hand is at rest, s."""
     no_tap: bool = False
     """Skip the tap test; required with the simulated hand."""
     weights: Path | None = None
-    """CSV file of known weights on a taxel; columns: finger,newtons,volts."""
+    """CSV file of voltages under weights; columns: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
-    """Weights, N, that you put on a taxel when asked; each gives a voltage."""
+    """Weights, N. You are asked to put each on a force cell (taxel)."""
 
     #: Options whose parameter of the library has another name.
     options: ClassVar[dict[str, str]] = {"tap": "no_tap"}

@@ -11,10 +11,10 @@ from firstcontact.cli.options import Option
 
 @dataclass(frozen=True)
 class Camera:
-    """Compare contact times from the strips with contact times from a high-speed camera."""
+    """Compare contact times from the copper strips with those from a high-speed camera."""
 
     path: Annotated[Path, Option(positional=True)]
-    """Recording with strips."""
+    """Recording with channels of copper strips on the fingers."""
     times: Path
     """CSV file of the camera's contacts, with the columns pinch,finger,time_s."""
     fps: float = 960.0

@@ -24,11 +24,11 @@ class Check:
     out: Path = Path("check.html")
     """Page with the results; an existing one is replaced."""
     drift: float = 30.0
-    """Time to measure drift, s: 300 for the full test, 0 for none."""
+    """Duration of the drift test, s: 300 for the full test, 0 for none."""
     fault: Annotated[str, Option(group="simulated hand")] = ""
-    """Fault to put into the simulated fingertips, such as hum or open-row."""
+    """Fault to simulate in the fingertips, such as hum or open-row."""
     condition: Condition = "paper-rig"
-    """Variation of the simulated hand."""
+    """Variation between pinches, as in the paper's set-up or everyday use."""
     seed: Annotated[int, Option(group="simulated hand")] = 0
     """Random seed of the simulated hand."""
     speed: Annotated[float, Option(group="simulated hand")] = 1.0

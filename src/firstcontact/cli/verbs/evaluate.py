@@ -27,9 +27,9 @@ class Evaluate:
     data: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of recordings."""
     contacts: Literal["detected", "known"] = "detected"
-    """Contacts at which signals start: found by the detector, or known."""
+    """Contacts where signals start: from the detector, or the true ones."""
     detector: Path | None = None
-    """Folder of a detector to use in place of the model's."""
+    """Folder of a contact detector that replaces the model's detector."""
 
     def run(self) -> None:
         from firstcontact.cli.output import print_losses

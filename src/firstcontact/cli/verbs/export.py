@@ -20,7 +20,7 @@ class Export:
     to: Annotated[str, choice(EXPORTERS)]
     """Format of the file; tables have one row per sample."""
     out: Path
-    """New file."""
+    """Path of the new file."""
 
     def run(self) -> None:
         from firstcontact.core.installation import require_extra

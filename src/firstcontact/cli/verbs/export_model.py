@@ -17,13 +17,13 @@ class ExportModel:
     model: Annotated[Path, Option(positional=True)]
     """Folder that `train` or `adapt` wrote."""
     to: Annotated[str, choice(MODEL_EXPORTERS)]
-    """Form in which the model is exported."""
+    """Format of the exported model."""
     out: Path
     """Folder for the files; it must be empty or new."""
     data: Path | None = None
     """Training recordings, to fit smaller forms of the model."""
     budget_us: float | None = None
-    """Longest time of a prediction on a 600 MHz Cortex-M7, us."""
+    """Longest allowed time of a prediction on a 600 MHz Cortex-M7, us."""
 
     def run(self) -> None:
         from firstcontact.export import export_model

@@ -22,7 +22,7 @@ class FlashModel:
     device: str
     """Serial port of the device."""
     calibration: Path | None = None
-    """File of `calibrate`; by default the noise is measured first."""
+    """File that `calibrate` wrote; by default the noise is measured first."""
 
     def run(self) -> None:
         from firstcontact.device.flashing import check_model_fits, flash_model

@@ -26,7 +26,7 @@ class Import:
         ),
     ]
     out: Path
-    """New folder for the recordings, one file a session."""
+    """New folder for the recordings; each session becomes one file."""
     rate: Annotated[float | None, UNSTORED] = None
     """Sampling rate, Hz."""
 
@@ -34,7 +34,7 @@ class Import:
         Literal["real", "twin", "synthetic", "unknown"] | None,
         UNSTORED,
     ] = None
-    """Origin of the data, as the recordings state it; unknown by default."""
+    """Origin of the data, to be noted in the recordings; unknown by default."""
 
     sensor: Annotated[
         Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None,

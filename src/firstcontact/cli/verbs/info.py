@@ -24,11 +24,11 @@ class Info:
     """Print versions and ports for a bug report, or the descriptor of a device."""
 
     device: Annotated[
-        str | None, devices(more=" Its own description is printed, and its samples of 2 s counted.")
+        str | None, devices(more=" Prints its description, and counts its samples for 2 s.")
     ] = None
     """A device to describe."""
     condition: Condition = "paper-rig"
-    """Variation of the simulated hand."""
+    """Variation between pinches, as in the paper's set-up or everyday use."""
 
     def run(self) -> None:
         if self.device is not None:

@@ -24,7 +24,7 @@ class Inspect:
     plot: Path | None = None
     """File for a drawing of one pinch: .png, .svg or .pdf."""
     pinch: int = 0
-    """Number of the pinch to draw."""
+    """Number of the pinch to draw, from 0."""
 
     def run(self) -> None:
         from firstcontact.core import InputError

@@ -34,13 +34,13 @@ class Live:
     device: Annotated[str, devices()]
     """Source of the samples."""
     model: Annotated[Path | None, Option(group="model")] = None
-    """Folder of the model; by default the package's, or the twin's own."""
+    """Folder of the model; by default the package's, or one for the twin."""
     estimator: Annotated[str | None, Option(group="model", advanced=True)] = None
-    """Estimator of the model that predicts; by default the one it was trained for."""
+    """Estimator in the model folder that predicts; by default the first."""
     detector: Annotated[Path | None, Option(group="model", advanced=True)] = None
-    """Folder of a detector to use in place of the model's."""
+    """Folder of a contact detector that replaces the model's detector."""
     calibration: Annotated[Path | None, Option(group="model", advanced=True)] = None
-    """File of `calibrate`; by default the noise is measured first."""
+    """File that `calibrate` wrote; by default the noise is measured first."""
     page: Annotated[bool, Option(group="output")] = False
     """Serve a page at the address that is printed."""
     port: Annotated[int, Option(group="output", advanced=True)] = 8765
@@ -52,9 +52,9 @@ class Live:
     json: Annotated[bool, Option(group="output")] = False
     """Write JSON lines to standard output instead of text."""
     lsl: Annotated[bool, Option(group="output", advanced=True)] = False
-    """Send samples and events by LSL."""
+    """Send samples and events by LSL (Lab Streaming Layer)."""
     foxglove: Annotated[bool, Option(group="output", advanced=True)] = False
-    """Serve samples, forces and events to Foxglove, to all who reach the address."""
+    """Serve samples, forces and events to Foxglove, without a password."""
     foxglove_address: Annotated[str, Option(group="output", advanced=True)] = "127.0.0.1:8766"
     """Address and TCP port for Foxglove; port 0 takes a free one."""
     hand: Annotated[str | None, choice(HANDS, "hand")] = None
@@ -62,15 +62,15 @@ class Live:
     hand_port: Annotated[str | None, Option(group="hand", advanced=True)] = None
     """Serial port of the hand, or the port name of its simulation if it has one."""
     policy: Annotated[str, choice(live_policies(), "hand")] = POLICIES.default
-    """Grasp policy."""
+    """Grasp policy: reaction of the hand to contacts, estimates and slips."""
     shape: Annotated[str, Option(group="model", advanced=True)] = ""
-    """Shape of the objects for the network: flat, or a radius in mm."""
+    """Shape where the finger touches, for the network: flat, or radius in mm."""
     one_object: Annotated[bool, Option(group="model", advanced=True)] = False
-    """Pool all pinches as one object until you press N."""
+    """Average all pinches as one object, until you press N for a new one."""
     slip: Annotated[str | None, choice(SLIP_DETECTORS, "hand", advanced=True)] = None
     """Slip detector for a policy with a reflex; not tested on real slips."""
     record: Annotated[bool, Option(group="output")] = False
-    """Start to record as soon as the command starts."""
+    """Record all samples from the start of the command."""
     recordings: Annotated[Path, Option(group="output", advanced=True)] = Path(
         "firstcontact-recordings"
     )
@@ -78,11 +78,11 @@ class Live:
     speed: Annotated[float, Option(group="simulated hand", advanced=True)] = 1.0
     """Speed as a multiple of real time; for a recording, inf is as fast as possible."""
     condition: Condition = "paper-rig"
-    """Condition of the simulated hand."""
+    """Variation between pinches, as in the paper's set-up or everyday use."""
     seed: Annotated[int, Option(group="simulated hand", advanced=True)] = 0
     """Random seed of the simulated hand."""
     objects: Annotated[str, Option(group="simulated hand")] = "paper"
-    """Objects of the simulated hand: paper, household, or one name."""
+    """Objects of the simulated hand: paper, household, or one object's name."""
     seconds: Annotated[float | None, Option(group="output", advanced=True)] = None
     """Stop after this time, s."""
     pinches: Annotated[int | None, Option(group="output", advanced=True)] = None

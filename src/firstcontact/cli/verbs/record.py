@@ -22,13 +22,13 @@ class Record:
     device: Annotated[str, devices(recorded=False)]
     """Source of the samples."""
     out: Annotated[Path, Option(group="recording")]
-    """Folder for recordings; sessions in it are continued."""
+    """Folder for recordings; a session that it already holds is continued."""
     object: Annotated[str, Option(group="object")] = ""
     """Name of the object that is pinched."""
     shore_a: Annotated[float | None, Option(group="object")] = None
-    """Shore A of the object; known for objects of the simulated hand."""
+    """Shore A of the object; not needed for the simulated hand."""
     specimen: Annotated[str, Option(advanced=True, group="object")] = ""
-    """Name of the specimen; the object's name by default."""
+    """Name of this physical piece; the object's name by default."""
     pinches: Annotated[int, Option(group="object")] = 10
     """Number of valid pinches of the object."""
     role: Annotated[Literal["train", "test"], Option(advanced=True, group="object")] = "train"
@@ -36,17 +36,17 @@ class Record:
     plan: Annotated[Path | None, Option(group="object")] = None
     """CSV file of objects; columns: object,pinches,shore,specimen,role."""
     session: Annotated[str, Option(group="recording", advanced=True)] = "1"
-    """Name of the session; keep the set-up unchanged within one."""
+    """Name of the session; keep the set-up unchanged within a session."""
     sessions: Annotated[int, Option(group="recording", advanced=True)] = 1
-    """Number of sessions; --session is then the number of the first."""
+    """Number of sessions; --session is then the number of the first one."""
     hand_name: Annotated[str, Option(group="recording", advanced=True)] = ""
     """Name of the hand, if the device does not send it."""
     notes: Annotated[str, Option(group="recording", advanced=True)] = ""
     """Remarks for the header of the recordings."""
     calibration: Annotated[Path | None, Option(group="recording")] = None
-    """File of `calibrate`; by default the noise is measured first."""
+    """File that `calibrate` wrote; by default the noise is measured first."""
     condition: Condition = "paper-rig"
-    """Variation of the simulated hand."""
+    """Variation between pinches, as in the paper's set-up or everyday use."""
     seed: Annotated[int, Option(group="simulated hand")] = 0
     """Random seed of the simulated hand."""
     speed: Annotated[float, Option(group="simulated hand")] = 1.0

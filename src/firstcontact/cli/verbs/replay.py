@@ -24,7 +24,7 @@ class Replay:
     once: bool = False
     """End after the last sample instead of starting again."""
     link: Path | None = None
-    """Path of the port; by default in a temporary folder."""
+    """Path at which the port is created; by default in a temporary folder."""
 
     def run(self) -> None:
         from firstcontact.cli.stopping import stopping

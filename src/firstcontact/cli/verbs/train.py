@@ -27,25 +27,25 @@ class Train:
     out: Path
     """Folder for the model; an existing model is replaced."""
     estimator: Annotated[str | None, choice(ESTIMATORS, "model")] = None
-    """Estimator that predicts. By default svm and the network are trained."""
+    """Estimator to train; by default svm and the network."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
-    """Detector to fit; default: the package's, unless a fitted one is better."""
+    """Detector to fit; by default the package's, if no fitted one is better."""
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False
-    """Train the detector only. It needs known contacts, but no hardness."""
+    """Train only the contact detector. It needs true contacts, not Shore A."""
     task: Annotated[Literal["regression", "classification"], Option(group="model")] = "regression"
     """Task: predict any Shore A value, or one of the values in training."""
     contacts: Annotated[Literal["detected", "known"], Option(advanced=True, group="data")] = (
         "detected"
     )
-    """Contacts at which signals start: found by the detector, or known."""
+    """Contacts where signals start: from the detector, or the true ones."""
     window_ms: Annotated[tuple[float, ...], Option(group="model")] = (15.0,)
     """Lengths of windows after the contact, ms; one model for each."""
     level: Annotated[float, Option(group="training")] = 0.9
-    """Share of the intervals that should hold the true value."""
+    """Coverage: share of intervals that should contain the true value."""
     seed: Annotated[int, Option(group="training")] = 0
     """Random seed of the folds, the search for settings and the training."""
     rate: Annotated[float | None, Option(advanced=True, group="data")] = None
-    """Sampling rate of the model, Hz; with Shore A labels 4936 by default."""
+    """Sampling rate of the model, Hz; by default 4936 with Shore A labels."""
     workers: Annotated[int, Option(advanced=True, group="training")] = 1
     """Number of processes; 0 takes all cores."""
     cluster: Annotated[str | None, Option(advanced=True, group="training")] = None

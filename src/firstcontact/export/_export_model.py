@@ -20,7 +20,7 @@ def export_model(
     data: Dataset | None = None,
     budget_us: float | None = None,
 ) -> list[str]:
-    """Write a support vector machine or the default model as C99, or a CNN as ONNX.
+    """Export a trained model: a support vector machine or the network as C99, a CNN as ONNX.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def export_model(
         to these pinches. They are resampled if their rate differs from the model's. Pinches with
         role "test" are ignored.
     budget_us
-        Longest time for one prediction of a window model on a Cortex-M7 at 600 MHz, us.
+        Longest allowed computing time of a window model on a Cortex-M7 at 600 MHz, us.
 
     Returns
     -------

@@ -59,7 +59,7 @@ def write(trained: Trained, out: Path) -> list[str]:
     for named in trained.models:
         if not isinstance(named.model, CnnModel):
             raise InputError(
-                f"{named.name} cannot be written as ONNX, because only a CNN can: it is of kind "
+                f"only a CNN can be written as ONNX, but {named.name} is of kind "
                 f"{named.model.kind!r}: use --to c"
             )
         raw = to_onnx(named.model)
@@ -67,8 +67,8 @@ def write(trained: Trained, out: Path) -> list[str]:
         lines.append(f"{named.name}.onnx: {len(raw)} bytes")
     if not lines:
         raise InputError(
-            "only a CNN can be written as ONNX, and this model has none (its parts: "
-            f"{', '.join(trained.parts)}): use --to c"
+            "only a CNN can be written as ONNX, but this model has only "
+            f"{', '.join(trained.parts)}: use --to c"
         )
     return lines + ["note: the detector and the network are left out"] * trained.has_chain
 

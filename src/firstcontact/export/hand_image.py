@@ -43,7 +43,7 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImag
         )
     if network.rate != layout.rate:
         raise InputError(
-            f"{folder}: the model is for {network.rate:g} samples a second, and a hand takes "
+            f"{folder}: the model needs {network.rate:g} samples a second, but a hand measures "
             f"{layout.rate:g}: adapt it to recordings of the hand"
         )
     fingers = layout.vibration_fingers

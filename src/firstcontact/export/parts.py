@@ -84,6 +84,7 @@ class ModelExporter:
     modules: tuple[str, ...] = ()
 
 
+#: Exporters of trained models by name of the format, including those of plug-ins.
 MODEL_EXPORTERS: Registry[ModelExporter] = Registry(
     "form",
     "firstcontact.model_exporters",

@@ -39,7 +39,7 @@ class Grip:
         Smallest and largest ratio of the grip force to the force that just holds the payload. The
         smaller ratio applies to soft and unknown objects, the larger one to firm objects.
     dent
-        Allowed indentation of pad and object together, m.
+        Indentation of pad and object together that the commands allow, m.
     searching
         Force limit of the approach, N: enough to move the finger and to feel a contact.
     push
@@ -59,7 +59,7 @@ class Grip:
     push: float = 250.0
 
     def stiffness(self, shore_a: float) -> float:
-        """Return the Hertz stiffness of a fingertip on a flat object, N/m^1.5."""
+        """Return force / indentation^1.5 of a fingertip on a flat object (Hertz), N/m^1.5."""
         young = gent_modulus(_within(shore_a))
         modulus = contact_modulus(self.pad_modulus, young, INCOMPRESSIBLE)
         return hertz_stiffness(modulus, self.tip_radius)
@@ -70,23 +70,23 @@ class Grip:
         return holding_force(self.payload, self.friction)
 
     def force_for(self, shore_a: float) -> float:
-        """Return the force that causes the allowed dent, within the margins and limits, N."""
+        """Return the grip force that indents by ``dent``, N, within ``margins`` and ``force``."""
         low, high = (m * self.holding for m in self.margins)
         force: float = self.stiffness(shore_a) * self.dent**1.5
         return min(max(force, low), high, self.force)
 
     def speed_for(self, shore_a: float) -> float:
-        """Return the speed at which the impact of the moving mass causes the allowed dent, m/s."""
+        """Return the closing speed, m/s, whose impact indents by ``dent``; at most ``speed``."""
         # Hertz's theory of impact: m v^2 / 2 = (2/5) K dent^2.5
         speed: float = sqrt(0.8 * self.stiffness(shore_a) / self.mass) * self.dent**1.25
         return min(speed, self.speed)
 
     def command_for(self, shore_a: float) -> Command:
-        """Return the command for an object with this hardness, Shore A."""
+        """Return closing speed and grip force for an object with this hardness, Shore A."""
         return Command(self.speed_for(shore_a), self.force_for(shore_a))
 
     def pressing(self, force: float) -> Command:
-        """Return the slowest command that still builds this force once both fingers touch."""
+        """Return the slowest command that builds this grip force, N, once both fingers touch."""
         limited = min(force, self.force)
         return Command(min(1.1 * limited / self.push, self.speed), limited)
 
@@ -97,7 +97,7 @@ class Grip:
 
     @property
     def gentle(self) -> Command:
-        """Command for the softest object on the scale, used while the stiffness is unknown."""
+        """Command for the softest object, 0 Shore A, to use while the stiffness is unknown."""
         return self.command_for(0.0)
 
 

@@ -49,9 +49,7 @@ class Pacer:
 
     def __init__(self, limits: HandLimits, silence: float) -> None:
         if not silence > 0:  # true of NaN
-            raise InputError(
-                f"the longest silence is {silence:g} s: it must be above 0", parameter="silence"
-            )
+            raise InputError(f"the time of {silence:g} s must be above 0", parameter="silence")
         self.limits = limits
         self.counts = HandCounts()
         self._silence = silence
@@ -123,12 +121,12 @@ class Pacer:
 
 
 class SafeHand(Hand):
-    """Wrapper that limits, paces and watches any hand. It is a hand itself.
+    """Wrapper of a hand that limits and paces its commands, and lets go if the program hangs.
 
     Commands are clipped to the hand's limits and sent no faster than the hand accepts them. A newer
-    command replaces a waiting one, and the last command is always sent. A watchdog thread repeats
-    the last command before the hand's own watchdog runs out. It releases the hand when the program
-    has been silent. It tries a failed release again, each time after ``silence``.
+    command replaces one that still waits, so the hand always gets the last one. A watchdog thread
+    repeats the last command before the hand's own watchdog runs out. It releases (opens) the hand
+    ``silence`` s after the last call of :meth:`send` or :meth:`alive`, and retries if this fails.
 
     The hand is also released
 
@@ -142,12 +140,12 @@ class SafeHand(Hand):
     watchdog thread needs Python's global interpreter lock (GIL). If other code may hold this lock
     for long, set :attr:`Hand.separate`.
 
-    All methods raise :class:`HandError` if the hand is not open or has failed.
+    Methods that command or read the hand raise :class:`HandError` if it is not open or has failed.
 
     Parameters
     ----------
     hand
-        Hand that is not open yet. The wrapper opens and closes it.
+        Hand that is not connected yet. The wrapper connects it, and closes the connection.
     silence
         Time without :meth:`send` or :meth:`alive` after which the hand is released, s.
     clock
@@ -179,23 +177,23 @@ class SafeHand(Hand):
 
     @property
     def counts(self) -> HandCounts:
-        """Counts of the commands so far."""
+        """Numbers of commands that were sent, clipped, superseded and repeated, and of releases."""
         return self._pacer.counts
 
     @property
     def failure(self) -> HandError | None:
-        """Error that stopped the hand; None while it takes commands."""
+        """Error after which the hand accepts no commands; None before an error."""
         return self._failure
 
     @property
     def wait(self) -> float:
-        """Time until the hand receives a command that you send now, s."""
+        """Time from now until a command that you send now would reach the hand, s."""
         return self._pacer.wait(self._clock())
 
     def send(self, command: Command) -> None:
-        """Set the command, which replaces a command that still waits.
+        """Send a command as soon as the hand accepts one. It replaces a command that still waits.
 
-        A command that is not finite releases the hand and raises HandError.
+        If speed or force is not finite, the hand is released and HandError raised.
         """
         self._leaving.rearm()
         with self._change:
@@ -210,11 +208,11 @@ class SafeHand(Hand):
             self._check()
 
     def start(self) -> None:
-        """Begin the next closing immediately."""
+        """Make a hand that closes by itself begin its next closing now."""
         self._do(self._hand.start)
 
     def alive(self) -> None:
-        """Confirm that the program runs and the last command still holds."""
+        """Tell the watchdog that the program runs and the last command still holds."""
         self._leaving.rearm()
         with self._change:
             self._check()
@@ -239,7 +237,7 @@ class SafeHand(Hand):
                 self._release()
 
     def close(self) -> None:
-        """Release and close the hand. Closing twice is allowed."""
+        """Release the hand, then close its connection. You may call this method twice."""
         # A second signal must not interrupt the release that the first one started.
         with self._leaving.deferred():
             with self._change:
@@ -255,7 +253,7 @@ class SafeHand(Hand):
             finally:
                 self._hand.close()
             if not released:
-                raise HandError(f"the hand {self.name!r} was not released: {self._failure}")
+                raise HandError(f"the hand {self.name!r} may still hold on: {self._failure}")
 
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:

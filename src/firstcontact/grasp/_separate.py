@@ -56,7 +56,7 @@ class SeparateHand(Hand):
         try:
             self._write_order(child, f"send {command.speed!r} {command.force!r}")
         except OSError as error:
-            raise HandError(f"the process of the hand {self.name!r} takes no orders") from error
+            raise HandError(f"the process of the hand {self.name!r} gets no commands") from error
 
     def positions(self) -> Sequence[tuple[float, float]]:
         """Return the positions that the hand last reported, or nothing if its process is late."""

@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 
 class HandError(RuntimeError):
-    """Error for a hand that cannot take a command: not open, unreachable, or an invalid command."""
+    """Error for a hand that is not open or unreachable, or for a command that is invalid."""
 
 
 @dataclass(frozen=True, slots=True)
 class HandLimits:
-    """Limits of a hand.
+    """Limits of a hand's speed, force and rate of commands.
 
     Parameters
     ----------
     speed, force
-        Highest closing speed, m/s, and force, N, of a fingertip.
+        Highest closing speed of a fingertip, m/s, and highest grip force, N.
     rate
         Highest rate of commands, Hz.
     watchdog
@@ -52,33 +52,33 @@ class Begins(Flag):
 
 
 class Hand(ABC):
-    """Base class of hands. Use one in a ``with`` block, which always releases it.
+    """Base class of drivers of prosthetic hands. A ``with`` block connects it, then always lets go.
 
-    The registry makes a hand from the name of its port (None for the default port), or from the
-    source that drives the hand. A new hand has no connection until the ``with`` block begins.
+    :func:`open_hand` makes a hand with one argument: the name of its port (None for the default
+    port), or the source that drives the hand. A new hand is not connected until the ``with`` block.
     """
 
     #: Name in the registry and in reports.
     name: ClassVar[str]
     limits: HandLimits
-    #: True if the hand moves: see :meth:`needs_live_samples`.
+    #: True if the hand moves. Then recorded samples must not drive it.
     real: ClassVar[bool] = True
     #: Port that stands for a simulated hand, for tests and dry runs.
     simulated_port: ClassVar[str | None] = None
     #: True if a separate process drives the hand, and releases it when the program hangs or ends.
     separate: ClassVar[bool] = False
-    #: Parties that may begin the closings of this hand.
+    #: Flags for who may begin a closing: the hand itself (or its wearer), or this program.
     begins: ClassVar[Begins] = Begins.OTHERS
-    #: Name of the source whose simulated hand this is; None for a hand with a separate port.
+    #: Name of the source of samples that also drives this hand; None for a hand with its own port.
     of_source: ClassVar[str | None] = None
-    #: Rate, Hz, at which recordings keep the reported positions; 0 to keep none.
+    #: Rate at which recordings store the positions that the hand reports, Hz; 0 stores none.
     position_rate: ClassVar[float] = 0.0
     #: Resolution of the reported positions, m.
     position_resolution: ClassVar[float] = 1e-5
 
     @classmethod
     def needs_live_samples(cls, port: str | None) -> bool:
-        """Return True if only samples in real time may drive the hand, because it moves."""
+        """Return True if the hand at this port moves, so that only live samples may drive it."""
         return cls.real and (port is None or port != cls.simulated_port)
 
     @abstractmethod
@@ -91,17 +91,17 @@ class Hand(ABC):
     def start(self) -> None:
         """Begin the next closing immediately.
 
-        Override it for a hand that closes and opens by itself, but can begin a closing on request
-        (:attr:`Begins.HURRY`).
+        Override this method for a hand that closes and opens by itself, but can also begin a
+        closing on request (:attr:`Begins.HURRY`).
         """
-        raise HandError(f"the hand {self.name!r} begins no closing on request")
+        raise HandError(f"the hand {self.name!r} cannot begin a closing on request")
 
     @abstractmethod
     def release(self) -> None:
-        """Open the hand, and keep it open until the next command. Raise no errors."""
+        """Open the hand, and keep it open until the next command. It must not raise errors."""
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
-        """Return the closing speed just before a contact; None if it is not known.
+        """Return the closing speed just before a contact, with its error; None if unknown.
 
         The base class computes it from :meth:`positions_since`.
 
@@ -125,8 +125,8 @@ class Hand(ABC):
     def positions(self) -> Sequence[tuple[float, float]]:
         """Return the newest positions that the hand reported. They cover at least the last 0.5 s.
 
-        Each is a time by ``time.monotonic()``, s, and the distance that the fingertip has moved, m.
-        The zero of this distance does not matter.
+        Each is a pair: the time by ``time.monotonic()``, s, and the distance that the fingertip has
+        moved, m. The zero and the direction of this distance do not matter.
         An estimate waits for this call, so return stored positions and send no request to the hand.
         """
         return ()
@@ -141,7 +141,7 @@ class Hand(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Release the hand and close the connection. Closing twice is allowed."""
+        """Open the hand and close the connection. Users may call this method twice."""
 
     def __enter__(self) -> Self:
         return self

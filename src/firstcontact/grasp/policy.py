@@ -57,16 +57,16 @@ class Tunable:
 
 
 class Policy:
-    """Grasp policy: decides how a hand closes.
+    """Base class of grasp policies, which set a closing hand's speed and force limit.
 
-    This base class keeps the approach command until the end. Subclasses override the methods for
-    the events that they react to. Each method returns a command, which holds until the next one, or
-    None to keep the current command.
+    Subclasses override the methods for the events that they react to. Each method returns a
+    command, which holds until the next one, or None to keep the current command. Without
+    overridden methods, the hand closes with ``grip.approach`` to the end.
 
     Parameters
     ----------
     grip
-        Declared properties of the hand.
+        Properties of the hand and its payload.
 
     Examples
     --------
@@ -85,15 +85,17 @@ class Policy:
     title: ClassVar[str]
     #: Colour in figures, such as "#56B4E9".
     colour: ClassVar[str] = SKY
+    #: Role of the policy in comparisons, and the task that it solves.
     part: ClassVar[PolicyRole] = PolicyRole.CANDIDATE
     task: ClassVar[Task] = Task.PAYLOAD
     #: True if the constructor takes a :class:`Truth` after the grip. No real hand can give one.
     needs_truth: ClassVar[bool] = False
-    #: Settings that a study tunes before it compares.
+    #: Settings that a study tunes before it compares policies, by parameter of the constructor.
     tunables: ClassVar[Mapping[str, Tunable]] = {}
     #: True to receive every estimate of a contact; False to receive the final one only.
     early: ClassVar[bool] = False
-    #: Latest time of an estimate after the first contact, s; None if the policy uses none.
+    #: Time after the first contact at which :meth:`late` is called if no estimate came, s.
+    #: None if the policy uses no estimates.
     deadline: float | None = None
 
     def __init__(self, grip: Grip) -> None:
@@ -114,25 +116,25 @@ class Policy:
         return self.grip.approach
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """React to a contact. ``first`` is True for the first contact of this closing."""
+        """React to a finger's contact. ``first`` is True for the first one of this closing."""
         return None
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """React to an estimate. It was predicted from samples before the second contact only."""
+        """React to a stiffness estimate, made from samples before the second contact only."""
         return None
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """React to the force sensors. The loop calls this method with every block.
+        """React to the force sensors. This method is called for every block of samples.
 
-        ``volts`` is the largest rise of a taxel's voltage above its unloaded level, over both
-        fingers, V; ``since`` the time since the first contact, s, or None before it.
+        ``volts`` is the largest rise of any force cell's voltage above its unloaded level, V.
+        ``since`` is the time since the first contact, s; None before it.
         """
         return None
 
     def slipped(self) -> Command | None:
-        """React to slip of the held object. The loop calls this method repeatedly during a slip."""
+        """React to a slip of the held object. This method is called repeatedly during a slip."""
         return None
 
     def late(self) -> Command | None:
-        """Return the fallback command, because the deadline passed without an estimate."""
+        """Return the command to use because the deadline passed without an estimate."""
         return None

@@ -12,6 +12,7 @@ from firstcontact.grasp._separate import SeparateHand
 from firstcontact.grasp.hand import Hand
 from firstcontact.grasp.policy import Policy, Truth
 
+#: Classes of hands by name, including those of plug-ins.
 HANDS: Registry[type[Hand]] = Registry(
     "hand",
     "firstcontact.hands",
@@ -24,6 +25,7 @@ HANDS: Registry[type[Hand]] = Registry(
 )
 _PAYLOAD = "firstcontact.grasp._payload_policies"
 _HOUSEHOLD = "firstcontact.grasp.household_policies"
+#: Classes of grasp policies by name, including those of plug-ins.
 POLICIES: Registry[type[Policy]] = Registry(
     "policy",
     "firstcontact.policies",
@@ -70,25 +72,25 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
 def open_hand(
     hand: str | Hand, port: str | None = None, *, source: object = None, silence: float = 1.0
 ) -> SafeHand:
-    """Return a hand with a watchdog. Open it with ``with``.
+    """Return a hand that lets go if the program fails or hangs. Use it in a ``with`` block.
 
     Parameters
     ----------
     hand
-        Name in :data:`HANDS`, or a hand that is not open yet.
+        Name in :data:`HANDS`, or a hand that is not connected yet.
     port
-        Port of a named hand.
+        Port of a named hand, such as "/dev/ttyUSB0"; None for its default port.
     source
-        Source that drives the named hand, such as the twin. Open the source first, and keep it open
-        as long as the hand.
+        Source of samples that drives the named hand, such as the twin. Open the source first, and
+        keep it open as long as the hand.
     silence
-        Time without a call from the program after which the hand is released, s.
+        Time without a call of ``send`` or ``alive`` after which the hand lets go, s.
 
     Raises
     ------
     InputError
-        No hand has that name, its port, source or package is missing, or ``silence`` is not above
-        0.
+        No hand has this name, the hand's port, source or package is missing, or ``silence`` is not
+        above 0.
     """
     if isinstance(hand, SafeHand):
         return hand

@@ -57,9 +57,9 @@ if TYPE_CHECKING:
 class GroupScores:
     """Scores of one predictor on a group of pinches, such as those not seen in training.
 
-    The keys of ``scores``, ``coverage``, ``width`` and ``out_of_range`` are times after the
-    contact, s. ``out_of_range`` is empty for window models. ``coverage`` and ``width`` are empty,
-    and ``level`` is None, for models without intervals.
+    In ``scores``, ``coverage``, ``width`` and ``out_of_range``, each key is the time of the scored
+    predictions after the contact, s. ``out_of_range`` is empty for window models. For models
+    without prediction intervals, ``coverage`` and ``width`` are empty and ``level`` is None.
 
     Parameters
     ----------
@@ -68,17 +68,17 @@ class GroupScores:
     n
         Number of pinches.
     scores
-        Errors in Shore A or ranks, or the accuracy, with bootstrap intervals.
+        Errors in Shore A or hardness ranks, or the accuracy of classes, with bootstrap intervals.
     coverage, width
-        Share of truths inside the interval, and mean width of the interval.
+        Share of true values inside the prediction intervals (0 to 1), and mean width of these.
     out_of_range
-        Share of contacts that are marked out of range.
+        Share of contacts that the model marks as unlike its training data, 0 to 1.
     objects
-        Errors of each specimen at the latest time.
+        Errors for each specimen (one physical object) at the latest time.
     constant
-        Error of a constant prediction, the mean of the group's pinches; None for classes.
+        RMSE of always predicting the mean label of the group; None for classes.
     level
-        Nominal coverage of the model's intervals.
+        Nominal coverage of the prediction intervals, such as 0.9.
     """
 
     title: str
@@ -94,7 +94,7 @@ class GroupScores:
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error by elapsed time after the contact (key, s); empty for classes."""
+        """Root mean square errors. Each key is a time after the contact, s. Empty for classes."""
         return {at: s.rmse for at, s in self.scores.items() if isinstance(s, RegressionScores)}
 
 
@@ -102,9 +102,9 @@ class GroupScores:
 class Evaluation:
     """Scores of one predictor of a model.
 
-    :attr:`rmse`, :attr:`coverage` and :attr:`width` are computed without the training pinches. If
-    other pinches remain, pinches whose names of session and specimen both occur in the training are
-    left out as well.
+    :attr:`rmse`, :attr:`coverage` and :attr:`width` leave out the pinches that the model was
+    trained on. If other pinches remain, they also leave out those whose session and specimen both
+    have names that occur in the training data.
 
     Parameters
     ----------
@@ -113,16 +113,16 @@ class Evaluation:
     target
         Label that the predictor predicts.
     contacts
-        Description of how the contacts were detected.
+        Source of the contacts at which predictions start: "known ..." or "detected ...".
     scored, left_out
-        Number of scored pinches, and of all others. The others lack a contact, a label, or enough
-        signal before the second contact, or belong to an unknown class.
+        Number of scored pinches, and number of all others. The others lack a contact, a label, or
+        enough signal before the second finger's contact, or belong to a class unknown to the model.
     warnings
-        Sentences about pinches that the model was trained on.
+        Sentences about scores that are too good or too bad, such as those of training pinches.
     groups
         Scores of each group of pinches. Pinches that were not seen in training come first.
     duration
-        Length of the window, s; None for the network.
+        Length of the signal after the contact that a window model uses, s; None for the network.
     """
 
     predictor: str
@@ -136,26 +136,26 @@ class Evaluation:
 
     @property
     def when(self) -> str:
-        """Time of the predictions after the contact as text, such as "15 ms" or "at any time"."""
+        """Time from contact to prediction as text: "at any time" (network), or such as "15 ms"."""
         return "at any time" if self.duration is None else f"{1e3 * self.duration:g} ms"
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error by elapsed time after the contact (key, s).
+        """Root mean square errors in the target's unit. Each key is a time after the contact, s.
 
-        The mapping is empty if the model was trained on all pinches.
+        The mapping is empty for classes, and if the model was trained on all pinches.
         """
         squares = self._unseen_mean(lambda group: {at: r * r for at, r in group.rmse.items()})
         return {at: math.sqrt(square) for at, square in squares.items()}
 
     @property
     def coverage(self) -> Mapping[float, float]:
-        """Share of intervals that contain the true value, by elapsed time (key, s)."""
+        """Share of intervals that contain the true value. Each key is a time after contact, s."""
         return self._unseen_mean(lambda group: group.coverage)
 
     @property
     def width(self) -> Mapping[float, float]:
-        """Mean width of the intervals in the unit of the target, by elapsed time (key, s)."""
+        """Mean widths of intervals in the target's unit. Each key is a time after contact, s."""
         return self._unseen_mean(lambda group: group.width)
 
     def __repr__(self) -> str:
@@ -212,17 +212,18 @@ def evaluate(
 ) -> tuple[Evaluation, ...]:
     """Score every predictor of a model on labelled pinches.
 
-    As in live sessions, no prediction uses a sample after a known second contact.
+    Predictions use only samples before the second finger's contact, as in live sessions. This
+    contact comes from the data.
 
     Parameters
     ----------
     model
         Model to score, or its folder.
     data
-        Pinches as they were loaded. They are resampled if their rate differs from the model's.
+        Labelled pinches. They are resampled if their sampling rate differs from the model's.
     contacts
         "detected": predictions start at contacts that the detector finds, as in live use. "known":
-        they start at the contacts from strips or labels.
+        they start at the contacts in ``data``, which come from contact strips or labels.
     detector
         Fitted contact detector to use instead of the model's own.
     progress
@@ -231,7 +232,7 @@ def evaluate(
     Returns
     -------
     tuple of Evaluation
-        In the order of ``model.predictors``: the estimator that predicts by default first.
+        One per predictor, in the order of ``model.predictors``. The first predicts by default.
 
     Raises
     ------
@@ -242,7 +243,7 @@ def evaluate(
     --------
     >>> import firstcontact as fc
     >>> data = fc.load("recordings")
-    >>> model = fc.adapt()  # the network of the package, which knows no rig
+    >>> model = fc.adapt()  # the package's network, not adapted to any hand
     >>> for evaluation in fc.evaluate(model, data):
     ...     print(evaluation.scored, "pinches scored at", *evaluation.rmse, "s")
     59 pinches scored at 0.002 0.003 0.005 0.008 0.015 s
@@ -282,10 +283,9 @@ def evaluate(
     if not any(evaluation.scored for evaluation in out):
         shortest = min(p.moments[0] for p in model.predictors)
         raise InputError(
-            f"none of {len(data)} pinches has a contact ({out[0].contacts}), a "
-            f"{model.trained_on.target} that the model knows, and "
-            f"{1e3 * shortest:.3g} ms of signal before its second contact: check the labels and "
-            "the contacts",
+            f"none of the {len(data)} pinches can be scored: check that pinches have a first "
+            f"contact (here {out[0].contacts}), {1e3 * shortest:.3g} ms of signal between it and "
+            f"the second contact, and a label {model.trained_on.target} that the model can predict",
             parameter="data",
         )
     return tuple(out)

@@ -28,9 +28,10 @@ _CHANNELS = ("piezo of the finger that touched", "piezo of the other finger")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowPredictor:
-    """Predictor that uses windows of one length, with its interval.
+    """Predictor that uses a window: the signal of a fixed length after a contact.
 
-    ``interval`` is None for a model without intervals. ``record`` describes the training.
+    ``interval`` gives the prediction intervals; None for a model without. ``record`` describes the
+    training.
     """
 
     model: WindowModel
@@ -49,12 +50,12 @@ class WindowPredictor:
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Elapsed time after a contact at which the model predicts, s."""
+        """Time after a contact at which the model predicts, s, in a tuple of length 1."""
         return (self.duration,)
 
     @property
     def duration(self) -> float:
-        """Length of the window, s, rounded as far as the number of samples stays the same."""
+        """Length of the window, s, rounded to 1 or 0.1 ms if its number of samples allows that."""
         spec = self.model.spec
         for decimals in (3, 4):
             length = round(spec.duration, decimals)
@@ -69,15 +70,16 @@ class WindowPredictor:
 
     @property
     def level(self) -> float | None:
-        """Nominal coverage of the intervals; None without intervals."""
+        """Nominal coverage of the prediction intervals, such as 0.9; None without intervals."""
         return None if self.interval is None else self.interval.level
 
     def predict(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST_WINDOW
     ) -> Predictions:
-        """Predict each pinch whose window and filter look-ahead end before the second contact.
+        """Predict each pinch from the window after its first contact, given in ``contacts``.
 
-        If ``at`` (s) is shorter than the window, no pinch is predicted.
+        The prediction is NaN without a contact, if the second finger touches before the window and
+        the filter's look-ahead end, or if the window is longer than ``at`` (s).
         """
         out = Predictions.empty(contacts)
         if at < self.duration - 1e-9:
@@ -95,10 +97,10 @@ class WindowPredictor:
         return out
 
     def predict_windows(self, X: Windows) -> tuple[Values, Values, Values, Values]:
-        """Return values, standard deviations, and lower and upper bounds, shape (n,) each.
+        """Return values, standard deviations, lower bounds and upper bounds, shape (n,) each.
 
-        The standard deviations are NaN if the model predicts none. For a model without intervals,
-        both bounds equal the value.
+        ``X`` holds windows in V, shape (n, samples, channels). Standard deviations are NaN if the
+        model predicts none. Without intervals, both bounds equal the value.
         """
         values, spreads = self.model.predict(X), self.model.spread(X)
         if spreads is None:
@@ -138,7 +140,7 @@ class WindowPredictor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigPredictor:
-    """Predictor that uses the pre-trained network, conditioned on a rig."""
+    """Predictor that uses the pre-trained network, adapted to a rig (a hand with its sensors)."""
 
     #: Elapsed times after a contact at which the network predicts, s, ascending.
     moments: ClassVar[tuple[float, ...]] = tuple(
@@ -168,7 +170,10 @@ class RigPredictor:
     def predict(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float = Touches.LONGEST
     ) -> Predictions:
-        """Predict each pinch from the signal up to ``at`` (s), or up to the second contact."""
+        """Predict each pinch from the signal after its first contact, given in ``contacts``.
+
+        The signal ends ``at`` s after the contact, or earlier at the second finger's contact.
+        """
         out = Predictions.empty(contacts)
         touches, rows = Touches.cut(data, contacts)
         shapes = np.array([parse_radius(data[row].label.shape) for row in rows], np.float64)

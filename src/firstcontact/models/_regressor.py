@@ -119,7 +119,7 @@ class RegressorEstimator(Estimator):
         fraction = next((level for level in spec.classes if level % 1), None)
         if fraction is not None:
             raise InputError(
-                f"scikit-learn's classifiers refuse fractional classes, and a label is "
+                f"scikit-learn's classifiers need whole numbers as classes, but a label is "
                 f"{fraction:g}: choose another estimator, or a regression",
                 parameter="estimator",
             )

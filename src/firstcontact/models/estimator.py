@@ -54,7 +54,7 @@ class EstimatorInfo:
 
 @dataclass(frozen=True)
 class Estimator(EstimatorInfo, ABC):
-    """Estimator that fits a model to windows.
+    """Base class of estimators that fit a model to windows (signals cut after contacts).
 
     To add an estimator, write a subclass with the class attributes of :class:`EstimatorInfo` in a
     new file, and add a line to :mod:`firstcontact.models.registry`.
@@ -78,13 +78,13 @@ class Estimator(EstimatorInfo, ABC):
             Shore A, or another real target, shape (n,). For classification its distinct values are
             the classes.
         groups
-            Session of each window, shape (n,). Hyper-parameters are chosen on held-out sessions.
+            Session of each window, shape (n,), or None. Choose hyper-parameters on held-out ones.
         seed
             Random seed. The same seed and data give the same model.
         """
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
-        """Fit a model to each of several sets of windows; by default one after the other."""
+        """Fit a model to each set, a tuple (X, y, groups); by default one after the other."""
         return [self.fit(*each, seed=seed) for each in sets]
 
 
@@ -103,7 +103,10 @@ def library_targets(task: Task, y: Values) -> NDArray[Any]:
 def training_spec(
     task: Task, rate: float, X: Windows, y: Values, groups: NDArray[Any] | None
 ) -> Spec:
-    """Return the model's specification. Raise InputError if the training data cannot be used."""
+    """Return the specification of a model for these windows, with the sampling ``rate`` in Hz.
+
+    Raise InputError if the windows, targets or groups cannot be used for training.
+    """
     if X.ndim != 3 or len(X) < 2:
         raise InputError(
             f"training needs windows of shape (2 or more, samples, channels), got {X.shape}: "

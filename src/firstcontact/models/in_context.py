@@ -163,7 +163,7 @@ class InContextModel:
     def _check(self, touches: Touches) -> None:
         if not is_same_rate(touches.rate, self.rate):
             raise InputError(
-                f"the model takes contacts at {self.rate:g} Hz but these have {touches.rate:g} Hz: "
+                f"the model needs signals at {self.rate:g} Hz, but these have {touches.rate:g} Hz: "
                 "resample the pinches first"
             )
         if len(touches) and touches.valid.min() < self.shortest:

@@ -28,19 +28,19 @@ SESSIONS = 3
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """Interval around a prediction, whose width depends on the prediction.
+    """Rule for the interval around a prediction. The width depends on the predicted value.
 
     Parameters
     ----------
     level
         Nominal coverage, between 0 and 1: share of intervals that should contain the true value.
-        It holds for contacts that are like the training data.
+        It holds only for contacts that are like the training data.
     edges
-        Predictions at which the width changes, ascending; one fewer than ``half_widths``.
+        Predicted values at which the width changes, ascending; one fewer than ``half_widths``.
     half_widths
-        Half widths between the edges, in the unit of the prediction.
+        Half width below the first edge, between edges, and above the last, in the target's unit.
     limits
-        Ends of the scale, to which the bounds are clipped; None for a scale without ends.
+        Ends of the target's scale, to which the bounds are clipped; None for a scale without ends.
     scaled
         True if half widths are multiples of the predicted standard deviation.
 
@@ -72,12 +72,12 @@ class Interval:
             )
 
     def around(self, value: float, spread: float = 1.0) -> tuple[float, float]:
-        """Return the bounds for one prediction and its predicted standard deviation."""
+        """Return lower and upper bound for a prediction with this predicted standard deviation."""
         low, high = self.around_all(np.array([value]), np.array([spread]))
         return float(low[0]), float(high[0])
 
     def around_all(self, values: Values, spreads: Values | None = None) -> tuple[Values, Values]:
-        """Return the lower and the upper bounds for several predictions, shape (n,) each."""
+        """Return lower and upper bounds of predictions and their standard deviations, (n,) each."""
         half = np.array(self.half_widths)[np.searchsorted(self.edges, values, side="right")]
         if self.scaled and spreads is not None:
             half = half * spreads
@@ -114,7 +114,7 @@ def conformal_interval(
     """Return an interval that covers a share ``level`` of these truths."""
     least = least_answers(level)
     if len(answers) < least:
-        raise ValueError(f"{len(answers)} predictions are too few for a level of {level:g}")
+        raise ValueError(f"{len(answers)} predictions are too few for the coverage {level:g}")
     ranges = min(RANGES, len(answers) // least)
     edges = np.unique(np.quantile(answers, np.arange(1, ranges) / ranges))
     member = np.searchsorted(edges, answers, side="right")

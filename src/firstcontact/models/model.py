@@ -37,23 +37,23 @@ from firstcontact.signal.resampling import resample_contacts, restore_contacts
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
-    """Contact detector and stiffness predictors of one rig.
+    """Contact detector and stiffness predictors of one rig (a hand with its sensors).
 
     Parameters
     ----------
     detector
         Fitted contact detector; None if its file is missing from the folder.
     predictors
-        Window models, the shortest window first, and the network conditioned on the rig. The
-        estimator of the first entry predicts by default.
+        Window models (fixed signal length), the shortest window first, and the network adapted to
+        the rig. The estimator of the first entry predicts by default.
     trained_on
-        Training data.
+        Description of the training data.
     digests
-        Digests of the training pinches.
+        Hashes of the training pinches, to recognise them in other data.
     notes
-        Sentences about the training: held-out scores, and what was left out.
+        Sentences about the training: scores on held-out pinches, and pinches left out.
     detector_data
-        Data that the detector was fitted to, for its card.
+        Description of the data that the detector was fitted to; :meth:`save` stores it.
     folder
         Folder that the model was loaded from; None for a model that was just trained.
 
@@ -93,12 +93,12 @@ class Model:
 
     @property
     def windows(self) -> tuple[WindowPredictor, ...]:
-        """Window models, the shortest window first."""
+        """Models that use a fixed length of signal after the contact, the shortest first."""
         return tuple(p for p in self.predictors if isinstance(p, WindowPredictor))
 
     @property
     def network(self) -> RigPredictor | None:
-        """Network with the examples of your rig; None if the model has no network."""
+        """Predictor with the network, adapted to your rig; None if the model has no network."""
         return next((p for p in self.predictors if isinstance(p, RigPredictor)), None)
 
     @property
@@ -106,8 +106,8 @@ class Model:
         """Sampling rate of the signals that the model needs, Hz."""
         if not self.predictors:
             raise InputError(
-                "model: the folder holds a detector, but no model that predicts: train one with "
-                "an estimator"
+                "the model has a detector, but no predictor of stiffness: make a model with train "
+                "or adapt"
             )
         return self.predictors[0].rate
 
@@ -118,7 +118,7 @@ class Model:
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which the default estimator predicts, s, ascending."""
+        """Times after a contact at which the default estimator predicts, s, ascending."""
         chosen = [p for p in self.predictors if p.name == self.estimators[0]]
         return tuple(sorted({moment for p in chosen for moment in p.moments}))
 
@@ -132,22 +132,22 @@ class Model:
     ) -> Predictions:
         """Predict the stiffness of each pinch.
 
-        By default, the estimator that was given to :func:`train` predicts. The network uses the
-        ``shape`` of each label, as :func:`live` does. Window models use the longest window that
-        fits into ``at``. As in live sessions, no sample after a known second
-        contact is used. There is no prediction if the window reaches the second contact.
+        By default, the first of :attr:`estimators` predicts. The network uses the object's shape,
+        if the label states one, as :func:`live` does. A window model uses the longest window that
+        fits into ``at`` and ends before the second finger's contact. If none does, the prediction
+        is NaN. No prediction uses samples after the second contact that ``data`` contain.
 
         Parameters
         ----------
         data
-            Pinches. They are resampled if their rate differs from the model's.
+            Pinches. They are resampled if their sampling rate differs from the model's.
         at
             Longest signal after the contact to use, s; by default the longest that the model can
             use. ``Predictions.elapsed`` is shorter if the second finger touched earlier.
         contacts
             "detected": predictions start at contacts that the detector finds, as in live use.
-            "known": they start at the contacts from strips or labels. Or the first contact of each
-            pinch, in the sample numbers of ``data``.
+            "known": they start at the contacts in ``data``, from strips or labels. Or a sequence
+            with the first contact of each pinch (None without one), in the samples of ``data``.
         estimator
             Name of another estimator to use; :attr:`estimators` lists them.
 
@@ -162,7 +162,7 @@ class Model:
         given = _given_contacts(contacts, data)
         if not self.moments:
             raise InputError(
-                "the model holds a detector only: train with an estimator", parameter="model"
+                "the model has a detector, but no predictor: train or adapt one", parameter="model"
             )
         latest = self.moments[-1] if at is None else at
         first, last = self.moments[0], self.moments[-1]
@@ -186,10 +186,10 @@ class Model:
         return replace(out, contacts=given, estimator=self.estimators[0], target=target)
 
     def only(self, estimator: str) -> Model:
-        """Return the model with only the predictors of this estimator.
+        """Return a copy of the model with only the predictors of this estimator.
 
-        A regressor can be named by its class or as ``PACKAGE:NAME``. "network" returns the network
-        alone if the model averages it with a regression.
+        Name a scikit-learn regressor by its class, or as ``PACKAGE:NAME``. "network" returns the
+        network alone if the model averages it with a regression.
         """
         network, estimator = self.network, class_name(estimator)
         parts = () if network is None else (replace(network, model=network.model.network_alone()),)
@@ -199,18 +199,18 @@ class Model:
             raise InputError(
                 f"the model has no {estimator!r}: choose {' or '.join(self.estimators)}"
                 if self.estimators
-                else "the model folder holds a detector only: train a model",
+                else "the model has a detector, but no predictor: train or adapt one",
                 parameter="estimator",
             )
         return replace(self, predictors=predictors)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the model folder atomically, and return it. An earlier model is replaced.
+        """Save the model atomically into ``folder``, and return its path. Replace an older model.
 
         Raises
         ------
         InputError
-            ``folder`` cannot be written, or holds files that do not belong to a model.
+            ``folder`` cannot be written, or holds other files or predictors that it would lose.
         """
         folder = given_path(folder, "folder")
         windows = [window.duration for window in self.windows]
@@ -255,12 +255,12 @@ def _given_contacts(
 
 
 def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -> Model:
-    """Load the model folder that ``train`` or ``adapt`` wrote. Nothing in it is executed.
+    """Load a model that :meth:`Model.save` wrote. Nothing in its files is executed.
 
     Parameters
     ----------
     path
-        The folder.
+        Folder of the model.
     detector
         Contact detector to use instead of the one in the folder.
 

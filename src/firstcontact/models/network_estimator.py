@@ -99,8 +99,8 @@ def adapt_network(
     sessions = None if sessions is None else sessions[lasting]
     if len(np.unique(shore_a)) < 2 or len(longest) < 4:
         raise InputError(
-            "a rig needs 4 pinches and 2 values of Shore A, but the recordings have "
-            f"{len(longest)} and {len(np.unique(shore_a))}: record pinches of more flat blocks"
+            "the network needs 4 or more pinches of blocks of 2 or more values of Shore A, but got "
+            f"{len(longest)} of {len(np.unique(shore_a))}: record pinches of more flat blocks"
         )
 
     def condition(touches: Touches, shore_a: Values) -> InContextModel:
@@ -261,8 +261,8 @@ def condition(
     base = pretrained()
     if not is_same_rate(dataset.layout.rate, base.rate):
         raise UnknownRigError(
-            f"the network takes samples at {base.rate:g} Hz, but these pinches have "
-            f"{dataset.layout.rate:g} Hz",
+            f"the network needs samples at {base.rate:g} Hz, but these pinches have "
+            f"{dataset.layout.rate:g} Hz: train at the network's rate",
             parameter="data",
         )
     if not np.isfinite(dataset.shore_a).any():

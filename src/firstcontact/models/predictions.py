@@ -25,27 +25,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Predictions:
-    """Predicted stiffness with interval, one per pinch or contact; NaN without a prediction.
+    """Predicted stiffness with interval, one per pinch or contact; NaN stands for no prediction.
 
     Parameters
     ----------
     value
-        Shore A, a hardness rank, or the class, shape (n,).
+        Predicted Shore A, hardness rank or class, shape (n,).
     spread
-        Predicted standard deviation of each value, shape (n,); NaN without one.
+        Predicted standard deviation of each value, shape (n,); NaN if the model predicts none.
     low, high
         Ends of the interval in the same unit, shape (n,); equal to the value without an interval.
     out_of_range
-        Mask of contacts that are unlike the training data, shape (n,).
+        True for contacts unlike the training data, shape (n,). Window models do not set it.
     elapsed
-        Length of the signal that the prediction used, from the contact on, s, shape (n,).
+        Length of the signal after the contact that the prediction used, s, shape (n,).
     contacts
         First contact of each pinch, in the sample numbers of the predicted data (None without
-        one); empty if the model predicted from contacts instead of pinches.
+        one); empty if the predictions were made from :class:`Touches` instead of pinches.
     estimator
-        Name of the estimator that predicted; "" if it predicted from contacts.
+        Name of the estimator that predicted; "" for predictions from :class:`Touches`.
     target
-        Meaning of ``value``: "shore_a" or "hardness_rank"; "" if predicted from contacts.
+        Meaning of ``value``: "shore_a" or "hardness_rank"; "" as for ``estimator``.
 
     Examples
     --------
@@ -98,27 +98,27 @@ class Predictions:
 
     @property
     def columns(self) -> tuple[NDArray[Any], ...]:
-        """Arrays value, spread, low, high, out_of_range and elapsed, shape (n,) each."""
+        """Tuple of value, spread, low, high, out_of_range and elapsed, arrays of shape (n,)."""
         return self.value, self.spread, self.low, self.high, self.out_of_range, self.elapsed
 
     @classmethod
     def empty(cls, contacts: Sequence[Contact | None]) -> Self:
-        """Return predictions that are NaN for all of these contacts."""
+        """Return predictions for these contacts that are all NaN, to be filled by :meth:`put`."""
         value, spread, low, high, elapsed = (np.full(len(contacts), nan) for _ in range(5))
         is_out = np.zeros(len(contacts), np.bool_)
         return cls(value, spread, low, high, is_out, elapsed, contacts)
 
     def put(self, rows: NDArray[Any], predictions: Predictions) -> None:
-        """Replace the predictions at these positions, or where a mask is true."""
+        """Overwrite the predictions in these rows, given as positions or a boolean mask."""
         for column, new in zip(self.columns, predictions.columns, strict=True):
             column[rows] = new
 
     def take(self, rows: NDArray[Any]) -> Predictions:
-        """Return the predictions that positions or a mask select, without ``contacts``."""
+        """Return the predictions in these rows (positions or a boolean mask), without contacts."""
         return _of_columns([column[rows] for column in self.columns], ())
 
     def filled(self, other: Predictions) -> Predictions:
-        """Return the predictions, with missing ones taken from ``other``."""
+        """Return a copy in which missing predictions (NaN) are taken from ``other``."""
         missing = np.isnan(self.value)
         pairs = zip(self.columns, other.columns, strict=True)
         return _of_columns([np.where(missing, b, a) for a, b in pairs], self.contacts)

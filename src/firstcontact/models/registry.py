@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from firstcontact.models.estimator import Estimator, EstimatorInfo
     from firstcontact.models.window_model import Task
 
+#: Classes of estimators by name, including those of plug-ins.
 ESTIMATORS: Registry[type[EstimatorInfo]] = Registry(
     "estimator",
     "firstcontact.estimators",
@@ -63,11 +64,11 @@ def find_estimator(estimator: object) -> type[EstimatorInfo]:
 
 
 def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -> Estimator:
-    """Return an estimator that is not fitted yet, for windows with this rate, Hz.
+    """Return an estimator that is not fitted yet, for windows with the sampling ``rate``, Hz.
 
-    ``estimator`` is a name, an estimator's class, or a regressor. ``options`` set fields of the
-    estimator, such as ``epochs`` of the CNN. Raise InputError if there is no such estimator, or it
-    does not learn from windows or does not support the task.
+    ``estimator`` is a name, an estimator's class, or a scikit-learn regressor. ``options`` set
+    fields of the estimator, such as ``epochs`` of the CNN. Raise InputError if there is no such
+    estimator, or it does not learn from windows or does not support the task.
     """
     from firstcontact.models.estimator import Estimator
 

@@ -103,7 +103,7 @@ _WIDEST = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rig:
-    """Summary of a rig (or one finger) that the network gets as input, from labelled pinches.
+    """Summary of a rig (a hand with its sensors) or one finger, which the network gets as input.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class Rig:
     sign
         Sign of the largest swing in the first 15 ms, 1 or -1. It shows the polarity of the disc.
     pitch
-        Spectrum of the rig's motor; None if unknown or not used.
+        Spectrum of the noise of the rig's motor; None if unknown or not used.
     speeds
         Closing speeds of the rig, as its hand measured them; None if unknown.
     tokens
@@ -124,17 +124,17 @@ class Rig:
 
     #: Finger number of the rig that holds for any finger.
     ANY: ClassVar[int] = -1
-    #: Stages at which a rig is described, in samples after the contact. A prediction between two
-    #: stages uses the longer one.
+    #: Signal lengths for which a rig is described, in samples after the contact ("stages"). A
+    #: prediction from a length between two of them uses the longer one.
     STAGES: ClassVar[tuple[int, ...]] = (10, 12, 15, 18, 22, 26, 32, 40, 50, 61, 74)
-    #: Largest number of Shore A levels in a context. More levels are merged.
+    #: Largest number of Shore A values in a summary. More values are merged with neighbours.
     LEVELS: ClassVar[int] = 8
-    #: Length of a token, which describes the pinches of one level of Shore A at one stage: Shore A,
+    #: Length of a token, which describes the pinches of one Shore A value at one stage: Shore A,
     #: number of pinches, medians and interquartile ranges of features, median waveform.
     TOKEN: ClassVar[int] = 2 + 2 * FEATURES + WAVE
     #: Number of features of the rig as a whole.
     GENERAL: ClassVar[int] = 6
-    #: Level (typical peak of a contact) of an unknown rig, V.
+    #: ``level`` (typical peak of a contact) that is assumed for an unknown rig, V.
     USUAL_LEVEL: ClassVar[float] = 0.35
 
     level: float
@@ -146,25 +146,25 @@ class Rig:
 
     @staticmethod
     def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
-        """Return the position of the smallest value in ``STAGES`` that is at least ``valid``."""
+        """Return the position in ``STAGES`` of the first value >= ``valid``, or of the last."""
         stages = Rig.STAGES
         return np.minimum(np.searchsorted(stages, valid), len(stages) - 1).astype(np.intp)
 
     @classmethod
     def scored_stages(cls, rate: float) -> list[int]:
-        """Return the value in ``STAGES`` that each scored time of prediction uses."""
+        """Return the value of ``STAGES`` for each time in ``Touches.SCORED_MS``; rate in Hz."""
         samples = [samples_in(1e-3 * ms, rate) for ms in Touches.SCORED_MS]
         return [cls.STAGES[int(cls.stage_index(n))] for n in samples]
 
     @classmethod
     def unknown(cls) -> Rig:
-        """Return the summary of an unknown rig, without pinches."""
+        """Return the summary of an unknown rig, for predictions without any labelled pinch."""
         tokens = np.zeros((len(Rig.STAGES), 0, Rig.TOKEN))
         return cls(Rig.USUAL_LEVEL, 1.0, None, None, tokens, np.zeros(Rig.GENERAL))
 
     @classmethod
     def fit(cls, touches: Touches, shore_a: Values) -> Rig:
-        """Return the summary of a rig from its contacts.
+        """Return the summary of a rig, computed from contacts with objects of known Shore A.
 
         ``shore_a`` holds the Shore A of the object of each contact, shape (n,).
         """

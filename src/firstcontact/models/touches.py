@@ -25,7 +25,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touches:
-    """Signals of contacts, with optional hints of speed and shape. One row per contact.
+    """Vibration signals around contacts, with closing speeds and object radii, a row per contact.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ class Touches:
         signal lasts from ``BEFORE`` before the contact to ``LONGEST`` after it. Samples after
         ``valid`` are ignored.
     valid
-        Number of valid samples from the contact on, up to the second contact, shape (n,).
+        Number of samples from the contact to the second finger's contact or the end, shape (n,).
     fingers
-        Number of the finger, -1 if unknown, shape (n,).
+        Finger of the contact, shape (n,): 0 is the index finger, 1 the thumb, -1 unknown.
     speeds
         Closing speed measured by the hand, m/s, NaN if unknown, shape (n,).
     speed_errors
@@ -48,9 +48,9 @@ class Touches:
         Sampling rate, Hz.
     """
 
-    #: Length of the signal before the contact that is used, s. It contains the motor's noise.
+    #: Length of the signal before the contact, s. It contains the noise of the moving motor.
     BEFORE: ClassVar[float] = 0.040
-    #: Earliest and latest time after the contact for predictions, and time between two, s.
+    #: First and last time after the contact at which the network predicts, and step between, s.
     SHORTEST: ClassVar[float] = 0.002
     LONGEST: ClassVar[float] = FINGERTIP_WINDOW
     STEP: ClassVar[float] = 0.001
@@ -72,7 +72,7 @@ class Touches:
     def from_signals(
         cls, signals: Signals, valid: NDArray[np.intp], fingers: NDArray[np.intp], rate: float
     ) -> Touches:
-        """Create contacts from signals. Their speeds and radii are unknown (NaN)."""
+        """Return contacts with these signals, and with unknown (NaN) speeds and radii."""
         unknown = np.full(len(signals), np.nan)
         return cls(signals, valid, fingers, unknown, unknown.copy(), unknown.copy(), rate)
 
@@ -80,11 +80,11 @@ class Touches:
     def cut(
         cls, dataset: Dataset, contacts: Sequence[Contact | None]
     ) -> tuple[Touches, NDArray[np.intp]]:
-        """Cut the contacts of pinches.
+        """Cut the signals around the first contacts of pinches.
 
         ``contacts`` holds the first contact of each pinch, None if unknown. Return the contacts
-        that have a usable signal, and the positions of their pinches in the dataset. Samples from
-        the known second contact on are not valid.
+        that have a usable signal, and the positions of their pinches in the dataset. ``valid``
+        counts samples up to the second contact, if the dataset contains it.
         """
         rate = dataset.layout.rate
         longest = samples_in(cls.LONGEST, rate)
@@ -130,43 +130,43 @@ class Touches:
 
     @classmethod
     def lengths(cls, rate: float) -> tuple[int, int]:
-        """Return the smallest and largest number of samples that a prediction uses."""
+        """Return the least and largest number of samples after a contact that predictions use."""
         return samples_in(cls.SHORTEST, rate), samples_in(cls.LONGEST, rate)
 
     @classmethod
     def moments(cls, rate: float) -> tuple[int, ...]:
-        """Return the numbers of samples after a contact at which the network predicts."""
+        """Return the numbers of samples after a contact with which the network predicts."""
         first, last = round(cls.SHORTEST / cls.STEP), round(cls.LONGEST / cls.STEP)
         return tuple(samples_in(n * cls.STEP, rate) for n in range(first, last + 1))
 
     @property
     def answerable(self) -> NDArray[np.bool_]:
-        """Mask of the contacts with enough valid samples for a prediction, shape (n,)."""
+        """True for each contact with enough valid samples for a prediction, shape (n,)."""
         return self.valid >= self.lengths(self.rate)[0]
 
     @property
     def lead(self) -> int:
-        """Number of samples before each contact."""
+        """Number of samples before the contact in each signal."""
         return samples_in(self.BEFORE, self.rate)
 
     @property
     def waves(self) -> Signals:
-        """Signals without the samples before the contact, shape (n, samples)."""
+        """Signals from the contact on, V, shape (n, samples)."""
         return self.signals[:, self.lead :]
 
     @property
     def arrays(self) -> tuple[NDArray[Any], ...]:
-        """Arrays that the compiled chain reads: signals, fingers, speeds and radii."""
+        """Input of the compiled code: all arrays of the contacts in the order of the fields."""
         hints = self.speeds, self.speed_errors, self.radii
         return self.signals, self.valid, self.fingers, *hints
 
     def take(self, rows: NDArray[Any]) -> Touches:
-        """Return the contacts at these positions, or where a mask is true."""
+        """Return the contacts in these rows, given as positions or a boolean mask."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}
         return Touches(rate=self.rate, **arrays)
 
     def until(self, samples: int) -> Touches:
-        """Return the contacts with their valid samples limited to this number."""
+        """Return a copy of the contacts with ``valid`` at most this number of samples."""
         return replace(self, valid=np.minimum(self.valid, samples))
 
 

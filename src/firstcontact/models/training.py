@@ -38,7 +38,7 @@ DURATION = FINGERTIP_WINDOW
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledWindows:
-    """Windows with their targets and groups. Each array has one row per window.
+    """Windows (signals cut after contacts) with targets and groups. Arrays have a row per window.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class LabelledWindows:
     sessions, specimens, objects
         Session, specimen and object of each window, shape (n,).
     test
-        Mask of the windows with role ``test``, shape (n,).
+        True for windows of pinches with role "test", shape (n,).
     rows
         Position of each window's pinch in the dataset, shape (n,).
     rate
@@ -70,25 +70,25 @@ class LabelledWindows:
 
     @property
     def has_sessions(self) -> bool:
-        """True if all sessions are known and there are two or more."""
+        """True if the windows come from two or more sessions and all of these have names."""
         return _tells_apart(self.sessions)
 
     @property
     def named_sessions(self) -> NDArray[np.str_] | None:
-        """Session of each window; None if a session has no name."""
+        """Name of the session of each window, shape (n,); None if any session has no name."""
         return self.sessions if (self.sessions != "").all() else None
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """Cluster of each window for the bootstrap, shape (n,).
+        """Name of each window's cluster, a group that the bootstrap draws as a whole, shape (n,).
 
-        A cluster holds the windows of one session. Without two named sessions it holds those of one
-        specimen, and without named specimens those of one pinch.
+        A cluster is a session, if there are two or more and all have names. Otherwise it is a
+        specimen, if there are two or more and all have names, and else a single pinch.
         """
         return resampling_clusters(self.sessions, self.specimens)
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
-        """Return the windows at these positions, or where a mask is true."""
+        """Return the windows in these rows, given as positions or a boolean mask."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}
         return replace(self, **arrays)
 
@@ -165,7 +165,7 @@ class LabelledTouches:
     Parameters
     ----------
     touches
-        Contacts.
+        Signals of the contacts.
     shore_a
         Shore A of the object, shape (n,).
     rows
@@ -185,7 +185,7 @@ class LabelledTouches:
 
     @classmethod
     def cut(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
-        """Return the labelled contacts of a dataset, given each pinch's first contact."""
+        """Cut the contacts of pinches with a Shore A; ``contacts`` has each pinch's first one."""
         touches, rows = Touches.cut(dataset, contacts)
         labelled = np.isfinite(dataset.shore_a[rows])
         rows = rows[labelled]
@@ -198,20 +198,20 @@ class LabelledTouches:
         )
 
     def take(self, rows: NDArray[Any]) -> LabelledTouches:
-        """Return the contacts at these positions, or where a mask is true."""
+        """Return the contacts in these rows, given as positions or a boolean mask."""
         arrays = [getattr(self, f.name)[rows] for f in fields(self)[1:]]
         return LabelledTouches(self.touches.take(rows), *arrays)
 
     @property
     def named_sessions(self) -> NDArray[np.str_] | None:
-        """Session of each contact; None if a session has no name or all contacts share one."""
+        """Session name of each contact; None if one has no name, or if there is one session."""
         return self.sessions if _tells_apart(self.sessions) else None
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """Cluster of each contact for the bootstrap, shape (n,).
+        """Name of each contact's cluster, a group that the bootstrap draws as a whole, shape (n,).
 
-        A cluster holds the contacts of one specimen, or of one pinch if the specimen has no name.
+        A cluster is a specimen, or a single pinch if the specimen has no name.
         """
         return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)
 
@@ -240,7 +240,7 @@ def fit_models(
             raise TypeError(f"fit_several returned {len(models)} models for {len(sets)} sets")
         for fitted in models:
             if not isinstance(fitted, WindowModel):
-                raise TypeError(f"{type(fitted).__name__} was returned by fit, but is no model")
+                raise TypeError(f"fit returned a {type(fitted).__name__}, not a WindowModel")
     return models
 
 
@@ -389,7 +389,7 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
     usable = [split for split in splits if len(np.unique(data.y[split.train])) > 1]
     if not usable:
         raise InputError(
-            "with any session held out, the other pinches have only one Shore A or class: record "
+            "whichever session is held out, the others have only one Shore A or class: record "
             "every object in two sessions or more",
             parameter="data",
         )

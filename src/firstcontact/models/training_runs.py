@@ -76,32 +76,33 @@ def train(
     """Train a contact detector and stiffness models from labelled pinches.
 
     Held-out sessions give scores and intervals; the returned model is then fitted to all pinches.
-    If the labels are Shore A, the network is conditioned on the same pinches, and averaged with a
-    regression on them. The estimator that you name predicts by default.
+    If the labels are Shore A, the model also has the package's network, adapted to these pinches
+    and averaged with a regression on them. The estimator that you name predicts by default.
 
     Parameters
     ----------
     data
-        Pinches. Pinches with role "test" are ignored.
+        Labelled pinches. Pinches with role "test" are ignored.
     estimator
         Name in the registry of estimators; ``PACKAGE:NAME`` of a scikit-learn regressor or
-        classifier; or a regressor or classifier itself, as a class or an instance. skops saves it
-        and accepts types of scikit-learn only. "combined" makes the model of :func:`adapt`,
-        "network" the same without the regression. None trains "svm", and the network predicts by
-        default, unless you choose a task or windows.
+        classifier; or a regressor or classifier itself, as a class or an instance. The library
+        skops saves it, and accepts only types of scikit-learn, SciPy and NumPy. "combined" makes
+        the model of :func:`adapt`, "network" the same without the regression. None trains "svm",
+        but the network predicts by default, unless you choose a task or windows.
     detector
-        Name of the contact detector to fit. None chooses the package's detector, unless the default
-        one, fitted to your pinches, finds clearly more contacts of held-out pinches.
+        Name of the contact detector to fit. By default the package's detector is used, unless one
+        fitted to your pinches detects clearly more contacts in held-out pinches.
     task
         "regression" of Shore A, or "classification" into the labels of ``data``.
     contacts
-        Windows start at "detected" contacts, as in live use, or at "known" contacts from strips or
-        labels. The contacts of a pinch come from a detector that was not trained on its session, or
-        not on the pinch if sessions are unknown.
+        "detected": windows start at contacts that a detector finds, as in live use. It is fitted
+        without the session of the pinch, or without the pinch if sessions are unknown. "known":
+        windows start at the contacts in ``data``, which come from contact strips or labels.
     windows
-        Length of the window after the contact, s, or several; each gives one model.
+        Length of the signal after the contact that a model uses, s. Several lengths give a model
+        each.
     level
-        Nominal coverage of the intervals of window models.
+        Nominal coverage of the prediction intervals of window models, from 0.5 to 0.99.
     rate
         Sampling rate to which the pinches are resampled, Hz. The default is the network's rate for
         labels in Shore A, otherwise the pinches' own rate.
@@ -115,7 +116,7 @@ def train(
     Returns
     -------
     Model
-        Detector and models; ``notes`` hold the held-out scores.
+        Detector and predictors. Its ``notes`` contain the scores on held-out pinches.
 
     Raises
     ------
@@ -295,31 +296,32 @@ def adapt(
     seed: int = 0,
     progress: Progress = None,
 ) -> Model:
-    """Make a model of a rig from a few pinches of rubber blocks of known Shore A.
+    """Adapt the package's model to your hand by a few pinches of rubber blocks of known Shore A.
 
-    The pre-trained network is conditioned on these pinches. Its predictions are averaged with those
+    The pre-trained network uses these pinches as examples. Its predictions are averaged with those
     of a regression that is fitted to the same pinches. With fewer than 20 pinches or fewer than 3
     values of Shore A, the network predicts alone.
 
     Parameters
     ----------
     data
-        Pinches. Pinches with role "test" are ignored. None makes a model that is not adapted to any
-        rig.
+        Labelled pinches. Pinches with role "test" are ignored. None returns the package's model,
+        not adapted to any hand.
     estimator
-        Name of an any-time estimator, such as "network" or that of a plug-in; None for "combined".
+        Name of an estimator that predicts at any time: "combined" (the default), "network" (without
+        the regression), or that of a plug-in.
     detector
         Name of the contact detector to fit. By default the package's detector is used, unless a
         detector fitted to your pinches detects clearly more contacts in held-out pinches.
     seed
         Random seed for the cross-validation folds.
     progress
-        As in :func:`train`. The steps are the detector, the contacts and the network.
+        True shows a bar; a function is called with the number of steps just finished.
 
     Returns
     -------
     Model
-        Detector and network; ``notes`` hold the held-out scores.
+        Detector and network. Its ``notes`` contain the scores on held-out pinches.
 
     Raises
     ------
@@ -421,8 +423,8 @@ def _cut(dataset: Dataset, aligned: Alignment, length: float) -> LabelledWindows
     cut = labelled_windows(dataset, aligned.contacts, length, values)
     if len(cut) < 2:
         raise InputError(
-            f"{len(cut)} of {len(dataset)} pinches have a contact, a whole window of "
-            f"{1e3 * length:g} ms and a {target}: record or import longer pinches",
+            f"only {len(cut)} of {len(dataset)} pinches have a contact, {1e3 * length:g} ms of "
+            f"signal after it and a label {target}: record or import 2 or more such pinches",
             parameter="data",
         )
     return cut

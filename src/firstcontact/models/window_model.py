@@ -16,6 +16,7 @@ from firstcontact.core import InputError
 from firstcontact.core.physics import is_same_rate
 
 Arrays = dict[str, NDArray[Any]]
+#: Signals after contacts, V, shape (n, samples, channels).
 Windows = NDArray[np.float32]
 Values = NDArray[np.float64]
 
@@ -29,7 +30,7 @@ class Task(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """Specification of a window model.
+    """Specification of a window model: its task, and the rate and shape of its windows.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ class Spec:
     rate
         Sampling rate of the windows, Hz.
     samples, channels
-        Shape of one window.
+        Number of samples and number of channels of one window.
     classes
         Values of the classes in ascending order; empty for regression.
 
@@ -64,15 +65,15 @@ class Spec:
         """Raise InputError if the rate (Hz) of windows differs by more than 1 %."""
         if not is_same_rate(rate, self.rate):
             raise InputError(
-                f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: train a "
+                f"the model needs windows at {self.rate:g} Hz, but these have {rate:g} Hz: train a "
                 f"model for this rate with `firstcontact train --rate {rate:g}`"
             )
 
     def check(self, X: NDArray[Any]) -> None:
-        """Raise InputError if the model cannot use one of the windows (n, samples, channels)."""
+        """Raise InputError if a window in ``X`` (n, samples, channels) does not fit the model."""
         if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
             raise InputError(
-                f"the model takes windows of shape (n, {self.samples}, {self.channels}), "
+                f"the model needs windows of shape (n, {self.samples}, {self.channels}), "
                 f"not {X.shape}: cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
             )
         bad = np.flatnonzero(~usable(X))
@@ -98,20 +99,21 @@ LARGEST = 1e9
 
 
 class WindowModel(ABC):
-    """Trained model that predicts from a window of fixed length, without the training library.
+    """Base class of trained models that predict from a window: a signal of fixed length.
 
-    A subclass implements :meth:`outputs`. This base class checks the windows before it calls that
-    method, and refuses outputs that are not finite.
+    A model predicts without the library that trained it. A subclass implements :meth:`outputs`. The
+    base class checks the windows before it calls that method, and refuses outputs that are not
+    finite.
     """
 
-    #: Name of the runtime in model files.
+    #: Name of this kind of model in model files.
     kind: ClassVar[str]
-    #: Modules that the model needs beyond the base install, and the extra that contains them.
+    #: Modules that the model needs beyond the base install, and the pip extra that installs them.
     modules: ClassVar[tuple[str, ...]] = ()
     extra: ClassVar[str] = ""
-    #: Specification of its inputs and predictions.
+    #: Specification of the model's windows and predictions.
     spec: Spec
-    #: Mean and scale that convert the outputs of a regression to predictions.
+    #: Mean and scale of a regression: a prediction is ``output * scale + mean``.
     target: tuple[float, float] = (0.0, 1.0)
 
     @property
@@ -142,7 +144,7 @@ class WindowModel(ABC):
         return None
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Return the number of the predicted class for finite outputs (n, outputs), shape (n,)."""
+        """Return the position in ``spec.classes`` of each predicted class, shape (n,)."""
         return np.asarray(outputs.argmax(axis=1))
 
     @abstractmethod
@@ -212,7 +214,7 @@ class ArraysModel(WindowModel):
     the mean and the scale of the training targets of a regression.
     """
 
-    #: Arrays in files, by name.
+    #: Required shape and sign of each array, by the name of the array in model files.
     declared: ClassVar[Mapping[str, ArrayCheck]]
 
     def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
@@ -224,9 +226,9 @@ class ArraysModel(WindowModel):
             if not check.is_met(array, sizes):
                 shape = ", ".join(str(size) for size in check.shape)
                 raise InputError(
-                    f"the array '{name}' of a model of kind {self.kind!r} is invalid (shape "
-                    f"{array.shape}): its shape must be ({shape}), its values finite, and its "
-                    "factors above 0: train again"
+                    f"the array '{name}' with the shape {array.shape} does not fit a model of kind "
+                    f"{self.kind!r}, which needs the shape ({shape}), finite values, and factors "
+                    "above 0: train again"
                 )
         if "target" in self._arrays:
             mean, scale = self._arrays["target"]

@@ -24,14 +24,14 @@ detect = partial(detect_and_confirm, confirm=False)
 
 
 def check_detector(kind: type[Detector], seed: int = 0) -> None:
-    """Assert that a detector behaves as its base class requires, on synthetic closings.
+    """Assert that a contact detector behaves as its base class requires, on synthetic pinches.
 
     Parameters
     ----------
     kind
         Class of the detector. Saving and loading are checked only if the class is registered.
     seed
-        Random seed for the block sizes of streams.
+        Random seed for the sizes of the blocks in which the detector gets a signal.
 
     Raises
     ------

@@ -111,7 +111,7 @@ def _check_predictions(model: WindowModel, task: Task) -> None:
 
 def _check_refusals(model: WindowModel, make: Callable[[], Estimator]) -> None:
     for shape in ((73, 1), (74, 2), (74,)):
-        refused("takes windows of", partial(model.predict, np.ones((1, *shape), np.float32)))
+        refused("windows of shape", partial(model.predict, np.ones((1, *shape), np.float32)))
     for value in (np.nan, np.inf):
         X = toy_windows(5)[0]
         X[3, 7, 0] = value

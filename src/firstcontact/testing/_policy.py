@@ -22,9 +22,9 @@ def check_policy(kind: type[Policy]) -> None:
     """Assert that a policy behaves as :class:`~firstcontact.grasp.Policy` requires.
 
     The policy's commands are finite and within the hand's limits. The policy never presses harder
-    or faster on a softer object or with a wider interval. After a missed deadline it presses as
-    gently and slowly as for the softest object. A closing does not affect the next closing. The
-    policy has a title and a colour. Each setting that a study varies has a title and values.
+    or closes faster for a softer object, or for an estimate with a wider interval. After a missed
+    deadline it is at least as gentle and slow as for the softest object. A closing does not affect
+    the next. The policy has a title and a colour, and each tunable setting a title and values.
 
     Parameters
     ----------
@@ -164,12 +164,12 @@ def _around(value: float, half: float, elapsed: float) -> Estimate:
 def make_estimate(
     value: float, low: float, high: float, elapsed: float = 0.015, *, final: bool = False
 ) -> Estimate:
-    """Return an estimate for tests of policies. It is available without delay.
+    """Return a stiffness estimate for tests of policies, as if it was computed without delay.
 
     Parameters
     ----------
     value, low, high
-        Estimate and bounds of its interval, Shore A.
+        Estimate, and lower and upper bound of its interval, Shore A.
     elapsed
         Length of the signal after the contact that the estimate used, s.
     final

@@ -22,16 +22,16 @@ def check_source(
 ) -> None:
     """Assert that a kind of source behaves as required, on one of its devices.
 
-    Each sample comes once, in order and with the layout that the descriptor states. Losses are
-    counted. A marker is attached to a sample, or refused if the source is a recording. The source
-    can be closed at any time, and twice. It ends once it is closed.
+    Each sample comes once, in order and with the layout in ``source.descriptor``. The source counts
+    lost samples. It returns a marker with the samples, or refuses it if the source is a recording.
+    The source can be closed at any time, and twice. Closed, it gives what it still has, and ends.
 
     Parameters
     ----------
     kind
         Kind of source.
     device
-        Device name as a user types it. The device is opened twice.
+        Name of the device as a user types it. The check opens the device more than once.
     options
         Options that a user gives with the device, such as the speed.
     patience

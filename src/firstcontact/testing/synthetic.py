@@ -39,7 +39,7 @@ def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
 
 
 def closings(n: int, seed: int = 0, sessions: int = 4) -> Dataset:
-    """Return ``n`` synthetic closings, assigned to ``sessions`` sessions in rotation."""
+    """Return ``n`` synthetic pinches with known contacts, spread evenly over the sessions."""
     return Dataset(
         tuple(closing(1000 * seed + i, session=f"s{i % sessions}") for i in range(n)), "synthetic"
     )

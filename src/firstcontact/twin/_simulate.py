@@ -105,8 +105,8 @@ def simulate(
 ) -> list[Path]:
     """Simulate pinches as :func:`firstcontact.simulate` does. Return the paths of the recordings.
 
-    ``noise`` is that of a real sensor at rest, and ``runner`` simulates the pinches instead of
-    threads in this process. Inside ``joblib.parallel_config``, its backend runs the jobs.
+    ``noise`` is recorded noise of a real sensor at rest. ``runner`` simulates the pinches; by
+    default threads of this process do, or the backend of ``joblib.parallel_config``.
     """
     c = condition(condition_name)
     _check_set(directory, pinches_per_block, pinches_per_object, seed, workers)

@@ -138,10 +138,10 @@ class StreamPinch:
 
 
 class TwinStream(ScanStream):
-    """Hand that picks up one object after another: rest, close, squeeze and hold, open.
+    """Simulated hand that picks up one object after another, as an endless stream of scans.
 
-    A scan holds one reading of each channel. The same arguments give the same scans, whatever the
-    number of scans in each call of :meth:`read`. The hand is that of
+    A scan holds one reading of each channel. In each cycle the hand rests, closes, squeezes, holds
+    and opens. The same arguments and commands give the same scans. The hand is that of
     :func:`firstcontact.twin._simulate.simulate` with the same condition and seed.
 
     Parameters
@@ -161,9 +161,9 @@ class TwinStream(ScanStream):
     Attributes
     ----------
     ignored
-        Number of commands that came outside a closing and had no effect.
+        Number of commands without effect, because the hand was not closing or holding.
     positions
-        Position sensor of the drives.
+        Simulated position sensor of the fingers' drives.
 
     Raises
     ------
@@ -213,11 +213,11 @@ class TwinStream(ScanStream):
 
     @property
     def sample(self) -> int:
-        """Number of the next scan, a reading of all channels."""
+        """Number of the next scan that :meth:`read` returns, counted from 0."""
         return self._tips.sample - len(self._left)
 
     def choose(self, name: str | None) -> None:
-        """Pick up only this object from the next closing on; None returns to all objects.
+        """Pick up only the named object from the next closing on; None returns to all objects.
 
         Raises
         ------
@@ -227,7 +227,7 @@ class TwinStream(ScanStream):
         self._chosen = None if name is None else find_object(name)
 
     def command(self, command: Command) -> bool:
-        """Send a command for the current closing. It is obeyed until the hand opens.
+        """Send a command for the current closing. It holds until the next, or the hand opens.
 
         The command takes effect after the drive's latency, counted from the last scan that was
         read.
@@ -235,7 +235,7 @@ class TwinStream(ScanStream):
         Returns
         -------
         bool
-            False outside a closing. The command is then ignored, and counted in ``ignored``.
+            False if the hand is open or opening. It then ignores the command, and counts it.
 
         Raises
         ------
@@ -260,9 +260,9 @@ class TwinStream(ScanStream):
             self._run = None
 
     def close(self) -> None:
-        """Begin the next closing immediately, after the present one has been released.
+        """Open the hand if it is closing or holding, then begin the next closing without a rest.
 
-        After this closing the hand rests for :data:`LONG_REST`, unless another one is requested.
+        After this closing the hand rests for :data:`LONG_REST`, or until the next such request.
         """
         self._is_requested = True
         self.release()

@@ -97,6 +97,7 @@ EVERYDAY = Condition(
     jitter=8e-6,
     asymmetry=0.15,
 )
+#: Conditions of simulated pinches (spread of their parameters), by name.
 CONDITIONS = {c.name: c for c in (PAPER_RIG, EVERYDAY)}
 
 
@@ -164,7 +165,7 @@ def draw_offset(rng: np.random.Generator) -> float:
 def draw_pinch(
     seed: int, condition: Condition, session: str, kind: TwinObject, key: object
 ) -> PinchDraw:
-    """Draw one pinch of a specimen in a session. ``key`` identifies the pinch in the session."""
+    """Draw the parameters of a pinch of the specimen ``kind``; ``key`` names it in the session."""
     c = condition
     hand = generator(seed, c.name, "hand")
     sheet = generator(seed, c.name, "sheet")

@@ -31,10 +31,10 @@ class Fragility:
 
 @dataclass(frozen=True, slots=True)
 class TwinObject:
-    """Kind of object with its label and its mechanics.
+    """Simulated object with its label and its mechanical parameters.
 
-    ``nominal`` has the modulus that belongs to the object's Shore A. The moduli of specimens
-    scatter around that modulus.
+    ``nominal`` holds the parameters that match ``shore_a``. Each specimen (copy of the object) has
+    its own stiffness, which scatters around the nominal one.
     """
 
     name: str
@@ -88,6 +88,7 @@ def _tennis_ball(name: str, shore_a: float) -> TwinObject:
     return TwinObject(name, shore_a, Role.TEST, shell, 0.06)
 
 
+#: Flat silicone blocks of the paper, of 10, 20, 29, 43 and 60 Shore A.
 BLOCKS = tuple(block(s) for s in (10, 20, 29, 43, 60))
 EVERYDAY_OBJECTS = (
     _fruit("apple 1", 28, 0.037, 0.18, 0.15),

@@ -74,20 +74,21 @@ def simulate_pinch(
     duration: float = DURATION,
     positions: Positions | None = None,
 ) -> Pinch:
-    """Return a drawn pinch with the samples that the device sends for it.
+    """Simulate a pinch with these drawn parameters. Return it as the device would send it.
 
     Parameters
     ----------
     draw, label, first_sample, positions
-        See :class:`PinchJob`.
+        Result of :func:`draw_pinch`, label of the object, number of the first sample, and position
+        sensor of the drives (None for a hand without one).
     duration
         Length of the pinch, s.
 
     Returns
     -------
     Pinch
-        int16 samples in :func:`firstcontact.core.layout.fingertip_layout`. Its true contacts come
-        from the strips.
+        int16 samples in :func:`firstcontact.core.layout.fingertip_layout`, with the true contacts
+        that the simulated contact strips show.
     """
     (pinch,) = simulate_pinches([PinchJob(draw, label, first_sample, positions)], duration)
     return pinch

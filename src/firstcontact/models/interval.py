@@ -77,7 +77,7 @@ class Interval:
         return float(low[0]), float(high[0])
 
     def around_all(self, values: Values, spreads: Values | None = None) -> tuple[Values, Values]:
-        """Return lower and upper bounds of predictions and their standard deviations, (n,) each."""
+        """Return lower and upper bounds, (n,) each. ``spreads`` are the standard deviations."""
         half = np.array(self.half_widths)[np.searchsorted(self.edges, values, side="right")]
         if self.scaled and spreads is not None:
             half = half * spreads

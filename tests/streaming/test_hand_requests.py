@@ -119,6 +119,20 @@ def test_a_hand_that_closes_by_itself_may_begin_its_next_closing_on_request() ->
     assert hand.commands == [], "the hand is not theirs to open"
 
 
+def test_nothing_is_sent_between_the_request_to_open_and_the_opening() -> None:
+    hand = LoggedHand()
+    session = driven(hand)
+    session.grasping.requests.ask(Ask.CLOSE, "keyboard")
+    session.block()
+    session.block(ClosingStart(15, 0))
+    session.grasping.requests.ask(Ask.OPEN, "keyboard")
+    session.grasping.on_event(FIRST_EVENT)
+    assert hand.commands[-1] is None
+    session.block()
+    session.block(SECOND_EVENT)
+    assert hand.commands[-1] is None
+
+
 def test_who_is_gone_leaves_an_open_hand() -> None:
     hand = LoggedHand()
     session = driven(hand)

@@ -18,24 +18,25 @@ if TYPE_CHECKING:
 
 
 def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
-    """Load the pinches of recordings.
+    """Load the pinches (closings of the hand) in recordings, with their labels.
 
     Parameters
     ----------
     path
-        A recording; a folder, which is searched with all folders in it; or a list of recordings and
-        folders. A recording that is named twice is loaded once.
+        A recording (.mcap file); a folder, which is searched with all folders in it; or a list of
+        recordings and folders. A recording that is named twice is loaded once.
 
     Returns
     -------
     Dataset
-        Pinches with their labels, layout and provenance. Copies of recordings are left out and
-        named in ``losses``.
+        Pinches with their labels. Copies of recordings, and pinches with missing samples, are left
+        out and named in ``losses``.
 
     Raises
     ------
     InputError
-        No recording exists or can be read, or two recordings differ in layout, rate or source.
+        No recording exists or can be read, or two recordings differ in channels, sampling rate or
+        source (simulated or real).
 
     Examples
     --------
@@ -55,19 +56,19 @@ def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
     Parameters
     ----------
     subject
-        A pinch: all its channels over time. A dataset: the vibration after the first contact,
-        coloured by hardness. Predictions: each value with its interval. An evaluation: the error
-        by the time after the contact.
+        For a pinch, all its channels are drawn over time. For a dataset: the vibration after the
+        first contact, coloured by hardness. For predictions: each value with its interval. For an
+        evaluation: the error over the time after the contact.
 
     Returns
     -------
     matplotlib.axes.Axes
-        The axes of a new figure; for a pinch an array with one for each kind of channel.
+        Axes of a new figure; for a pinch an array of axes, one for each kind of channel.
 
     Raises
     ------
     InputError
-        Matplotlib is not installed, or nothing of this kind can be drawn.
+        Matplotlib is not installed, or objects of this type cannot be drawn.
 
     Examples
     --------
@@ -92,8 +93,8 @@ def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
     }
     if type(subject) not in drawings:
         raise InputError(
-            f"{type(subject).__name__} cannot be drawn: give a pinch, a dataset, predictions or "
-            "one evaluation",
+            f"an object of type {type(subject).__name__} cannot be drawn: give a Pinch, a Dataset, "
+            "Predictions or one Evaluation",
             parameter="subject",
         )
     require_modules("plot", "matplotlib")
@@ -115,7 +116,7 @@ def import_recordings(
     labels: AnyPath | None = None,
     find: bool = False,
 ) -> Dataset:
-    """Convert files of another format into recordings.
+    """Convert sensor data in other file formats into recordings (.mcap files).
 
     Parameters
     ----------
@@ -126,27 +127,27 @@ def import_recordings(
     rate
         Sampling rate, Hz, for a format that does not store it.
     source
-        "real", "twin" or "synthetic", for a format that does not store it.
+        Origin of the data, "real", "twin" (simulated) or "synthetic", for a format that does not
+        store it.
     sensor
-        "piezo", "accelerometer", "microphone" or "hydrophone", for a format that does not store
-        it.
+        "piezo", "accelerometer", "microphone" or "hydrophone", for a format that does not store it.
     events, channels, labels
-        Tables: ``events`` lists the contacts in long files (columns file, onset_s and labels),
-        ``channels`` names the signals, and ``labels`` labels the files (columns file, object,
-        shore_a, session and others). A table ``labels.csv`` in the folder needs no name.
+        Paths of CSV tables: ``events`` lists the contacts in long files (columns file, onset_s and
+        labels), ``channels`` names the signals, and ``labels`` labels the files (columns file,
+        object, shore_a, session and others). ``labels.csv`` in the folder is read by default.
     find
-        True to cut WAV and FLAC files into one pinch for each contact that is found in them.
+        True to detect the contacts in WAV and FLAC files, and cut out one pinch for each.
 
     Returns
     -------
     Dataset
-        The pinches that were written, in the order in which :func:`load` returns them: session by
-        session, in the order of the sessions' first pinches. Its notes list every assumption.
+        Pinches in the new recordings, in the order in which :func:`load` returns them: session by
+        session, in the order of the sessions' first pinches. ``notes`` lists every assumption.
 
     Raises
     ------
     InputError
-        The input cannot be used, or ``out`` holds files. Nothing is written then.
+        The input cannot be used, or ``out`` is not empty. Nothing is written then.
 
     Examples
     --------
@@ -179,25 +180,27 @@ def simulate(
     positions: bool = False,
     progress: Progress = None,
 ) -> Dataset:
-    """Simulate labelled pinches of five flat blocks and eight other objects on the twin.
+    """Simulate labelled pinches of five flat blocks and eight other objects with a simulated hand.
 
     Parameters
     ----------
     out
         Folder for the recordings; it must be empty or new.
     condition
-        "paper-rig" varies the pinches as in the published set-up, "everyday" as outside a lab.
+        Variation between pinches: "paper-rig" as in the published set-up, "everyday" as outside a
+        lab.
     pinches_per_block, pinches_per_object
-        Number of pinches of each flat block, and of each other object.
+        Number of pinches with each of the five blocks, and with each of the eight other objects.
     seed
-        Random seed. The same seed writes the same bytes.
+        Random seed. The same seed gives files with the same bytes.
     workers
         Number of threads; all cores by default. It does not change the result.
     noise
-        Recording of a real sensor at rest. It replaces the modelled noise of the electronics and
-        the modelled hum.
+        Path of a recording of a real sensor at rest. Its noise replaces the simulated noise of the
+        electronics and the simulated hum.
     positions
-        True for a hand that reports its positions: each pinch then has a measured closing speed.
+        True to simulate a hand that reports its positions, so that each pinch has a measured
+        ``closing_speed``.
     progress
         True to show a bar, or a function that is called with the number of pinches just finished.
 
@@ -209,7 +212,7 @@ def simulate(
     Raises
     ------
     InputError
-        A parameter is out of range, or ``out`` holds files.
+        A parameter is out of range, or ``out`` is not empty.
 
     Examples
     --------
@@ -231,23 +234,23 @@ def simulate(
 
 
 def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> Dataset:
-    """Return simulated sample data, made on first use and kept in the cache of the user.
+    """Return simulated example data. The first call simulates them and stores them on disk.
 
     Parameters
     ----------
     name
-        "paper-rig" or "everyday": 190 labelled pinches of that condition. "strikes": 60 strikes of
-        a single sensor on five blocks, as from a piezo disc at a sound input.
+        "paper-rig" or "everyday": 190 labelled pinches as :func:`simulate` makes them with that
+        ``condition``. "strikes": 60 strikes on five blocks, heard by one piezo at a sound input.
 
     Returns
     -------
     Dataset
-        Data of the twin, not of a real sensor. The recordings lie in ``~/.cache/firstcontact``.
+        Simulated pinches or strikes. Their recordings are in ``~/.cache/firstcontact``.
 
     Raises
     ------
     InputError
-        No sample has that name.
+        No example data have that name.
 
     Examples
     --------
@@ -280,16 +283,16 @@ def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> D
 
 
 def detect(data: Dataset, detector: Detector | Model | str | None = None) -> list[Contact | None]:
-    """Detect the first contact in each pinch, as the live detector reports it.
+    """Detect the first contact in each pinch, with the same result as in a live session.
 
     Parameters
     ----------
     data
         Pinches. They are resampled if the detector needs another rate. Their labelled contacts are
-        used only to fit a detector given by name.
+        used only to fit a detector that is given by name.
     detector
-        A fitted detector, a model that has one, or the name of a detector to fit to ``data``. By
-        default the detector that is shipped with the package.
+        A fitted detector, a model (its detector is used), or the name of a detector to fit to
+        ``data``. By default the detector that is shipped with the package.
 
     Returns
     -------
@@ -300,7 +303,7 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
     Raises
     ------
     InputError
-        ``data`` has no pinches, no detector has that name, or it cannot use these pinches.
+        ``data`` has no pinches, no detector has that name, or the detector cannot use the pinches.
 
     Examples
     --------
@@ -325,7 +328,7 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
         detector = fit_detector(data, detector)
     elif not hasattr(detector, "constants"):
         raise InputError(
-            f"{detector!r} is no detector: give a fitted one, a model, or a name",
+            f"{detector!r} is not a detector: give a fitted detector, a model, or a name",
             parameter="detector",
         )
     return list(detect_alignment(data, detector).contacts)

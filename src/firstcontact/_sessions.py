@@ -26,24 +26,25 @@ def open(
     seed: int = 0,
     objects: str = "paper",
 ) -> Source:
-    """Open a source of samples, for use in a ``with`` statement.
+    """Open a live source of samples. Use it in a ``with`` statement, which closes it.
 
     Parameters
     ----------
     device
-        "twin" for the simulated hand, a serial port, "audio", "lsl:NAME", "csv:PORT", or the
-        path of a recording (.mcap).
+        "twin" for the simulated hand, the name of a serial port, "audio" for the sound input,
+        "lsl:NAME" for an LSL stream, "csv:PORT" for a serial port that sends lines of numbers, or
+        the path of a recording (.mcap) to replay.
     speed
-        Speed of the twin or of a recording, as a multiple of real time.
+        Speed of the simulated hand or of a replay, as a multiple of real time.
     condition, seed
-        Condition and random seed of the twin.
+        Variation of the simulated hand ("paper-rig" or "everyday"), and its random seed.
     objects
-        Objects that the twin picks up: the set "paper" or "household", or the name of one object.
+        Objects that the simulated hand grasps: "paper", "household", or the name of one object.
 
     Raises
     ------
     InputError
-        The device does not exist, or cannot be used with these parameters.
+        The device does not exist, or does not accept these parameters.
 
     Examples
     --------
@@ -77,42 +78,42 @@ def live(
     pinches: int | None = None,
     real_time: bool | None = None,
 ) -> Iterator[Event]:
-    """Follow a source: yield contacts, estimates and finished pinches as they happen.
+    """Read samples from a source, and yield contacts, stiffness estimates and finished pinches.
 
     Parameters
     ----------
     source
-        An open source. It is closed when the iteration ends. Its samples are resampled if the model
-        needs another rate.
+        A source from :func:`open`. It is closed when the iteration ends. Its samples are resampled
+        if the model needs another rate.
     model
-        Model or its folder. By default the twin's own model for the twin, and no model for a device
-        that predicts by itself. For other sources it is the model of the package, which is not
-        adapted to your rig, so its intervals are wide.
+        Model or its folder. By default a model for the simulated hand, no model for a device that
+        predicts by itself, and for other sources the package's model. That one is not adapted to
+        your hand and sensors, so its prediction intervals are wide.
     calibration
-        Calibration with the noise floors, or its file. By default they are measured first; keep the
-        hand still meanwhile.
+        Calibration with the sensors' noise at rest, or its file. By default the noise is measured
+        when the session starts; keep the hand still meanwhile.
     shape
-        Shape at the contact if it is the same for all objects: "flat", or a radius in mm.
+        Shape of the touched surface if all objects share it: "flat", or its radius in mm.
     estimator
-        Name of the estimator that predicts, such as "svm". By default the first of
-        ``model.estimators``. ``Estimate.model`` names the estimator.
+        Name of the estimator in the model that predicts, such as "svm". By default the first of
+        ``model.estimators``.
     hand, hand_port, policy
-        Hand to drive, its port, and the grasp policy. The hand is a name, or an instance of your
-        own subclass of :class:`firstcontact.grasp.Hand` that is not open yet. It is wrapped in
-        :class:`firstcontact.grasp.SafeHand`, so it is always released at the end, also after an
-        error.
+        Hand to drive, its port, and the grasp policy (code that decides how the hand closes). The
+        hand is a name, or an instance of your own subclass of :class:`firstcontact.grasp.Hand`,
+        not open yet. It is always released at the end, also after an error (see
+        :class:`firstcontact.grasp.SafeHand`).
     record
-        Folder for a recording of all samples.
+        Folder in which a recording of all samples is written.
     seconds, pinches
-        End after this time, s, or after this number of pinches.
+        Stop after this time, s, or after this number of pinches. By default do not stop.
     real_time
         Set False for a source that runs faster or slower than real time without reporting it.
-        Estimates are then not rated as in time or too late.
+        ``Estimate.in_time`` is then None.
 
     Yields
     ------
     Event
-        See :mod:`firstcontact.streaming`.
+        An event, such as :class:`ContactEvent`, :class:`Estimate` or :class:`PinchDone`.
 
     Raises
     ------

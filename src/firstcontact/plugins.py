@@ -1,8 +1,8 @@
 """Registries, base classes and conformance checks for code that extends firstcontact.
 
-A registry maps names to entries. Entries come from this package and, by entry points, from other
-installed packages. The ``check_*`` functions test whether your own entry behaves as the package
-expects.
+A registry maps names to entries, such as contact detectors. Entries come from this package and, by
+Python entry points, from other installed packages. The ``check_*`` functions test whether your own
+entry behaves as the package expects.
 
 Examples
 --------

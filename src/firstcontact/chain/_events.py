@@ -9,62 +9,69 @@ from typing import NamedTuple
 class EventKind(IntEnum):
     """Kind of a :class:`ChainEvent`. The numbers equal those in ``fc_chain.h``."""
 
+    #: The hand began to close.
     CLOSING_BEGAN = 1
     CONTACT_FOUND = 2
+    #: Later samples showed that the first contact was false; its estimates are cancelled too.
     CONTACT_WITHDRAWN = 3
     ESTIMATED = 4
+    #: The contact gets no estimate; ``reason`` says why.
     NOT_ESTIMATED = 5
+    #: An estimate was left out, because a later one was due already.
     SKIPPED = 6
     CLOSING_ENDED = 7
 
 
 class Flag(IntFlag):
-    """Marks of an event, which can be combined."""
+    """Bit flags of a :class:`ChainEvent`."""
 
     #: First contact of a closing.
     FIRST = 1
     #: No further estimate follows for this contact.
     FINAL = 2
+    #: The contact is unlike the training data.
     OUT_OF_RANGE = 4
 
 
 class Reason(IntEnum):
     """Reason why a closing ended, or why it has no estimate."""
 
-    #: The time after the first contact is over.
+    #: The time for estimates after the first contact is over.
     DONE = 0
-    #: The motor rests.
+    #: The motor stopped.
     RESTED = 1
-    #: Samples were lost, or an epoch began.
+    #: Samples were lost, or the device's sample counter was restarted.
     LOST = 2
     STREAM_ENDED = 3
-    #: There is too little signal before the contact.
+    #: The signal before the contact is too short.
     TOO_EARLY = 4
-    #: The signal is constant or not finite.
+    #: The signal of the contact is constant or not finite.
     NO_SIGNAL = 5
-    #: The second finger touched before the first moment of the model.
+    #: The second finger touched before the time of the model's first estimate.
     SECOND_TOUCHED = 6
+    #: The model predicted NaN or an infinite number.
     NOT_FINITE = 7
 
 
 class ChainEvent(NamedTuple):
-    """Event in a stream, such as the start of a closing, a contact or an estimate.
+    """Event that a :class:`Chain` reports: start of a closing, contact, estimate and others.
 
     Parameters
     ----------
     kind, reason, flags
-        Values of :class:`EventKind`, :class:`Reason` and :class:`Flag`.
+        Values of :class:`EventKind`, :class:`Reason` and :class:`Flag`, as integers.
     channel
-        Position of the contact's vibration channel; -1 without a contact.
+        Index of the contact among the layout's vibration channels; -1 for an event without contact.
     sample
-        First sample of the closing or of the contact, or the first sample after the closing.
+        Number of the first sample of the closing or of the contact. For CLOSING_ENDED, number of
+        the first sample after the closing.
     known
-        Last sample that the event depends on.
+        Number of the last sample that was needed to report the event.
     samples
         Number of samples after the contact that an estimate uses.
     value, low, high, half_width, spread
-        Estimate with the ends of its interval, half the interval's width, and standard deviation,
-        Shore A; 0 for other events.
+        Predicted Shore A hardness, ends of its interval, half the interval's width, and standard
+        deviation. They are 0 for other events.
     """
 
     kind: int

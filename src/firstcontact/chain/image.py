@@ -173,18 +173,18 @@ class ModelConstants:
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """Constants of a detector and a model as bytes, checked when they are first used."""
+    """Constants of a contact detector and a model as bytes, which are checked on first use."""
 
     data: bytes
 
     @cached_property
     def handle(self) -> Any:
-        """Handle of this image in the compiled chain, which checks the image.
+        """Python object of the C extension for this image. The first access checks the bytes.
 
         Raises
         ------
         InputError
-            The image is damaged, or of another version.
+            The bytes are damaged, or have another version of the format.
         """
         try:
             return chain_extension().image(self.data)
@@ -204,22 +204,22 @@ def build_image(
     floors: Sequence[float] = (),
     text: str = "",
 ) -> Image:
-    """Pack the constants of a detector and a model into the bytes that the chain reads.
+    """Pack the constants of a detector and a model into the bytes that :class:`Chain` reads.
 
     Parameters
     ----------
     rate
         Sampling rate, Hz.
     detector
-        Constants of the detector. By default the chain only finds closings.
+        Constants of the detector. By default the chain detects only closings, no contacts.
     model
-        Constants of the model; None without estimates.
+        Constants of the model. By default the chain predicts no stiffness.
     after
         Time from the first contact to the end of a pinch, s.
     floors
-        Noise of each channel at rest, V, for the firmware. Empty if unknown.
+        Noise of each vibration channel at rest, V, for the firmware. Empty if unknown.
     text
-        Description for the firmware, JSON in ASCII.
+        Description of the model for the firmware, as JSON in ASCII.
     """
     w = _Writer()
     w.put([rate], "f8")

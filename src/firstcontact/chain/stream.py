@@ -27,42 +27,44 @@ class ProgramDetector(Protocol):
     """Detector in Python: the chain calls it for each window."""
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
-        """Learn from a new steady state, in its sigmas, shape (samples, fingers)."""
+        """Learn from the motor's noise, divided by its standard deviation, (samples, fingers)."""
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask (windows, fingers) for windows of shape (windows, fingers, samples)."""
 
 
 class Chain:
-    """Detector and estimator in C that turn the samples of one stream into events.
+    """Streaming C code that detects closings of the hand and contacts, and predicts stiffness.
 
-    A chain finds closings, contacts and estimates. Events do not depend on the sizes of blocks.
+    It turns blocks of samples into events. The events do not depend on the sizes of the blocks.
 
     Parameters
     ----------
     image
-        Image of detector and model. Its rate must be that of the layout.
+        Constants of detector and model; see :func:`build_image`. Their sampling rate must be that
+        of the layout.
     layout
-        Columns of the blocks.
+        Meaning of the columns of the blocks.
     calibration
-        Noise floors of the fingers. Without them, each epoch is one closing.
+        Noise of the sensors at rest. Without it, each epoch (run of the device's sample counter)
+        counts as one closing.
     detector
-        Detector in Python, for an image of the kind PROGRAM.
+        Detector in Python, for an image whose detector has the kind PROGRAM.
     predict
         Function that predicts in place of the image's model.
     contact
-        Function that is called with the sample of each first contact, before its estimates. It
-        returns the :data:`Hints`.
+        Function that is called with the sample number of each first contact, before its estimates,
+        and returns the closing speed and the radius of the object (:data:`Hints`).
     keeps_first_state
-        True to measure the steady state only once in each closing, and to withdraw no contact.
+        True to measure the motor's noise only once in each closing, and to withdraw no contact.
     is_traced
-        True to judge all windows, and to store the decisions in :attr:`windows`.
+        True to evaluate all windows, and to store the decisions in :attr:`windows`.
 
     Attributes
     ----------
     windows
-        Decisions of the last call, one row for each window: its last sample, and the onset in each
-        channel, -1 without a contact. Empty unless ``is_traced``.
+        Decisions of the last call, one row for each window: number of its last sample, and for each
+        channel the sample number of the contact, -1 without one. Empty unless ``is_traced``.
 
     Raises
     ------
@@ -86,8 +88,8 @@ class Chain:
         fingers = layout.vibration_fingers
         if not fingers:
             raise InputError(
-                "the recording or device has no vibration channel, so contacts cannot be "
-                "detected: use one with a vibration sensor"
+                "the layout has no vibration channel, so contacts cannot be detected: use a "
+                "recording or device with a vibration sensor"
             )
         vibration = layout.columns(ChannelKind.VIBRATION)
         channels = layout.column_channels
@@ -121,22 +123,22 @@ class Chain:
         )
 
     def take(self, block: Block) -> list[ChainEvent]:
-        """Process the next block. Return its events in order."""
+        """Process the next block of samples. Return the events in it, in time order."""
         data = np.ascontiguousarray(block.data)
         if data.dtype.char not in "hHidf":
             data = data.astype(np.float64)
         return self._events(self._module.take(self._handle, data, block.first_sample, block.epoch))
 
     def finish(self) -> list[ChainEvent]:
-        """End the closing in progress, because the stream has ended. Return the events."""
+        """End the closing in progress at the end of the stream. Return the last events."""
         return self._events(self._module.finish(self._handle))
 
     def hint(self, speed: float, error: float, radius: float) -> None:
-        """Set the :data:`Hints` of this closing, or of the next one."""
+        """Set closing speed and object radius (:data:`Hints`) for this closing, or the next one."""
         self._module.hint(self._handle, speed, error, radius)
 
     def due(self, most: int) -> int:
-        """Return the number of samples until the next event is possible, at most ``most``."""
+        """Return how many more samples are needed before an event is possible, at most ``most``."""
         return int(self._module.state(self._handle, most)[0])
 
     @property
@@ -146,12 +148,12 @@ class Chain:
 
     @property
     def runs(self) -> bool:
-        """True from the start of a closing until the motor rests, even if the pinch has ended."""
+        """True from the start of a closing until the motor stops, even if the pinch has ended."""
         return bool(self._module.state(self._handle, 1)[6])
 
     @property
     def refused(self) -> int:
-        """Number of ignored motor starts (under load) since the last closing began."""
+        """Number of motor starts since the last closing began that were ignored, due to a load."""
         return int(self._module.state(self._handle, 1)[2])
 
     @property
@@ -161,7 +163,7 @@ class Chain:
 
     @property
     def is_confirmed(self) -> bool:
-        """True if no contact of this closing can be withdrawn any more."""
+        """True if no contact of this closing can be withdrawn (cancelled as false) any more."""
         return bool(self._module.state(self._handle, 1)[4])
 
     def _events(self, result: Any) -> list[ChainEvent]:

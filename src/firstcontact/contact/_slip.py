@@ -31,29 +31,29 @@ THRESHOLD = 1.5
 
 
 class SlipDetector(ABC):
-    """Detector of slips of a held object, from the vibration of the fingers."""
+    """Base class of detectors that hear from the fingers' vibration that a held object slips."""
 
-    #: Name in the registry.
+    #: Name on the command line and in the registry :data:`SLIP_DETECTORS`.
     name: ClassVar[str]
 
     @abstractmethod
     def start(self, layout: Layout) -> None:
-        """Start a stream of this layout. The hand holds no object yet."""
+        """Prepare for a new stream of samples with this layout. The hand holds no object yet."""
 
     @abstractmethod
     def hold(self) -> None:
-        """Report that the hand holds an object from the next sample on.
+        """Start to detect slips: from the next sample on, the hand holds an object.
 
-        Call this method again after each command to the hand.
+        Programs call this method again after each command to the hand.
         """
 
     @abstractmethod
     def release(self) -> None:
-        """Report that the hand holds no object any more."""
+        """Stop detecting slips: the hand holds no object any more."""
 
     @abstractmethod
     def update(self, block: Block) -> list[int]:
-        """Process the next block. Return the numbers of the samples at which it reports a slip."""
+        """Process the next block. Return the device numbers of the samples that reveal a slip."""
 
 
 @dataclass(slots=True)

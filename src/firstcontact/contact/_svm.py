@@ -94,7 +94,7 @@ class RbfMachine:
         a = {name: stored_array(arrays, name, shape) for name, shape in shapes.items()}
         if a["scale"].min(initial=1.0) <= 0 or a["gamma"] <= 0:
             raise InputError(
-                "the detector's array 'scale' or 'gamma' is not above 0: train the detector again"
+                "the detector's arrays 'scale' and 'gamma' must be above 0: train a detector again"
             )
         stored = a["mean"], a["scale"], a["support"], a["weights"]
         return cls(*stored, float(a["intercept"]), float(a["gamma"]))
@@ -112,12 +112,13 @@ FOLDS = 3
 
 
 class SvmDetector(TrainedDetector):
-    """Detector with one RBF-SVM for both fingers. Its inputs are features of the window.
+    """Contact detector with one RBF-SVM for both fingers. Its inputs are features of a window.
 
     Training begins with some windows that end at several times after contacts, and some that end
     before contacts. The windows that the SVM classifies worst are then added, and the SVM is
-    trained again. The threshold is chosen on held-out folds of the training pinches, grouped by
-    session: it is the middle of the range in which the most first contacts are detected correctly.
+    trained again. The threshold on its decision value is chosen on held-out folds of the training
+    pinches, grouped by session. It is the middle of the range in which the most first contacts are
+    detected correctly.
 
     Parameters
     ----------
@@ -141,7 +142,7 @@ class SvmDetector(TrainedDetector):
         return self._machine is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches with known first contacts, each from the start of its closing."""
+        """Train on pinches with labelled first contacts, from where the hand starts to close."""
         dataset = cut_closings(dataset)
         rate, sizes = self._window_sizes(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
@@ -163,11 +164,11 @@ class SvmDetector(TrainedDetector):
         return self
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the windows whose decision value is above the threshold."""
+        """Return True for each window and finger whose decision value is above the threshold."""
         return self.decision(windows) > self._threshold
 
     def decision(self, windows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the decision value of each window of each finger, shape (windows, fingers)."""
+        """Return the SVM's decision values, shape (windows, fingers). High means a contact."""
         assert self._machine is not None
         n, fingers, samples = windows.shape
         features = window_features(
@@ -176,7 +177,7 @@ class SvmDetector(TrainedDetector):
         return self._machine.decide(features).reshape(n, fingers)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all learned numbers as named arrays."""
+        """Return all learned numbers as named arrays, to save them."""
         self._require_training("there is nothing to save")
         assert self._machine is not None
         extra = {"threshold": np.asarray(self._threshold), "rate": np.asarray(self._rate)}

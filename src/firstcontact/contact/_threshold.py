@@ -20,16 +20,16 @@ HIGHEST = 1e6
 
 
 class ThresholdDetector(Detector):
-    """Detector that fires if a new sample is far from the mean of the steady state.
+    """Contact detector with a threshold on the distance of a sample from the mean.
 
-    The detector compares only the newest 3 ms of a window with the threshold, because it has
-    compared the older samples in earlier windows. The same sample is therefore never reported
-    twice.
+    Mean and standard deviation are those of the steady state: the motor's noise before the contact.
+    Only the newest 3 ms of a window are compared with the threshold, because earlier windows
+    contained the older samples. The same sample is therefore never reported twice.
 
     Parameters
     ----------
     sigmas
-        Distance from the mean above which the detector fires, in sigmas of the steady state.
+        Distance from the mean above which a contact is reported, in standard deviations.
 
     Examples
     --------
@@ -49,14 +49,14 @@ class ThresholdDetector(Detector):
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return a detector with the published threshold.
+        """Return a detector with the published threshold, three standard deviations.
 
-        The threshold is higher for a layout with a sensor that is on no finger.
+        The threshold is ten standard deviations if a sensor belongs to no finger.
         """
         return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the threshold, in sigmas, as a named array."""
+        """Return the threshold as a named array, to save it."""
         return {"sigmas": np.array(self.sigmas)}
 
     @classmethod
@@ -65,8 +65,8 @@ class ThresholdDetector(Detector):
         sigmas = np.asarray(arrays.get("sigmas", np.nan))
         if sigmas.shape != () or not 0.0 < sigmas <= HIGHEST:
             raise InputError(
-                "the detector's array 'sigmas' is missing, or its value is not above 0 and at "
-                f"most {HIGHEST:g}: save the detector again"
+                "the detector's array 'sigmas' must be one number above 0 and at most "
+                f"{HIGHEST:g}: save the detector again"
             )
         return cls(float(sigmas))
 

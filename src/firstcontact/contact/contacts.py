@@ -117,21 +117,21 @@ def _block(pinch: Pinch, start: int | None = None) -> Block:
 
 
 def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Contact]:
-    """Return all contacts in a pinch after the start of its closing, as in a live session.
+    """Return all contacts in a recorded pinch, detected as in a live session.
 
-    The start of the closing is detected from this pinch alone. To use other pinches of the rig as
-    well, call :func:`firstcontact.contact.closing_start.cut_closings`.
+    Samples before the hand starts to close are not used. This start is detected from this pinch
+    alone; :func:`firstcontact.contact.closing_start.cut_closings` uses other pinches as well.
 
     Parameters
     ----------
     detector
-        Fitted or loaded detector.
+        Detector that needs no training, or that is trained.
     pinch
-        Pinch.
+        Pinch with its samples before the contact.
     confirm
         True to cancel a contact if later samples show that it was false, as a live session does.
-        False to keep such contacts. The motor's noise is then measured only once, at the start of
-        the closing.
+        False to return such contacts, too. The motor's noise is then measured only once, when the
+        hand starts to close.
     """
     chain = contact_chain(detector, pinch.layout, keeps_first_state=not confirm)
     return _standing(chain.take(_block(pinch, closing_start(pinch).sample)), pinch.layout)

@@ -44,24 +44,24 @@ MOST = 1 << 14
 
 
 class Detector:
-    """Detector that judges a window of ``duration`` after every ``step`` of new samples.
+    """Base class of contact detectors, which test a window of samples every ``step`` seconds.
 
-    The detector measures the steady state in the first 40 ms of a stream, and again in the first 40
-    ms after each gap. It reports contacts only after that. The stream must therefore begin when the
-    hand begins to close. In live sessions the chain finds this start, and for recordings
-    :func:`firstcontact.contact.closing_start.cut_closings` does. A contact during the steady state
-    makes its sigma large, so later contacts may be missed. A channel that is constant during the
-    steady state never fires.
+    The steady state, the motor's noise before a contact, is measured in the first 40 ms of a stream
+    and after each gap in it. Contacts are detected only after that, so the stream must begin when
+    the hand begins to close. In live sessions the chain (the package's C code) finds this start,
+    and for recordings :func:`firstcontact.contact.closing_start.cut_closings` does. A contact
+    during the steady state makes its standard deviation large, so later contacts may be missed. A
+    channel that is constant during the steady state has no contacts.
     """
 
     #: Name on the command line, in files and in results.
     name: ClassVar[str]
-    #: Title for people, and colour in figures.
+    #: Name in figures and messages, and colour in figures.
     title: ClassVar[str] = ""
     colour: ClassVar[str] = SKY
     #: True if :meth:`fit` learns from data.
     learns: ClassVar[bool] = False
-    #: Length of a window and of its new part, s, as published. There is one decision per new part.
+    #: Length of a window, and time between the ends of two windows, s, as published.
     duration: ClassVar[float] = 0.020
     step: ClassVar[float] = 0.003
     #: Length of the steady state, s: two periods of 50 Hz hum.
@@ -77,24 +77,24 @@ class Detector:
 
     @property
     def rate(self) -> float | None:
-        """Required sampling rate, Hz; None, the default, accepts any."""
+        """Sampling rate that the samples must have, Hz; None, the default, if any is allowed."""
         return None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
-        """Learn from pinches with known contacts. By default do nothing.
+        """Train the detector on pinches with labelled contacts. By default do nothing.
 
-        ``early`` is the longest time by which a contact may come before its label, s. Raise
-        InputError if the pinches do not suffice for training.
+        A label may be up to ``early`` s later than the true contact. Raise InputError if there are
+        too few pinches for training.
         """
         return self
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return a detector for a layout without training data, by default with default options."""
+        """Return a detector for a layout without training data, by default ``cls()``."""
         return cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all learned numbers and options for saving. By default there are none."""
+        """Return all learned numbers and options as named arrays, to save them. By default none."""
         return {}
 
     @classmethod
@@ -103,22 +103,21 @@ class Detector:
         return cls()
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the windows with a contact in their newest part.
+        """Return True for each window with a contact in its newest part, shape (windows, fingers).
 
-        ``windows`` have the shape (windows, fingers, samples), and the standard deviation of the
-        motor's steady noise as unit. The mask has the shape (windows, fingers). The chain calls
-        this method for one window at a time, unless it has a detector of this kind itself (see
-        :meth:`constants`).
+        ``windows``, shape (windows, fingers, samples), are samples divided by the standard
+        deviation of the motor's noise. The chain calls this method for one window at a time, unless
+        it has a detector of this kind itself (see :meth:`constants`).
         """
         raise NotImplementedError(f"{type(self).__name__} has no method 'fires'")
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
-        """Learn from the steady state: the motor's noise before a contact. By default do nothing.
+        """Adapt to the motor's noise before a contact (steady state). By default do nothing.
 
-        ``quiet`` holds its samples divided by their standard deviation, shape (samples, fingers).
-        The chain calls this method when the first steady state is complete, and again when a
-        quieter one replaces it. A finger that keeps its earlier steady state keeps the earlier
-        standard deviation.
+        ``quiet`` are its samples divided by their standard deviation, shape (samples, fingers). The
+        chain calls this method when the first steady state is complete, and again when a quieter
+        one replaces it. A finger that keeps its earlier steady state keeps the earlier standard
+        deviation.
         """
 
     @classmethod
@@ -141,7 +140,7 @@ class Detector:
             )
         if sizes.steady > MOST:
             raise InputError(
-                f"the detector {cls.name!r} cannot judge samples at {rate:g} Hz: use a sensor with "
+                f"the detector {cls.name!r} cannot use samples at {rate:g} Hz: use a sensor with "
                 f"{MOST / cls.steady:g} Hz or less"
             )
         search = cls.reach * sizes.step
@@ -150,8 +149,9 @@ class Detector:
     def constants(self, rate: float) -> DetectorConstants:
         """Return the constants with which the chain runs this detector at a rate in Hz.
 
-        The chain is the C library for all steps from a sample to an estimate. By default it calls
-        :meth:`settled` and :meth:`fires`. Raise InputError if the detector cannot run at the rate.
+        The chain is the C code for all steps from a sample to an estimate. With the constants that
+        this base class returns, it calls :meth:`settled` and :meth:`fires`. Raise InputError if the
+        detector cannot run at the rate.
         """
         return self._constants(rate, DetectorKind.PROGRAM)
 
@@ -209,7 +209,7 @@ class TrainedDetector(Detector):
         if rate < self.lowest:
             raise InputError(
                 f"the {self.noun} detector needs samples at {self.lowest:g} Hz or more, not "
-                f"{rate:g} Hz: use --detector-type {untrained_name()}"
+                f"{rate:g} Hz: use the detector {untrained_name()!r}"
             )
         return rate, self.sizes(rate)
 

@@ -44,11 +44,11 @@ class DetectorCard:
 def save_detector(
     detector: Detector, directory: AnyPath, data: Mapping[str, Any] | None = None
 ) -> Path:
-    """Write a fitted detector into a folder, such as the folder of a model.
+    """Save a fitted contact detector in a folder, such as the folder of a model. Return the folder.
 
-    Create the folder if it does not exist. Replace a detector that is already in it. ``data`` is a
-    description of the training data, which ``detector.json`` stores. Raise InputError if the
-    detector is not trained.
+    The folder is created if necessary, and a detector in it is replaced. ``data`` is a description
+    of the training data, which is stored in ``detector.json``. Raise InputError if the detector is
+    not trained.
     """
     directory = Path(directory)
     arrays = detector.to_arrays()
@@ -74,10 +74,10 @@ def pretrained_detector() -> Detector:
 
 
 def general_detector(layout: Layout) -> Detector:
-    """Return a detector for a rig from which no pinches were recorded yet.
+    """Return a contact detector for a hand with this layout, without pinches of this hand.
 
-    Return the package's detector if the sensors are on fingers and the sampling rate is the one for
-    which that detector was trained. Otherwise return a detector that needs no training.
+    It is the package's trained detector if all sensors are on fingers and the sampling rate is that
+    of its training. Otherwise it is a detector that needs no training.
     """
     shipped = pretrained_detector()
     # A trained detector accepts its own rate only, without tolerance for the error of a clock.
@@ -98,9 +98,10 @@ def is_pretrained(detector: Detector) -> bool:
 
 
 def load_detector(path: AnyPath) -> Detector:
-    """Load a detector from its folder, or from the card in it. Its files contain no code.
+    """Load a contact detector from its folder, or from the file ``detector.json`` in it.
 
-    Raise InputError if a file is missing, damaged, or from another program or version.
+    No code in the files runs. Raise InputError if a file is missing, damaged, or from another
+    program or version.
     """
     path = Path(path)
     folder = path.parent if path.is_file() else path

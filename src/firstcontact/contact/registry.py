@@ -32,7 +32,7 @@ SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
 
 
 def make_detector(name: str, **options: Any) -> Detector:
-    """Return the detector of this name, not fitted yet; ``options`` go to its constructor."""
+    """Make a contact detector by its name, not fitted. ``options`` go to its constructor."""
     kind = DETECTORS.find(name)
     with DETECTORS.calling(name):
         return kind(**options)

@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """Consecutive samples of one epoch.
+    """Consecutive samples from a device, without a gap.
 
     Parameters
     ----------
     data
-        Raw samples, shape (samples, channels).
+        Raw samples as the device sent them, shape (samples, channels).
     first_sample
         Device sample number of ``data[0]``.
     epoch
-        Number of the epoch, a run of the device's sample counter. Samples of different epochs are
-        never joined.
+        Number of the epoch. A restart of the device's sample counter begins a new epoch. Samples
+        of different epochs are never joined.
 
     Examples
     --------
@@ -39,14 +39,14 @@ class Block:
 
     @property
     def end(self) -> int:
-        """Sample number at which the next block of an unbroken stream starts."""
+        """Number of the sample after the last one, ``first_sample + len(data)``."""
         return self.first_sample + len(self.data)
 
 
 def merge_blocks(blocks: Iterable[Block], max_samples: float = math.inf) -> list[Block]:
-    """Return the same samples in as few blocks as possible. Consecutive blocks are merged.
+    """Merge blocks that follow each other without a gap. Return as few blocks as possible.
 
-    A merged block has at most ``max_samples`` samples. A longer input block stays as it is.
+    A merged block has at most ``max_samples`` samples. A longer input block stays unchanged.
     """
     runs: list[list[Block]] = []
     length = 0

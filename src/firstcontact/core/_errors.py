@@ -4,17 +4,17 @@ from __future__ import annotations
 
 
 class InputError(ValueError):
-    """Error for an input that cannot be used.
+    """Error for an input that cannot be used, such as a damaged file or a wrong parameter.
 
-    The message is one sentence with the file, the field in it and the remedy. The command line
-    prints it with the parameter's option and exits with code 2.
+    The message names the file and the field in it, says what is wrong, and gives a remedy. The
+    command line prints it with the parameter's option and exits with code 2.
 
     Parameters
     ----------
     message
-        Problem, then remedy.
+        Text of the error: the problem, then the remedy.
     parameter
-        Name of the parameter that is wrong; "" if the message already names the input.
+        Name of the function parameter that is wrong; "" if the message already names the input.
 
     Examples
     --------

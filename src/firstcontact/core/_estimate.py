@@ -8,51 +8,52 @@ from firstcontact.core.pinch import Contact
 
 
 class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
-    """Predicted stiffness of the object that the first finger touched.
+    """Predicted stiffness of the touched object, reported while the hand closes (a live event).
 
     Parameters
     ----------
     value
-        Predicted Shore A, hardness rank, or class.
+        Predicted Shore A (hardness, 0 to 100), or hardness rank, as in the training labels.
     low, high
-        Ends of the interval; equal to the value for a model without an interval.
+        Ends of the prediction interval; both equal ``value`` for a model without an interval.
     level
-        Nominal coverage: share of intervals that should contain the true value. It holds for
-        contacts that are like the training data. 0 without an interval.
+        Nominal coverage: share of intervals that should contain the true value, such as 0.9. It
+        holds for contacts that are like the training data. 0 without an interval.
     elapsed
-        Length of the signal after the contact that the prediction uses, s.
+        Duration of the signal after the contact from which ``value`` is predicted, s.
     available
-        Time from the contact until the estimate was available, s. It is the time until the signal
-        and the contact were known, plus ``waited``, ``transport`` and ``compute``.
+        Time from the contact until the program had the estimate, s: the time from the contact to
+        the sample ``complete``, plus ``waited``, ``transport`` and ``compute``.
     out_of_range
         True if the contact is unlike the training data. The interval is then not reliable.
     final
-        True if no better estimate of this closing follows.
+        True if no later estimate of this contact follows.
     in_time
-        True if the estimate was available before the second contact. It is null until the second
-        contact is known or the pinch is finished, and for samples that do not come in real time.
+        True if the estimate was available before the second finger touched. None (null in JSON) until
+        the second contact is known or the pinch is finished, and for samples not in real time.
     model
         Name of the estimator. If a device predicts by itself, the digest of its model.
     contact
-        First contact of the closing.
+        First contact of the closing (one movement of the hand onto an object).
     complete
-        Number of the last sample that was needed for the estimate's signal and for its contact.
+        Number of the last sample that was needed to predict and to detect the contact.
     epoch
-        Epoch of the samples.
+        Epoch of the samples: number of the run of the device's sample counter.
     host
-        Time at which the estimate was made, s of the host's monotonic clock.
+        Time at which the estimate was made, on the host's monotonic clock, s.
     compute
-        Time from the arrival of the block to the estimate, s.
+        Computing time on the host, from the arrival of the block to the estimate, s.
     waited
-        Time, s of the device's clock, that the sample ``complete`` spent in the source's filter and
-        waiting for the rest of its block.
+        Time that the sample ``complete`` spent in the source's filter and waiting for the rest of
+        its block, s.
     transport
-        Delay of the block, s, beyond that of the least delayed block of the last ten seconds.
+        Extra delay of the block on its way to the host, compared with the least delayed block of
+        the last ten seconds, s.
     shape
-        Shape that was given for the object, ``flat`` or ``radius 37 mm``; empty without one.
+        Shape hint of the user for the object: "flat", "radius 37 mm", or "" without a hint.
     half_width
-        Half width of the interval before it was clipped to the scale; null if the model's estimates
-        are not pooled over pinches.
+        Half width of the interval before it was clipped to the scale of ``value``. None (null in
+        JSON) if the model's estimates are not averaged over several pinches of an object.
     """
 
     value: float

@@ -32,19 +32,19 @@ Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 @dataclass(frozen=True, slots=True)
 class VibrationCalibration:
-    """Noise and offset of one vibration sensor, measured while the hand rests and touches nothing.
+    """Noise and offset of one vibration sensor, measured while the hand rests without contact.
 
     Parameters
     ----------
     finger
         Finger that carries the sensor; None if it belongs to no finger.
     noise
-        RMS around the mean, in the channel's unit (V for fingertips).
+        Standard deviation of the resting signal, in the channel's unit (V for fingertips).
     offset
-        Mean, in the channel's unit. It is 0 if a fingertip's signal rests exactly at its nominal
-        1.65 V.
+        Mean of the resting signal, in the channel's unit, after the nominal offset (1.65 V for
+        fingertips) was subtracted.
     tap
-        Peak of the response to a tap, in the channel's unit; None without a tap.
+        Peak of the signal when a person taps the finger, in the channel's unit; None without a tap.
     """
 
     finger: Finger | None
@@ -55,25 +55,25 @@ class VibrationCalibration:
 
 @dataclass(frozen=True, slots=True)
 class ForceCurve:
-    """Force curve of the Velostat in one fingertip: converts the divider's voltage to newtons.
+    """Force curve of one fingertip's Velostat sensor. It converts voltages to newtons.
 
     Velostat is a sheet whose conductance g rises with the force F: ``g = leak + gain F^exponent``.
-    The voltage over the divider's resistor R is then ``V = 3.3 R g / (1 + R g)``.
+    Sheet and resistor R form a voltage divider. R then has the voltage ``V = 3.3 R g / (1 + R g)``.
 
     Parameters
     ----------
     finger
         Finger that carries the Velostat.
     leak
-        Conductance without load, S.
+        Conductance without load, in siemens.
     gain
-        Gain, S / N^exponent.
+        Factor on the force, in siemens / newton^exponent.
     exponent
         Exponent of the force.
     rms
-        RMS of the fit's residuals, N.
+        Root mean square of the differences between this curve and the measured forces, N.
     resistor
-        Resistor of the divider, ohm.
+        Resistance R of the divider's resistor, ohm.
     """
 
     finger: Finger
@@ -84,7 +84,7 @@ class ForceCurve:
     resistor: Positive = DIVIDER_OHM
 
     def newtons(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Return the force on a taxel, N, for each voltage over the divider's resistor."""
+        """Convert voltages over the divider's resistor to forces on a taxel (force cell), N."""
         ratio = np.clip(np.asarray(volts, dtype=np.float64) / ADC_VOLTS, 0.0, 0.999)
         conductance = ratio / (1.0 - ratio) / self.resistor
         newtons: NDArray[np.float64] = (np.maximum(conductance - self.leak, 0.0) / self.gain) ** (
@@ -95,19 +95,19 @@ class ForceCurve:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """Noise floors and force curves of one pair of fingertips.
+    """Noise floors and force curves of one pair of fingertips, stored in every recording.
 
-    Every recording stores the calibration in its header.
+    The noise floors let the live program see when the motor starts to close the hand.
 
     Parameters
     ----------
     piezo
-        Noise and offset of each measured vibration sensor, which may also be an accelerometer or a
-        microphone.
+        Noise and offset of each measured vibration sensor. The sensors may also be accelerometers
+        or microphones.
     force
-        Force curve of each measured fingertip.
+        Force curve of each fingertip whose force was calibrated.
     created
-        Time of the measurement, ISO 8601.
+        Time of the measurement as ISO 8601 text; "" if unknown.
 
     Examples
     --------
@@ -123,7 +123,7 @@ class Calibration:
     created: Name = ""
 
     def noise(self, finger: Finger | None) -> float | None:
-        """Return the noise floor (RMS) of a finger's vibration sensor; None if not measured."""
+        """Return the resting noise (RMS) of a finger's vibration sensor; None if not measured."""
         return next((p.noise for p in self.piezo if p.finger is finger), None)
 
     def to_json(self) -> dict[str, Any]:

@@ -43,19 +43,19 @@ LARGEST_OFFSET = 1e12
 
 
 class Finger(IntEnum):
-    """One of the two fingers of a pinch."""
+    """Finger of the hand that carries sensors: index finger (0) or thumb (1)."""
 
     INDEX = 0
     THUMB = 1
 
     @property
     def other(self) -> Finger:
-        """The finger on the opposite side."""
+        """The other finger: THUMB for INDEX, INDEX for THUMB."""
         return Finger(1 - self)
 
 
 def finger_name(finger: Finger | None) -> str:
-    """Return the finger's short name; "sensor" for a sensor that belongs to no finger."""
+    """Return "index" or "thumb"; for None, a sensor that belongs to no finger, "sensor"."""
     return "sensor" if finger is None else finger.name.lower()
 
 
@@ -69,6 +69,7 @@ class ChannelKind(StrEnum):
 
     VIBRATION = "vibration"
     FORCE = "force"
+    #: Copper strip that closes a circuit when its finger touches: 0 open, 1 closed.
     STRIP = "strip"
     POSITION = "position"
 
@@ -79,7 +80,7 @@ class ChannelKind(StrEnum):
 
 
 class VibrationSensor(StrEnum):
-    """Sensor that measures a vibration."""
+    """Type of a vibration sensor."""
 
     PIEZO = "piezo"
     ACCELEROMETER = "accelerometer"
@@ -89,28 +90,32 @@ class VibrationSensor(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One column of a sample, or adjacent columns that hold the axes of a vector.
+    """One sensor signal: a column of the samples, or adjacent columns for the axes of a vector.
 
-    ``physical = (raw - offset) * scale``, in ``unit``.
+    Its physical value, in ``unit``, is ``(raw - offset) * scale``.
 
     Parameters
     ----------
+    name, kind, unit
+        Name of the channel, quantity that it measures, and physical unit, such as "V".
     finger
         Finger that carries the sensor; None if it belongs to no finger.
     taxel
-        Position of a taxel (force cell) in its array; None for other kinds.
+        Number of the taxel (force cell) in the finger's force array; None for other channels.
     sensor
-        Sensor of a vibration channel, by default a piezo; None for other kinds.
+        Type of vibration sensor, by default a piezo; None for channels of other kinds.
     smoothing_alpha
-        Coefficient of the exponential smoothing that the device already applied; 1 means none.
+        Weight of the newest sample in the exponential smoothing that the device already applied; 1
+        means no smoothing.
     axes, axis
-        Number of columns of a vector, and position of the column that detectors and windows use.
+        Number of columns (1 for a scalar signal), and number, from 0, of the one column that
+        detectors and models use.
 
     Raises
     ------
     ValueError
-        The scale or offset is out of range, the axis does not exist, or a channel that is not a
-        vibration has a vibration sensor.
+        The scale is out of range, the axis does not exist, or a channel that is not a vibration has
+        a vibration sensor.
     """
 
     name: Name
@@ -128,7 +133,7 @@ class Channel:
     def __post_init__(self) -> None:
         if not SCALES[0] <= abs(self.scale) <= SCALES[1]:
             raise ValueError(
-                f"scale is {self.scale:g}; its size must be {SCALES[0]:g} to {SCALES[1]:g}"
+                f"scale is {self.scale:g}, but must be {SCALES[0]:g} to {SCALES[1]:g} without sign"
             )
         if self.axis >= self.axes:
             raise ValueError(f"axis is {self.axis} but must be below axes, {self.axes}")
@@ -148,10 +153,10 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Group of slower channels, whose samples have their own numbers and rate.
+    """Group of channels with a lower sampling rate and sample numbers of their own.
 
-    Sample ``k`` of the group was taken at the time ``k / layout.rate``. On the same clock, sample
-    ``n`` of the main layout was taken at ``n / rate``.
+    Sample ``k`` of the group was taken ``k / layout.rate`` s after the zero of the device's clock,
+    and sample ``n`` of the main channels ``n / rate`` s after it.
     """
 
     name: Name
@@ -160,19 +165,19 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Columns of a sample, their rate and their smoothing.
+    """Meaning of the columns of samples (channels, units), and their sampling rate.
 
     Parameters
     ----------
     channels
-        Channels in column order.
+        Channels in the order of the columns.
     rate
         Mean sampling rate, Hz.
     smoothing_alpha
         Smoothing of all vibration channels, for devices and recordings of version 1, which state
         one value for all channels. It is copied to the channels and then set to None.
     groups
-        Groups of slower channels. Detectors do not use them.
+        Groups of channels with a lower rate. Contact detectors do not use them.
 
     Examples
     --------
@@ -199,12 +204,12 @@ class Layout:
 
     @property
     def column_channels(self) -> tuple[Channel, ...]:
-        """Channel of each column, in column order."""
+        """Channel of each column; a channel with several axes is repeated."""
         return tuple(c for c in self.channels for _ in range(c.axes))
 
     @property
     def column_names(self) -> tuple[str, ...]:
-        """Name of each column."""
+        """Name of each column, such as "piezo_index" or "accelerometer_thumb_x"."""
         return tuple(name for c in self.channels for name in c.column_names)
 
     @property
@@ -213,10 +218,10 @@ class Layout:
         return sum(c.axes for c in self.channels)
 
     def columns(self, kind: ChannelKind, *fingers: Finger | None) -> tuple[int, ...]:
-        """Return the column numbers of channels of one kind, of all fingers or of ``fingers``.
+        """Return the column numbers of the channels of one kind, optionally of some fingers only.
 
-        None in ``fingers`` selects channels that belong to no finger. A channel with several axes
-        gives only the column of its :attr:`~Channel.axis`.
+        None in ``fingers`` selects channels that belong to no finger. For a channel with several
+        axes, only the column of its :attr:`~Channel.axis` is returned.
         """
         starts = accumulate((c.axes for c in self.channels), initial=0)
         return tuple(
@@ -232,22 +237,22 @@ class Layout:
 
     @property
     def vibration_fingers(self) -> tuple[Finger | None, ...]:
-        """Fingers of the vibration channels, in column order; None stands for no finger."""
+        """Finger of each vibration channel, in column order; None if it belongs to no finger."""
         return tuple(c.finger for c in self.vibration)
 
     @property
     def smoothing(self) -> str:
-        """Description of the smoothing of the vibration channels."""
+        """Text about the smoothing of the vibration channels: "piezo smoothing alpha 0.5"."""
         alphas = dict.fromkeys((c.sensor, c.smoothing_alpha) for c in self.vibration)
         return ", ".join(f"{sensor} smoothing alpha {alpha:g}" for sensor, alpha in alphas)
 
     @property
     def has_strip(self) -> bool:
-        """True if the layout has a strip channel."""
+        """True if there is a channel of a contact strip, which shows when a finger touches."""
         return any(c.kind is ChannelKind.STRIP for c in self.channels)
 
     def physical(self, data: NDArray[Any], columns: tuple[int, ...]) -> NDArray[np.float64]:
-        """Convert columns of raw samples, shape (samples, channels), to their physical units."""
+        """Convert some columns of raw samples, shape (samples, channels), to physical units."""
         return Physical(self, columns)(data)
 
     def to_json(self) -> dict[str, Any]:
@@ -262,7 +267,7 @@ class Layout:
 
     @property
     def fault(self) -> str:
-        """Reason why the layout cannot be used; "" if it can."""
+        """Text that says why this layout cannot be used; "" if it can."""
         if not self.vibration:
             return "no vibration channel"
         if self.width > MOST_CHANNELS:
@@ -283,10 +288,10 @@ class Layout:
 
 
 class Physical:
-    """Converter from columns of raw samples to physical units, built once for many blocks.
+    """Converter of raw samples to physical units, made once for many blocks of one layout.
 
-    ``order`` is the memory order of the result: "F" stores the samples of a column together, "C"
-    the columns of a sample. The order affects how sums over samples are rounded.
+    ``columns`` are the numbers of the columns to convert. ``order`` is NumPy's memory order of the
+    result, "C" or "F". It affects how sums over samples are rounded.
     """
 
     def __init__(
@@ -313,8 +318,8 @@ class Physical:
 def fingertip_layout() -> Layout:
     """Return the layout of the published hand: 16 channels of int16, in 1/32 of an ADC count.
 
-    The channels are two piezos (V, relative to the offset of 1.65 V), two 3 x 2 force arrays (V
-    over the divider's resistor), and two strips (0 open, 1 closed).
+    The channels are two piezos (V, after subtracting the offset of 1.65 V), two 3 x 2 force arrays
+    (V over each divider's resistor), and two contact strips (0 open, 1 closed).
     """
     volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
     zero = PIEZO_OFFSET_VOLTS / volt

@@ -49,14 +49,14 @@ def hertz_stiffness(modulus: float, radius: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Command to a hand, valid until the next command.
+    """Command to the motors of a hand. It stays in force until the next command.
 
     Parameters
     ----------
     speed
-        Closing speed of each fingertip, m/s. Negative values open the hand, 0 stops it.
+        Speed at which each fingertip closes, m/s. A negative speed opens the hand, 0 stops it.
     force
-        Largest force of each fingertip, N.
+        Upper limit on the force of each fingertip, N.
 
     Examples
     --------
@@ -87,8 +87,8 @@ def parse_radius(text: str) -> float:
         radius = math.nan
     if not LEAST <= radius <= MOST:
         raise InputError(
-            f"the shape of the object {text.strip()!r} is not known: give {FLAT}, or a radius "
-            f"from {LEAST:g} to {MOST:g} mm",
+            f"{text.strip()!r} is not a shape of an object: give {FLAT!r}, or a radius from "
+            f"{LEAST:g} to {MOST:g} mm",
             parameter="shape",
         )
     return radius / 1000

@@ -33,7 +33,7 @@ SLOWEST, FASTEST = 1e-4, 10.0
 
 
 class Role(StrEnum):
-    """Role of a pinch: training, or test on unseen objects."""
+    """Use of a pinch: to train models, or to test them on objects that they never saw."""
 
     TRAIN = "train"
     TEST = "test"
@@ -41,24 +41,25 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """Label of a pinched object. In any field, ``None`` or "" means unknown.
+    """Label of one pinch: the object and its hardness. None or "" in a field means unknown.
 
     Parameters
     ----------
     object
         Name of the object.
     shore_a
-        Shore A hardness, 0 to 100.
+        Shore A hardness as a durometer reads it, 0 to 100.
     hardness_rank
-        Rank of an object without a Shore A: a larger number is harder.
+        Rank by hardness of an object without a Shore A: a larger number is harder.
     specimen
-        One physical object, where several have this name.
+        Name of one physical object, such as "apple 2", if several objects have the same name.
     session
-        Session of recording. Held-out scores leave out whole sessions.
+        Name of the session, the pinches recorded without a change of the set-up. Cross-validation
+        leaves out whole sessions.
     role
-        ``TRAIN`` for pinches to learn from, ``TEST`` for pinches that are only scored.
+        ``TRAIN`` for pinches that train models, ``TEST`` for pinches that are only scored.
     shape
-        Shape where the finger touches: "flat", or the radius in mm, 5 to 200.
+        Shape of the surface that the finger touches: "flat", or its radius, 5 to 200, in mm.
 
     Raises
     ------
@@ -83,7 +84,7 @@ class Label:
             )
 
     def to_json(self) -> dict[str, Any]:
-        """Return the label as dicts and lists for JSON. An unknown shape is left out."""
+        """Return the label as a dict for JSON. An unknown shape is left out."""
         tree = asdict(self)
         if not self.shape:
             del tree["shape"]
@@ -92,10 +93,11 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Contact of one finger, in the device's sample numbers.
+    """Moment at which one finger touches the object, in the device's sample numbers.
 
-    ``finger`` is None if the sensor belongs to no finger. ``decided`` is the last sample that the
-    detector needed to detect the contact. By default it is ``sample``, as for ground truth.
+    ``sample`` is the first sample of the contact. ``decided`` is the last sample that the detector
+    needed to detect it; by default ``sample``, as for labelled contacts. ``finger`` is None if the
+    sensor belongs to no finger.
     """
 
     finger: Finger | None
@@ -109,14 +111,14 @@ class Contact:
 
 @dataclass(frozen=True, slots=True)
 class ClosingSpeed:
-    """Closing speed just before a contact, as the hand measured it.
+    """Speed of the fingertip just before it touches, measured from positions of the hand.
 
     Parameters
     ----------
     speed
         Speed, m/s.
     error
-        Standard error of the speed, m/s; 0 for an exact speed.
+        Standard error of the speed, m/s; 0 if the speed is exact.
 
     Raises
     ------
@@ -139,8 +141,7 @@ class ClosingSpeed:
         for name, value, least in (("speed", self.speed, SLOWEST), ("error", self.error, 0.0)):
             if not least <= value <= FASTEST:  # true of NaN
                 raise InputError(
-                    f"the {name} of a closing is {value:g}: give a value in m/s, from {least:g} "
-                    f"to {FASTEST:g}",
+                    f"{value:g} m/s is outside the range: give {least:g} to {FASTEST:g} m/s",
                     parameter=name,
                 )
 
@@ -152,31 +153,31 @@ def first_closed_sample(strip: NDArray[Any], first_sample: int = 0) -> int | Non
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pinch:
-    """One closing of the hand on an object.
+    """Samples and label of one pinch: the hand closes once on an object.
 
     Parameters
     ----------
     data
-        Raw samples, shape (samples, channels); ``layout`` gives their meaning.
+        Raw samples, shape (samples, channels).
     layout
-        Columns of the samples.
+        Meaning of the columns of ``data``, their units, and the sampling rate.
     label
         Label of the pinched object.
     first_sample
         Device sample number of ``data[0]``.
     truth
-        Contacts known from the contact strips or from labels, in time order: none, only the first,
-        or both.
+        True contacts, from the contact strips or from a person's labels, in time order: none, only
+        the first, or one of each finger.
     motor_start
         Device sample number at which the motor starts to close the hand; None if unknown. Like
         ``first_sample``, it counts from the start of the device, not of the pinch.
     calibration
         Calibration of the fingertips from the recording; None without one.
     groups
-        Samples of the layout's slower channel groups during the pinch, by name. A group with
-        missing samples is absent.
+        Samples of channels with a lower rate during the pinch, by name of their group. A group
+        with missing samples is absent.
     closing_speed
-        Closing speed before the first contact, as the hand measured it; None if unknown.
+        Speed of the fingertip before the first contact, as the hand measured it; None if unknown.
 
     Examples
     --------
@@ -200,12 +201,12 @@ class Pinch:
 
     @property
     def first(self) -> Contact | None:
-        """First contact; None if unknown."""
+        """Contact of the finger that touches first; None if unknown."""
         return self.truth[0] if self.truth else None
 
     @property
     def second(self) -> Contact | None:
-        """Second contact; None if unknown."""
+        """Contact of the finger that touches second; None if unknown."""
         return self.truth[1] if len(self.truth) > 1 else None
 
     @property
@@ -216,7 +217,7 @@ class Pinch:
         return (self.truth[1].sample - self.truth[0].sample) / self.layout.rate
 
     def __repr__(self) -> str:
-        """Return object, length and contacts, without the samples."""
+        """Return a text with object, duration and first contact, without the samples."""
         first, rate = self.first, self.layout.rate
         parts = [self.label.object or "unknown object", f"{len(self.data) / rate * 1e3:.1f} ms"]
         if self.label.shore_a is not None:
@@ -230,22 +231,22 @@ class Pinch:
         return described(self, partial(draw_pinch, self))
 
     def vibration(self) -> NDArray[np.float64]:
-        """Return the vibration channels in their unit, shape (samples, vibration channels).
+        """Return the vibration in physical units, shape (samples, vibration channels).
 
-        A sensor with several axes gives only the column of its
-        :attr:`~firstcontact.core.Channel.axis`.
+        Of a sensor with several axes, only the column of its
+        :attr:`~firstcontact.core.Channel.axis` is returned.
         """
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.VIBRATION))
 
     def force(self, finger: Finger) -> NDArray[np.float64]:
-        """Return the force channels of a finger in their unit, shape (samples, 6)."""
+        """Return the force channels of a finger in their unit, shape (samples, force channels)."""
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.FORCE, finger))
 
     def group(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the times and the values of the samples of a slower channel group.
+        """Return times and values of a group of channels with a lower rate.
 
-        The times, s, count from the pinch's first sample. The shapes are (samples,) and (samples,
-        columns). Raises KeyError if the group is absent.
+        The times, shape (samples,), are in s from the pinch's first sample. The values, shape
+        (samples, columns), are in physical units. Raises KeyError if the group is absent.
         """
         block = self.groups[name]
         layout = next(g.layout for g in self.layout.groups if g.name == name)
@@ -260,23 +261,23 @@ class Pinch:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dataset:
-    """Pinches with the same layout, and their labels as arrays.
+    """Sequence of pinches (closings of the hand) with one layout, and their labels as arrays.
 
-    Iterating gives pinches. An index gives a pinch; a slice, a list of positions or a boolean mask
-    gives a dataset.
+    Iterate to get pinches. Index with an integer to get a pinch, and with a slice, a list of
+    integers or a boolean mask to get a dataset.
 
     Parameters
     ----------
     pinches
         Pinches that share one layout.
     source
-        Origin: "twin", "real", "synthetic" or "unknown".
+        Origin of the data: "twin" (simulated hand), "real", "synthetic" or "unknown".
     notes
         Sentences about loading and processing, such as resampling and skipped data.
     recorded_rate
         Sampling rate before resampling, Hz; None if the pinches were not resampled.
     losses
-        Notes about files, and parts of files, that were left out.
+        Sentences about files, and parts of files, that could not be used.
     sessions_assumed
         True if an importer treated pinches without a session name as one session.
 
@@ -316,13 +317,13 @@ class Dataset:
     def __getitem__(
         self, index: int | np.integer[Any] | slice | NDArray[Any] | Sequence[int]
     ) -> Pinch | Dataset:
-        """Return a pinch, or the dataset of a slice, of positions or of a boolean mask."""
+        """Return the pinch at an index, or the dataset that a slice, list or mask selects."""
         if isinstance(index, int | np.integer):
             return self.pinches[index]
         return self.take(index)
 
     def __repr__(self) -> str:
-        """Return a summary, such as the numbers of pinches and objects, without the samples."""
+        """Return a text with the numbers of pinches, objects and sessions, rate and source."""
         if not self.pinches:
             return f"Dataset(0 pinches, source={self.source!r})"
         labels = {"object": self.objects, "session": self.sessions}
@@ -336,7 +337,7 @@ class Dataset:
         return described(self, partial(draw_dataset, self) if self.pinches else None)
 
     def to_frame(self) -> DataFrame:
-        """Return labels, contacts and closing speeds as a pandas table, one row for each pinch."""
+        """Return labels, contacts and closing speeds as a pandas DataFrame, one row per pinch."""
         require_modules("notebook", "pandas")
         from pandas import DataFrame
 
@@ -371,36 +372,36 @@ class Dataset:
 
     @property
     def shore_a(self) -> NDArray[np.float64]:
-        """Shore A of each pinch, NaN if unknown, shape (pinches,)."""
+        """Shore A hardness of the object in each pinch, NaN if unknown, shape (pinches,)."""
         return np.array([p.label.shore_a for p in self.pinches], dtype=np.float64)
 
     @property
     def hardness_rank(self) -> NDArray[np.float64]:
-        """Hardness rank of each pinch, NaN if unknown, shape (pinches,)."""
+        """Hardness rank of the object in each pinch, NaN if unknown, shape (pinches,)."""
         return np.array([p.label.hardness_rank for p in self.pinches], dtype=np.float64)
 
     @property
     def objects(self) -> NDArray[np.str_]:
-        """Object of each pinch, shape (pinches,)."""
+        """Name of the object in each pinch, "" if unknown, shape (pinches,)."""
         return np.array([p.label.object for p in self.pinches], dtype=np.str_)
 
     @property
     def specimens(self) -> NDArray[np.str_]:
-        """Specimen of each pinch, shape (pinches,)."""
+        """Name of the specimen (one physical object) in each pinch, shape (pinches,)."""
         return np.array([p.label.specimen for p in self.pinches], dtype=np.str_)
 
     @property
     def sessions(self) -> NDArray[np.str_]:
-        """Session of each pinch, shape (pinches,)."""
+        """Name of each pinch's recording session, "" if unknown, shape (pinches,)."""
         return np.array([p.label.session for p in self.pinches], dtype=np.str_)
 
     @property
     def test(self) -> NDArray[np.bool_]:
-        """Mask of the pinches of unseen objects (test role), shape (pinches,)."""
+        """Boolean mask: True for pinches with the role TEST (unseen objects), shape (pinches,)."""
         return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
 
     def take(self, positions: slice | NDArray[Any] | Sequence[int]) -> Dataset:
-        """Return the pinches that a slice, positions or a mask selects, as a dataset."""
+        """Return a dataset with the pinches that a slice, a list of integers or a mask selects."""
         if not isinstance(positions, slice):
             positions = np.asarray(positions, dtype=None if len(positions) else np.intp)
         chosen = np.arange(len(self))[positions]

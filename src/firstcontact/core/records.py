@@ -60,7 +60,7 @@ def _short(text: str, most: int = 200) -> str:
 class Record(
     msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
 ):
-    """JSON object with declared fields only. Fields that have their default value are not written.
+    """Base class of JSON objects. Reading refuses other fields; writing omits default values.
 
     A subclass must repeat ``frozen=True, kw_only=True`` for type checkers and msgspec.
     """

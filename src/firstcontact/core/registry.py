@@ -28,7 +28,7 @@ def foreign_errors(code: str) -> Iterator[None]:
 
 
 class Named(Protocol):
-    """Object that a registry can hold."""
+    """Object that a registry can contain."""
 
     @property
     def name(self) -> str:
@@ -39,30 +39,30 @@ E = TypeVar("E", bound=Named)
 
 
 class Registry(Mapping[str, E], Generic[E]):
-    """Registry of named entries. An entry is imported on first use.
+    """Mapping from names to entries, such as detectors: built-in ones, and those of plug-ins.
 
-    Figures and tables show the entries in the order of the registry. Looking up a name imports its
-    plug-in; iterating imports all plug-ins. A plug-in that fails to load is left out. The log and
-    :attr:`failed` hold its name and the reason. Other entries stay usable.
+    An entry is imported on first use: looking up a name imports one plug-in, and iterating imports
+    all. A plug-in that fails to load is left out. The log and :attr:`failed` state its name and the
+    reason. The order of the entries is that of figures and tables.
 
     Parameters
     ----------
     kind
-        Kind of the entries, in the singular, for messages: "estimator".
+        Noun for one entry in messages, such as "estimator".
     group
-        Group of entry points through which other packages register entries:
-        "firstcontact.estimators". The name of the entry point is the name of the entry.
+        Group of Python entry points through which other packages add entries, such as
+        "firstcontact.estimators". The name of an entry point is the name of its entry.
     built_in
-        Name and location of each built-in entry: "package.module:object".
+        Built-in entries by name: the object, or its location as "package.module:object".
     default
         Name of the default entry; None means the first.
     base
-        Base class of entries of other packages: "package.module:Class".
+        Location of the base class that plug-ins must use, as "package.module:Class".
     instances
-        True if entries are instances of the base, False if they are subclasses.
+        True if plug-ins must be instances of ``base``, False if they must be subclasses.
     maker
-        Function that makes the entry for a name with a colon: "package.module:function". None means
-        that names with a colon are refused.
+        Function that makes an entry from a name with a colon; given as "package.module:function".
+        None means that such names are refused.
 
     Examples
     --------
@@ -88,7 +88,7 @@ class Registry(Mapping[str, E], Generic[E]):
         self.group = group
         #: Name of the default entry.
         self.default = next(iter(built_in)) if default is None else default
-        #: Reasons why plug-ins failed to load, by name.
+        #: Reason for each plug-in that failed to load, by the plug-in's name.
         self.failed: dict[str, str] = {}
         self._base, self._instances, self._maker = base, instances, maker
         self._included: list[str] = []
@@ -104,7 +104,7 @@ class Registry(Mapping[str, E], Generic[E]):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all entries. Reading them imports no plug-in."""
+        """Names of all entries. Reading this property imports no plug-in."""
         return (*self._own, *self._find_plugins(), *self._included)
 
     def __getitem__(self, name: str) -> E:
@@ -126,12 +126,12 @@ class Registry(Mapping[str, E], Generic[E]):
         return sum(1 for _ in self)
 
     def find(self, name: str) -> E:
-        """Return the entry with this name. In some registries ``PACKAGE:NAME`` imports an object.
+        """Return the entry with this name. With ``maker``, a name can be ``PACKAGE:NAME``.
 
         Raises
         ------
         InputError
-            No entry has this name. The message lists the names, or says why the plug-in failed.
+            No entry has this name, or its plug-in failed to load. The message says which.
         """
         if ":" in name and self._maker is not None and name not in self._loaded:
             made: E = self._import(self._maker)(name)  # type: ignore[operator]
@@ -149,15 +149,15 @@ class Registry(Mapping[str, E], Generic[E]):
             ) from None
 
     def include(self, name: str) -> None:
-        """Find the entry for a name with a colon, and yield it when iterating over the registry."""
+        """Add the entry for a name with a colon, so that iterating over the registry yields it."""
         self.find(name)
         if name not in self.names:
             self._included.append(name)
 
     def calling(self, name: str) -> AbstractContextManager[None]:
-        """Return a context manager for calls of an entry.
+        """Return a context manager in which to call methods of the entry with this name.
 
-        It turns errors of a plug-in into an InputError.
+        Exceptions of a plug-in become an InputError that names the plug-in.
         """
         return foreign_errors(self._title(name)) if name in self._find_plugins() else nullcontext()
 

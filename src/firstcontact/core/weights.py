@@ -90,7 +90,7 @@ def read_card(
     head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
     if head.format != expected_format:
         raise InputError(
-            f"{path}: its field 'format' is {head.format!r}, not {expected_format!r}: choose the "
+            f"{path}: the field 'format' is {head.format!r}, not {expected_format!r}: choose the "
             f"folder of a {noun}"
         )
     if head.format_version != expected_version:

@@ -80,7 +80,7 @@ def read_hdf5(
         with h5py.File(path, "r") as file:
             for name in (wanted := [name for name in file if name in names]):
                 if not isinstance(file.get(name, getlink=True), h5py.HardLink):
-                    raise InputError(f"{path}: '{name}' is a link: copy its target into the file")
+                    raise InputError(f"{path}: '{name}' is a link: copy the data into the file")
                 if not isinstance(dataset := file[name], h5py.Dataset):
                     continue
                 if dataset.external or dataset.is_virtual:
@@ -89,8 +89,8 @@ def read_hdf5(
                     )
                 if dataset.dtype.hasobject and h5py.check_string_dtype(dataset.dtype) is None:
                     raise InputError(
-                        f"{path}: '{name}' holds neither numbers nor texts: store those, or save a "
-                        "MATLAB file with -v7"
+                        f"{path}: '{name}' contains neither numbers nor texts: remove it, or save "
+                        "a MATLAB file with -v7"
                     )
                 arrays[name] = np.asarray(dataset[()])
             for holder in (file, *map(file.get, VibrationSensor)):
@@ -101,10 +101,10 @@ def read_hdf5(
 
 
 def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Dataset:
-    """Build pinches from named arrays, with shapes as in HDF5 files.
+    """Make a dataset from named arrays with the names and shapes of HDF5 and NPZ files to import.
 
-    Messages name ``path``. The notes list ``unknown``, the names of other arrays in the file. An
-    invalid array raises an InputError that names it.
+    Error messages name ``path``. ``notes`` of the dataset lists ``unknown``, the names of unused
+    arrays in the file. An invalid array raises an InputError that names it.
     """
     remedy = "array 'piezo': add it, shape (pinches, samples, 1 or 2)"
     sensor = find_sensor(str(path), arrays, remedy)
@@ -123,7 +123,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
             is_right = values.shape == (pinches, samples, *SHAPES[name])
         if not is_right:
             raise InputError(
-                f"{path}: the array '{name}' has the shape {values.shape} and must have {wanted}"
+                f"{path}: the array '{name}' has the shape {values.shape}: change it to {wanted}"
             )
         origin = f"{path}: {name}"
         if name == sensor:

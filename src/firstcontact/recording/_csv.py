@@ -63,8 +63,8 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         texts = set(table[LAYOUT]) - {""}
         if len(texts) != 1:
             raise InputError(
-                f"{path}: the column '{LAYOUT}' holds {len(texts)} layouts and must hold one: "
-                "export the recordings again"
+                f"{path}: the column '{LAYOUT}' has {len(texts)} layouts, not one: export the "
+                "recordings again"
             )
         given[LAYOUT] = texts.pop()
         layout = read_layout(str(path), given[LAYOUT])

@@ -31,12 +31,12 @@ _NAMES = {"pinch", "time_s", *SETTINGS, LAYOUT, *PINCH_COLUMNS}
 
 
 def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
-    """Write a dataset in another format.
+    """Write a dataset to a new file in another format, such as ``EXPORTERS["csv"]``.
 
     Raises
     ------
     InputError
-        The file exists or cannot be written, or the format cannot hold the dataset.
+        The file exists or cannot be written, or the format cannot store the dataset.
     """
     out = Path(out)
     try:
@@ -91,8 +91,8 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
     lengths = {len(p.data) for p in dataset.pinches}
     if len(lengths) > 1:
         raise InputError(
-            f"pinches have {min(lengths)} to {max(lengths)} samples and an HDF5 array needs one "
-            f"length: {remedy}"
+            f"the pinches have {min(lengths)} to {max(lengths)} samples, but an HDF5 array needs "
+            f"equal lengths: {remedy}"
         )
     layout, count = dataset.layout, len(dataset)
     first = layout.vibration[0]
@@ -106,7 +106,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
     for kind, shape in shapes.items():
         if columns[kind] and len(columns[kind]) != math.prod(shape):
             raise InputError(
-                f"the fingers have {len(columns[kind])} {kind} channels and an HDF5 array needs "
+                f"the dataset has {len(columns[kind])} {kind} channels, but an HDF5 array needs "
                 f"{math.prod(shape)}: {remedy}"
             )
     channels = layout.column_channels
@@ -126,7 +126,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
             is_text = isinstance(column[0], str)
             if is_text and any("\0" in text for text in column):
                 raise InputError(
-                    f"{name} of a pinch has a character 0, which no text in HDF5 can have: {remedy}"
+                    f"{name} of a pinch contains a zero byte, which HDF5 cannot store: {remedy}"
                 )
             file.create_dataset(name, data=column, dtype=h5py.string_dtype() if is_text else None)
         for name in dict.fromkeys(name for pinch in dataset for name in pinch.groups):
@@ -201,8 +201,8 @@ def _file_values(dataset: Dataset) -> dict[str, Any]:
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
         if any(getattr(c, name) != getattr(first, name) for c in others):
             raise InputError(
-                f"the vibration channels differ in {name}, but the format holds one value for "
-                "both: export to mcap-plot"
+                f"the vibration channels differ in {name!r}, but the format stores one value for "
+                "all: export to mcap-plot"
             )
     return {
         "sample_rate_hz": dataset.layout.rate,
@@ -219,8 +219,8 @@ def _signals(pinch: Pinch) -> dict[str, Any]:
     clashes = sorted(_NAMES & set(map(str.strip, names)))
     if clashes:
         raise InputError(
-            f"the channel {clashes[0]!r} has the name of another column: export to hdf5 or "
-            "mcap-plot"
+            f"the channel {clashes[0]!r} has the name of another column in the file: export to "
+            "hdf5 or mcap-plot"
         )
     physical = _physical(pinch, tuple(range(pinch.layout.width)))
     time = (pinch.first_sample + np.arange(len(pinch.data))) / pinch.layout.rate
@@ -234,7 +234,8 @@ def _physical(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
     is_vibration = [channels[i].kind is ChannelKind.VIBRATION for i in columns]
     if is_rounded_away([values[:, is_vibration]]):
         raise InputError(
-            "a vibration is too small for 32-bit floats beside its offset: export to mcap-plot"
+            "32-bit floats cannot store a vibration that is so small compared with its offset: "
+            "export to mcap-plot"
         )
     return values.astype(np.float32)
 

@@ -15,28 +15,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Importer:
-    """Importer of one kind of file.
+    """Importer that reads datasets from one file format.
 
     Parameters
     ----------
     name
-        Name in the registry.
+        Name in the registry ``IMPORTERS``.
     title
         Description of the accepted files, for messages: "a .csv file".
     read
-        Function from a path and a rate in Hz (or None) to a dataset. It gets the other ``options``
-        by keyword, None if not given. It raises InputError with the file, the problem and the
-        remedy.
+        Function that is called with a path and a sampling rate in Hz (or None), and returns a
+        dataset. It gets the other ``options`` by keyword, None if not given. It raises InputError
+        with the file, the problem and the remedy.
     suffixes
-        Suffixes of its files, in lower case; empty for folders.
+        File name extensions that it accepts, such as ".csv", in lower case; empty for folders.
     marker
-        Name of a file that an accepted folder must hold.
+        Name of a file that an accepted folder must contain.
     options
-        Options of ``firstcontact import`` that it needs for some files: "rate", "sensor", or the
-        tables "events", "channels" and "labels". An importer with tables accepts any folder if
-        the user gives one of these tables.
+        Parameters of :func:`firstcontact.import_recordings` that some files need: "rate", "sensor",
+        or the tables "events", "channels" and "labels". An importer with tables accepts any folder
+        if the user gives one of these tables.
     extra, modules
-        Extra of this package that it needs, and the modules of that extra.
+        Optional dependencies (pip extra) of this package that ``read`` needs, and their modules.
     """
 
     name: str
@@ -49,7 +49,7 @@ class Importer:
     modules: tuple[str, ...] = ()
 
     def accepts(self, path: Path, tables: Collection[str] = ()) -> bool:
-        """Return True if the importer accepts the path and the tables with these names."""
+        """Return True if the importer accepts this path together with tables of these names."""
         if not set(tables) <= set(self.options):
             return False
         if path.is_dir():
@@ -59,19 +59,19 @@ class Importer:
 
 @dataclass(frozen=True, slots=True)
 class Exporter:
-    """Exporter of datasets to one format.
+    """Exporter that writes datasets in one file format.
 
     Parameters
     ----------
     name
-        Name in the registry.
+        Name in the registry ``EXPORTERS``.
     write
-        Function that writes a dataset of one pinch or more to a new path. It raises InputError if
-        the format cannot hold the dataset.
+        Function that writes a dataset of at least one pinch to a new path. It raises InputError if
+        the format cannot store the dataset.
     extra, modules
-        Extra of this package that it needs, and the modules of that extra.
+        Optional dependencies (pip extra) of this package that ``write`` needs, and their modules.
     groups
-        True if the format can also hold slower channel groups.
+        True if the format also stores channels with a lower rate (groups of the layout).
     """
 
     name: str

@@ -41,23 +41,23 @@ FIRST_GROUP = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """Contents of a recording that could be read.
+    """Contents of a recording. In a damaged file, these are the parts that could be read.
 
     Parameters
     ----------
     path
         Path of the file.
     header
-        Header of the recording.
+        Layout, source and other facts about the recording.
     stretches
-        Blocks of consecutive samples, sorted by epoch (run of the device's sample counter) and
-        sample number. Between two blocks of one epoch, samples are missing.
+        Longest possible blocks of samples without a gap, sorted by epoch (run of the device's
+        sample counter) and sample number. Between two blocks of one epoch, samples are missing.
     pinches
-        Marks of the pinches.
+        Positions of the pinches (closings of the hand), with labels and contacts.
     markers
-        Texts attached to samples.
+        Texts of a person or a device, attached to samples.
     groups
-        Blocks of consecutive samples of each slower group, in the group's own sample numbers.
+        Blocks of each group of channels with a lower rate, in the group's own sample numbers.
     skipped
         Sentences about damaged, lost, repeated or disordered data.
     """
@@ -82,9 +82,9 @@ class Recording:
 
     @property
     def hand_positions(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Times, s, and travel of the fingertip, m, as the hand reported them; may be empty.
+        """Times, s, and positions of the fingertip, m, as the hand reported them; two arrays (n,).
 
-        A time is a sample number divided by the rate, and starts again with each epoch.
+        They are empty for a hand without positions. The times start again with each epoch.
         """
         group = next((g for g in self.header.layout.groups if g.name == HAND), None)
         blocks = () if group is None else self.groups[HAND]
@@ -96,10 +96,10 @@ class Recording:
 
 
 def read_recording(path: AnyPath) -> Recording:
-    """Read every complete chunk of a recording.
+    """Read a recording (.mcap), also a damaged one, or one whose writer was killed.
 
-    One intact copy of the header is enough. Unusable messages in intact chunks are left out and
-    counted in ``skipped``.
+    All intact parts are read; one intact copy of the header is enough. ``skipped`` describes the
+    parts that are left out.
 
     Raises
     ------

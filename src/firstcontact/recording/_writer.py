@@ -40,7 +40,7 @@ _JSON_SCHEMA = b'{"type": "object"}'
 
 
 class RecordingWriter:
-    """Writer of one recording file, block by block.
+    """Writer of one recording file (.mcap), block by block. Use it in a ``with`` statement.
 
     The same samples give the same bytes: times come from sample numbers and rate, not from a clock.
 
@@ -49,13 +49,13 @@ class RecordingWriter:
     path
         Path of a new file in an existing folder.
     header
-        Header of the recording. Every block must have its columns and its ``dtype``.
+        Layout, source and type of the samples. All blocks must have this layout and ``dtype``.
 
     Raises
     ------
     InputError
-        The file exists or cannot be created, or a reader would refuse the header. All methods also
-        raise this error if the disk is full or a block does not fit the header.
+        The file exists or cannot be created, or the header is invalid. All methods also raise this
+        error if the disk is full or a block does not fit the header.
     """
 
     def __init__(self, path: AnyPath, header: Header) -> None:
@@ -66,7 +66,7 @@ class RecordingWriter:
             self._stream = path.open("xb")
         except FileExistsError as error:
             raise InputError(
-                f"{path} exists and recordings are never overwritten: choose another name"
+                f"{path} exists, and recordings are never overwritten: choose another name"
             ) from error
         except OSError as error:
             raise InputError(
@@ -93,16 +93,16 @@ class RecordingWriter:
             raise failed from error
 
     def write(self, block: Block, group: str = "") -> None:
-        """Append a block, optionally of a group. Long blocks become several messages."""
+        """Append a block of samples, or with ``group`` one of that group of slower channels."""
         layout = self._layouts.get(group)
         if layout is None:
-            raise InputError(f"{self.path}: the header's layout has no group {group!r}")
+            raise InputError(f"{self.path}: the layout has no group {group!r}: add the group")
         pace = self.header.layout.rate / layout.rate
         columns = layout.width
         if block.data.ndim != 2 or block.data.shape[1] != columns:
             raise InputError(
-                f"{self.path}: a block of shape {block.data.shape} does not have "
-                f"the {columns} columns of the header's layout"
+                f"{self.path}: a block has the shape {block.data.shape}: give samples with the "
+                f"{columns} columns of the header's layout"
             )
         if block.data.dtype != np.dtype(self.header.dtype):
             raise InputError(
@@ -132,13 +132,13 @@ class RecordingWriter:
         self._latest = max(self._latest, self._origin + round(block.end * pace))
 
     def mark(self, mark: PinchMark) -> None:
-        """Append a pinch mark. Raise an error for a mark that a reader would refuse."""
+        """Append position, label and contacts of a pinch. Raise InputError if they are invalid."""
         data = self._packed(mark.to_json(), read_mark, f"the mark of pinch {mark.number}")
         self._add(self._pinches, data, mark.end)
         self._number = mark.number + 1
 
     def marker(self, marker: Marker) -> None:
-        """Append a text that belongs to a sample. Characters that UTF-8 lacks are replaced."""
+        """Append a text attached to a sample. Characters that UTF-8 lacks are replaced by "?"."""
         text = marker.text.encode("utf-8", "replace").decode()
         if len(text) > LONGEST_TEXT:
             text = text[: LONGEST_TEXT - 1] + "…"
@@ -146,10 +146,10 @@ class RecordingWriter:
         self._add(self._markers, self._packed(tree, read_marker, "a marker"), marker.sample)
 
     def pinch(self, pinch: Pinch) -> None:
-        """Append the samples of a pinch and its mark.
+        """Append the samples of a pinch, its label and its contacts.
 
-        If its samples do not directly follow the last samples, the pinch begins a new epoch.
-        Readers then report no loss between the two pinches, because nothing was recorded there.
+        If its sample numbers do not follow those of the last samples, the pinch begins a new epoch.
+        Readers then report no loss between the two, because nothing was recorded there.
         """
         new = self._end is not None and pinch.first_sample != self._end
         epoch = self._epoch + new
@@ -171,7 +171,7 @@ class RecordingWriter:
         )
 
     def flush(self) -> None:
-        """Write all waiting data, so that they survive if the process is killed later."""
+        """Write all buffered data to the file, so that they survive if the process is killed."""
         if not self._open:
             return
         try:
@@ -180,7 +180,7 @@ class RecordingWriter:
             raise self._failed(error) from error
 
     def close(self) -> None:
-        """Write waiting data, the index and the footer. A second call does nothing."""
+        """Write buffered data, index and footer, and close the file. A second call does nothing."""
         if not self._open:
             return
         try:

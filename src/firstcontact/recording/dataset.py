@@ -65,7 +65,7 @@ def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
         name = ", ".join(map(str, paths)) or "an empty list of recordings"
         reason = f" ({losses[0]})" if losses else ""
         raise InputError(
-            f"{name} holds no whole pinch{reason}: record some with their marks, or use "
+            f"{name} holds no whole pinch{reason}: record pinches, or make recordings with "
             "`firstcontact import` or `firstcontact simulate`"
         )
     return Dataset(
@@ -116,11 +116,11 @@ def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDA
 
 
 def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple[Path, ...]:
-    """Write one recording per session into an existing folder. Return the paths.
+    """Write a dataset to an existing folder, one recording for each session. Return the paths.
 
-    Each file gets the header, with the session added. A number begins its name, so names sort in
-    the order of the sessions' first pinches. Pinches of a session keep their order. If samples are
-    missing between two pinches, the second pinch begins a new epoch.
+    Each file has this header, with the session's name. File names begin with a number, so they sort
+    in the order of the sessions' first pinches. Pinches of a session keep their order. If samples
+    are missing between two pinches, the second pinch begins a new epoch.
     """
     by_session = pinches_by_session(dataset)
     digits = max(3, len(str(len(by_session) - 1)))
@@ -182,5 +182,5 @@ def _check_same_kind(first: Path, a: Header, path: Path, b: Header) -> None:
         if one != two:
             detail = "" if field == "layout" else f" ({two}, not {one})"
             raise InputError(
-                f"{path}: its {field} differs from that of {first}{detail}: study them separately"
+                f"{path}: its {field} differs from that of {first}{detail}: load them separately"
             )

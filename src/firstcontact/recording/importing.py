@@ -30,9 +30,9 @@ def import_path(
     labels: AnyPath | None = None,
     find: Find | None = None,
 ) -> Dataset:
-    """Import a file or folder as :func:`firstcontact.import_recordings` does.
+    """Convert a file or folder to recordings, as :func:`firstcontact.import_recordings` does.
 
-    ``find`` is a function that finds the contacts in sounds.
+    Here, ``find`` is a function that detects the contacts in sound files.
     """
     if sensor is not None and sensor not in tuple(VibrationSensor):
         raise InputError(
@@ -42,8 +42,8 @@ def import_path(
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise InputError(
-                f"{out} exists and is not an empty folder: choose another one, or load its "
-                "recordings"
+                f"{out} exists and is not an empty folder: choose another folder, or load the "
+                "recordings in it"
             )
     except OSError as error:
         raise _unwritable(out, error) from error
@@ -51,10 +51,11 @@ def import_path(
     tables = {name: Path(table) for name, table in named.items() if table is not None}
     importer = find_importer(path, rate, tables)
     if sensor is not None and "sensor" not in importer.options:
-        raise InputError(f"{path} already names its sensor: leave it out", parameter="sensor")
+        raise InputError(f"{path} already states the sensor: do not give it", parameter="sensor")
     if find is not None and "find" not in importer.options:
         raise InputError(
-            f"{path} must be a sound file: contacts are detected only in sound", parameter="find"
+            f"{path} is not a sound file: contacts are detected only in sound",
+            parameter="find",
         )
     require_extra(importer)
     given = {
@@ -109,7 +110,7 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
         options = " and ".join(tables)
         able = [i.title for i in IMPORTERS.values() if set(tables) <= set(i.options)]
         remedy = f"give {' or '.join(able)}, or leave {options} out" if able else "leave one out"
-        raise InputError(f"{path} needs no table of {options}: {remedy}")
+        raise InputError(f"{path} cannot be imported with a table of {options}: {remedy}")
     if importer is None and path.is_dir():
         if not any(path.iterdir()):
             raise InputError(f"{path} is an empty folder: check the path")
@@ -117,16 +118,14 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
     if rate is not None and (importer is None or "rate" not in importer.options):
         titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
         raise InputError(
-            f"{path} already contains its rate: leave it out (only {titles} needs it)",
+            f"{path} already states the rate: give it only for {titles}",
             parameter="rate",
         )
     if importer is None:
         if path.suffix == ".mcap":
             raise InputError(f"{path} is already a recording: use it without importing it")
         *first, last = (i.title for i in IMPORTERS.values())
-        raise InputError(
-            f"{path} has no format that can be imported: give {', '.join(first)}, or {last}"
-        )
+        raise InputError(f"{path} has an unknown format: give {', '.join(first)}, or {last}")
     return importer
 
 
@@ -134,7 +133,7 @@ def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     """Return the dataset with its source: the one that the file states, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
         raise InputError(
-            f"{path} states {dataset.source}, not {source}: give no source, or correct the file",
+            f"{path} states {dataset.source!r}, not {source!r}: leave it out or correct the file",
             parameter="source",
         )
     dataset = replace(dataset, source=source or dataset.source)

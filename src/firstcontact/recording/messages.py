@@ -59,22 +59,22 @@ Epoch = Annotated[int, Meta(ge=0, lt=1 << 32)]
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """Header of a recording. "" means unknown.
+    """Description of a recording, stored at its start. In a text field, "" means unknown.
 
     Parameters
     ----------
     layout, calibration
-        Columns with rate and units, and calibration of the fingertips, if measured.
+        Columns of the samples with units and rate, and calibration of the fingertips; None without.
     source
-        "twin", "real", "synthetic" or "unknown".
+        Origin of the samples: "twin" (simulated hand), "real", "synthetic" or "unknown".
     dtype
-        Type of the samples: "int16", "int32" or "float32".
+        NumPy type of the samples: "int16", "int32" or "float32".
     sensor, hand, firmware, session, notes
-        Names, and notes of the operator.
+        Names of the sensor, hand, firmware version and session, and free text of the operator.
     created
-        ISO 8601 time; empty if the same seed must give the same bytes.
+        Time of the recording, ISO 8601; "" in simulations, so that a seed gives the same bytes.
     session_assumed
-        True if no session was named, so that the importer treated all pinches as one session.
+        True if imported files named no session, so that all pinches were treated as one session.
     """
 
     layout: Layout
@@ -94,7 +94,7 @@ class Header:
             raise ValueError(f"the field 'layout' has {fault}")
 
     def to_json(self) -> dict[str, Any]:
-        """Return the header as a tree for JSON, with the name and version of the format."""
+        """Return the header as a dict for JSON, with the name and version of the format."""
         tree = {"format": FORMAT, "version": VERSION, **asdict(self)}
         if self.calibration is None:
             del tree["calibration"]
@@ -142,24 +142,24 @@ class PinchMark:
     Parameters
     ----------
     number
-        Number of the pinch in the recording, from 0. A gap in the numbers shows that a mark was
-        lost.
+        Number of the pinch in the recording, from 0. A missing number shows that a mark was lost.
     first_sample, end, epoch
-        Device sample numbers of the pinch's first sample, and of the first sample after the pinch;
-        epoch of both.
+        Device sample numbers of the pinch's first sample, and of the first sample after the pinch.
+        Both belong to this epoch (run of the device's sample counter).
     label, truth
-        Label of the pinched object, and known contacts in time order.
+        Label of the pinched object, and true contacts in time order.
     motor_start
         Device sample number at which the motor starts to close the hand; None if unknown.
     found, found_by
-        Contacts that a detector marked during the recording, as hints for labelling, and its name.
+        Contacts that a detector reported during the recording, as hints for labelling, and the
+        detector's name.
     closing_speed
-        Closing speed before the first contact, as the hand measured it; None if unknown.
+        Speed of the fingertip before the first contact, as the hand measured it; None if unknown.
 
     Raises
     ------
     InputError
-        The pinch is empty, or its contacts or motor start do not fit it.
+        The pinch has no samples, or its contacts or motor start lie outside it.
     """
 
     number: Count
@@ -175,18 +175,18 @@ class PinchMark:
 
     def __post_init__(self) -> None:
         if self.end <= self.first_sample:
-            raise InputError("the pinch must end after its first sample", "end")
+            raise InputError("the end must be above the number of the pinch's first sample", "end")
         samples = [c.sample for c in self.truth]
         fingers = [c.finger for c in self.truth if c.finger is not None]
         if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-            raise InputError("each finger must have one contact, in time order", "truth")
+            raise InputError("give at most one contact of each finger, in time order", "truth")
         samples += [c.sample for c in self.found]
         samples += [] if self.motor_start is None else [self.motor_start]
         if not all(self.first_sample <= sample < self.end for sample in samples):
-            raise InputError("contacts and the motor's start must be samples of the pinch")
+            raise InputError("contacts and motor start must be from first_sample to end - 1")
 
     def to_json(self) -> dict[str, Any]:
-        """Return the mark as a tree for JSON."""
+        """Return the mark as a dict for JSON."""
         tree = asdict(self)
         for name in ("truth", "found"):
             contacts = getattr(self, name)
@@ -201,7 +201,7 @@ def read_mark(data: bytes, origin: str) -> PinchMark:
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """Text of the operator or of a device, attached to a sample."""
+    """Text of a person or a device, attached to the sample with this number and epoch."""
 
     sample: Sample
     text: Annotated[str, Meta(max_length=LONGEST_TEXT)]

@@ -74,8 +74,8 @@ def check_rate(origin: str, rate: Any) -> float:
     value = _number(rate)
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise InputError(
-            f"{origin} is {quote(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
-            "give the rate in Hz; recordings need 2 kHz or more"
+            f"{origin} is {quote(rate)}: give the sampling rate in Hz, from {LOWEST_RATE:g} to "
+            f"{HIGHEST_RATE:g}"
         )
     return value
 
@@ -120,7 +120,7 @@ def read_settings(origin: str, given: Mapping[str, Any], sensor: VibrationSensor
         )
     axis = as_text(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) <= 2):
-        raise InputError(f"{origin}: 'axis' is {quote(axis)} and must be a whole number from 0 on")
+        raise InputError(f"{origin}: 'axis' is {quote(axis)}: give the number of an axis, from 0")
     return FileSettings(
         sensor,
         check_rate(f"{origin}: 'sample_rate_hz'", given["sample_rate_hz"]),

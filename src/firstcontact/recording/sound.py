@@ -84,9 +84,7 @@ def import_events(
         table = Table(path, {"session": [path.stem]}, [0], "pinch")
         return _found(table, [path], signals, layout, find, [])
     if find is not None:
-        raise InputError(
-            f"{events} lists the contacts, so they need not be found", parameter="find"
-        )
+        raise InputError(f"{events} already lists the contacts: do not give it", parameter="find")
     table = read_events(events)
     files, of_rows, notes = _files(path, table)
     sounds = [read_sound(file) for file in files]
@@ -198,7 +196,9 @@ def read_sound(file: Path) -> Sound:
     if values.dtype == np.uint8:  # 8-bit samples are stored around 128
         values = (values ^ 128).view(np.int8)
     elif values.dtype == np.int8 or str(values.dtype) not in FULL_SCALE:
-        raise InputError(f"{file} holds {values.dtype}: convert it to PCM WAV of at most 32 bits")
+        raise InputError(
+            f"{file} has samples of {values.dtype}: convert it to PCM WAV of at most 32 bits"
+        )
     if not len(values):
         raise InputError(f"{file} holds no samples: leave it out")
     return float(rate), values.reshape(len(values), -1)

@@ -24,27 +24,28 @@ _CORNISH_FISHER = (169950 / 92160, 1098 / 384, 294 / 96, 10 / 4, 2.0)
 
 
 def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingSpeed | None:
-    """Measure the closing speed before a contact from positions of the finger or the motor.
+    """Measure how fast the fingertip closes before a contact, from its positions.
 
-    The speed is the slope of a line through the positions from 50 to 3 ms before the contact. Its
+    The speed is the slope of a line fitted to the positions from 50 to 3 ms before the contact. Its
     standard error comes from the residuals, or from the step of an encoder if that error is larger.
-    The error is enlarged if there are few positions, so that the true speed lies within two errors
-    in 95 % of contacts.
+    The error is enlarged if there are few positions, so that the true speed lies within two
+    standard errors in 95 % of contacts.
 
     Parameters
     ----------
     times
         Time of each position, s, in any order, shape (n,).
     positions
-        Travel of the fingertip, m, shape (n,). Its zero and its direction do not matter.
+        Positions of the fingertip along its path, m, shape (n,), from any zero and in either
+        direction.
     at
-        Time of the contact, s, on the same clock.
+        Time of the contact, s, on the clock of ``times``.
 
     Returns
     -------
     ClosingSpeed or None
-        None with fewer than 3 positions in the window from 50 to 3 ms before the contact, or if the
-        finger does not move.
+        Speed and its standard error. None with fewer than 3 positions from 50 to 3 ms before the
+        contact, or if the finger does not move.
 
     Raises
     ------
@@ -62,7 +63,7 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
     t, x = np.asarray(times, np.float64) - at, np.asarray(positions, np.float64)
     if t.shape != x.shape:
         raise InputError(
-            f"positions have the shape {x.shape}, but times {t.shape}: give one position for "
+            f"the shape is {x.shape}, but times has the shape {t.shape}: give one position for "
             "each time",
             parameter="positions",
         )

@@ -19,16 +19,16 @@ SAVGOL_ORDER = 2
 
 
 class ExponentialSmoothing:
-    """First-order recursive low-pass, ``y[n] = y[n-1] + alpha (x[n] - y[n-1])``.
+    """Streaming first-order low-pass filter, ``y[n] = y[n-1] + alpha (x[n] - y[n-1])``.
 
-    The filter starts at its first sample, so a constant input stays unchanged.
+    The first output equals the first input, so a constant signal stays unchanged.
 
     Parameters
     ----------
     alpha
         Weight of the newest sample, 0 < alpha <= 1 (1 changes nothing).
     mask
-        Mask of the channels to filter, shape (channels,). The other channels stay unchanged.
+        Boolean mask, True for channels to filter, shape (channels,). By default all are filtered.
 
     Raises
     ------
@@ -67,14 +67,14 @@ class ExponentialSmoothing:
 
 
 class DeviceSmoothing:
-    """Filter that smooths raw vibration as the device does. Smoothed channels stay unchanged.
+    """Filter that smooths vibration as the published device does, unless the device did it already.
 
     Parameters
     ----------
     layout
-        Layout of the samples, with their smoothing.
+        Layout of the samples. It states which channels the device has smoothed.
     columns
-        Column numbers, by default those of vibration.
+        Layout's column numbers of the data, by default those of all vibration channels.
     """
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
@@ -87,7 +87,7 @@ class DeviceSmoothing:
             self._smoothing = ExponentialSmoothing(FINGERTIP_SMOOTHING, mask)
 
     def update(self, volts: NDArray[Any]) -> NDArray[Any]:
-        """Smooth the next samples, shape (n, channels)."""
+        """Smooth the next samples, shape (n, channels). Return as many."""
         return volts if self._smoothing is None else self._smoothing.update(volts)
 
 
@@ -102,16 +102,16 @@ def _savgol_weights() -> NDArray[np.float64]:
 
 
 class SavitzkyGolay:
-    """Causal form of a centred Savitzky–Golay filter: it waits for the later samples it needs.
+    """Centred Savitzky–Golay filter for streams, whose outputs wait for later samples.
 
-    The first output comes with input sample ``lookahead``. After n inputs, ``n - lookahead``
-    outputs exist, and output i belongs to input i. Before the stream the first sample is repeated.
-    The end of a stream is not padded, so offline results equal live results.
+    Output i is the smoothed input i, and is returned with input ``i + lookahead``. The first input
+    is repeated as padding before the stream. The end is not padded: the last ``lookahead`` inputs
+    have no output. Results for recordings therefore equal live results.
 
     Attributes
     ----------
     lookahead
-        Number of future samples that an output needs.
+        Number of later samples that an output needs.
     """
 
     lookahead = SAVGOL_LENGTH // 2
@@ -126,8 +126,8 @@ class SavitzkyGolay:
         Returns
         -------
         ndarray
-            Outputs that these samples complete, shape (m, channels). Their values do not depend on
-            the block sizes.
+            Outputs that can be computed now, shape (m, channels). How the stream is cut into calls
+            does not change their values.
         """
         samples = np.asarray(x, dtype=np.float64)
         if len(samples) == 0:

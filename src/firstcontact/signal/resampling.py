@@ -112,12 +112,12 @@ def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
     x
         Samples, shape (samples, channels).
     old, new
-        Rates, Hz.
+        Sampling rates of input and output, Hz.
 
     Returns
     -------
     ndarray
-        Shape (about samples x new / old, channels).
+        Resampled signals, shape (about samples x new / old, channels).
     """
     from scipy.signal import resample_poly
 
@@ -156,17 +156,18 @@ def _resample_pinch(pinch: Pinch, rate: float) -> Pinch:
 
 
 def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
-    """Resample all pinches, convert the sample numbers of contacts, and add a note.
+    """Resample all pinches, convert the sample numbers of contacts, and extend ``notes``.
 
     A dataset that already has this rate is returned unchanged. Samples become float32 in the raw
-    unit of the layout, so its scale and offset stay valid. Strips take the nearest sample.
+    unit of the layout, so its scale and offset stay valid. Contact strips, which are 0 or 1, are
+    not interpolated: they have the value of the nearest old sample.
 
     Parameters
     ----------
     dataset
         The pinches.
     rate
-        New rate, Hz.
+        New sampling rate, Hz.
 
     Raises
     ------
@@ -211,23 +212,24 @@ def restore_contacts(
 
 
 class CausalResampler:
-    """Resampler of a stream. It gives the same samples as :func:`firstcontact.signal.resample`.
+    """Streaming resampler with the same output as :func:`firstcontact.signal.resample`.
 
-    Output sample ``k`` belongs to the time of input sample ``k * old / new``. Missing samples are
-    not filled in. After a gap the filter restarts as if the signal before had been constant.
+    Output sample ``k`` has the time of input sample ``k * old / new``. Missing input samples are
+    not filled in. After such a gap, the filter restarts as if the signal before had been constant.
 
     Parameters
     ----------
     old, new
-        Rates, Hz.
+        Sampling rates of input and output, Hz.
     nearest
-        Columns that take the value of the nearest sample, such as strips.
+        Columns, such as contact strips, that are not interpolated: an output has the value of the
+        nearest input.
 
     Attributes
     ----------
     delay
-        Delay of the output: time from the instant of an output sample until the sample is
-        available, s; at most 0.5 ms.
+        Delay of the output, s: an output sample needs input samples up to this much later. At most
+        0.5 ms.
     """
 
     def __init__(self, old: float, new: float, nearest: Sequence[int] = ()) -> None:
@@ -246,7 +248,7 @@ class CausalResampler:
         self._next = 0  # number of the next output sample
 
     def number(self, sample: int) -> int:
-        """Return the number of the output sample nearest to an input sample."""
+        """Return the number of the output sample nearest in time to input sample ``sample``."""
         return (2 * sample * self._up + self._down) // (2 * self._down)
 
     def update(self, x: NDArray[np.floating], first: int) -> tuple[NDArray[np.float64], int]:
@@ -255,14 +257,14 @@ class CausalResampler:
         Parameters
         ----------
         x
-            Shape (samples, channels).
+            Input samples, shape (samples, channels).
         first
-            Number of the first input sample, not before the end of the previous input.
+            Number of the input sample ``x[0]``. It must be above those of all earlier samples.
 
         Returns
         -------
         tuple
-            Output samples, shape (samples, channels), and the number of the first output sample.
+            Output samples, shape (samples, channels), and the number of the first of them.
         """
         if not len(x):
             return np.zeros(x.shape), self._next

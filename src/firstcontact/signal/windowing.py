@@ -68,28 +68,29 @@ def contact_windows(
     *,
     conditioned: bool = True,
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return the windows after the contacts, one per pinch.
+    """Cut a window of signal after each contact, one per pinch. Window models use them as input.
 
     Parameters
     ----------
     dataset
         The pinches.
     contacts
-        Contact of each pinch, where its window starts; None if unknown.
+        Contact of each pinch, at which its window starts; None for a pinch without contact.
     duration
         Length of the windows, s.
     conditioned
-        True to filter the signal with the :class:`Conditioner`; False to use it as the device
-        sent it.
+        True to smooth the signal first, as the package's window models need it; False to use it
+        as the device sent it.
 
     Returns
     -------
     windows : ndarray
-        Shape (pinches with a window, samples, 1), V.
+        Vibration of the contact's finger minus its mean before the contact, in the channel's unit
+        (V for piezos), shape (pinches with a window, samples, 1).
     kept : ndarray
-        Mask of the pinches with a window, shape (pinches,). A window needs a contact and a sensor
-        on that finger. The pinch must contain the window, the look-ahead of the filter, and at
-        least 2 ms of quiet that end 2 ms before the contact. The window must be finite and not
+        Boolean mask of the pinches with a window, shape (pinches,). A window needs a contact and a
+        sensor on that finger. The pinch must contain the window, the look-ahead of the filter, and
+        at least 2 ms of signal that end 2 ms before the contact. The window must be finite and not
         constant.
     """
     has_window = np.zeros(len(dataset), dtype=np.bool_)
@@ -124,9 +125,10 @@ class ContactWindow:
     contact, duration
         Contact at the start of the window, and length of the window, s.
     samples
-        Samples of the window minus the baseline before it, shape (samples, 1), V.
+        Samples of the window minus the signal's mean before the contact, in the channel's unit (V
+        for piezos), shape (samples, 1).
     complete
-        Number of the device sample that completed the window, with the filter's look-ahead.
+        Device number of the last sample that the window and its smoothing filter needed.
     """
 
     contact: Contact
@@ -136,14 +138,14 @@ class ContactWindow:
 
 
 class WindowStream:
-    """Cutter that takes windows from a stream, block by block, as :func:`contact_windows` does.
+    """Streaming form of :func:`contact_windows`: cuts windows after contacts from blocks.
 
     Parameters
     ----------
     layout
         Columns of the blocks.
     durations
-        Lengths of the windows, s. Each contact gives one window of each length.
+        Lengths of the windows, s. One window of each length is cut after each contact.
     """
 
     def __init__(self, layout: Layout, durations: Sequence[float]) -> None:
@@ -172,19 +174,19 @@ class WindowStream:
 
     @property
     def due(self) -> int | None:
-        """Number of samples until the next window is complete; None if no window has begun."""
+        """Number of samples until the next window is complete; None if no window is waiting."""
         ends = [self._complete(contact, n) + 1 - self._end for contact, n in self._pending]
         return min(ends, default=None)
 
     def withdraw(self) -> None:
-        """Drop all incomplete windows, because their contact was withdrawn."""
+        """Drop all incomplete windows, because their contact turned out to be false."""
         self._pending = []
 
     def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:
-        """Process the next block and the contacts in it. Return the windows that it completed.
+        """Process the next block and the contacts in it. Return the windows that are now complete.
 
-        A block that does not follow the previous one drops all incomplete windows, so no window
-        spans a gap.
+        If samples are missing before the block, all incomplete windows are dropped, so that no
+        window spans a gap.
         """
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._restart(block.first_sample, block.epoch)

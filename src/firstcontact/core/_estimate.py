@@ -29,8 +29,8 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     final
         True if no later estimate of this contact follows.
     in_time
-        True if the estimate was available before the second finger touched. None (null in JSON) until
-        the second contact is known or the pinch is finished, and for samples not in real time.
+        True if the estimate was available before the second finger touched. None (null in JSON)
+        until the second contact is known or the pinch is finished, and for samples not in real time.
     model
         Name of the estimator. If a device predicts by itself, the digest of its model.
     contact

@@ -180,10 +180,8 @@ class LiveSession:
                 # Update before the caller gets the events: it may take long, or never come back.
                 self._update()
                 updated, is_urgent, self._given = now, False, 0
-                if self._is_deserted:
-                    return
             yield from fresh
-            if pinches is not None and self.pinches >= pinches:
+            if (pinches is not None and self.pinches >= pinches) or self._is_deserted:
                 return
 
     def _read(self, last_arrival: float) -> list[Arrival]:

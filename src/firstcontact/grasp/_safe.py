@@ -253,7 +253,9 @@ class SafeHand(Hand):
             finally:
                 self._hand.close()
             if not released:
-                raise HandError(f"the hand {self.name!r} may still hold on: {self._failure}")
+                raise HandError(
+                    f"the hand {self.name!r} may still hold its object: {self._failure}"
+                )
 
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:

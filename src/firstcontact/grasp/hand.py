@@ -52,10 +52,11 @@ class Begins(Flag):
 
 
 class Hand(ABC):
-    """Base class of drivers of prosthetic hands. A ``with`` block connects it, then always lets go.
+    """Base class of drivers for prosthetic hands. Use a hand in a ``with`` block.
 
-    :func:`open_hand` makes a hand with one argument: the name of its port (None for the default
-    port), or the source that drives the hand. A new hand is not connected until the ``with`` block.
+    The block connects to the hand, and always releases (opens) it at the end. :func:`open_hand`
+    makes a hand with one argument: the name of its port (None for the default port), or the source
+    that drives the hand. A new hand is not connected until the ``with`` block.
     """
 
     #: Name in the registry and in reports.

@@ -78,7 +78,7 @@ class Estimator(EstimatorInfo, ABC):
             Shore A, or another real target, shape (n,). For classification its distinct values are
             the classes.
         groups
-            Session of each window, shape (n,), or None. Choose hyper-parameters on held-out ones.
+            Session of each window, (n,), or None. Choose hyper-parameters on held-out sessions.
         seed
             Random seed. The same seed and data give the same model.
         """

@@ -99,8 +99,8 @@ def adapt_network(
     sessions = None if sessions is None else sessions[lasting]
     if len(np.unique(shore_a)) < 2 or len(longest) < 4:
         raise InputError(
-            "the network needs 4 or more pinches of blocks of 2 or more values of Shore A, but got "
-            f"{len(longest)} of {len(np.unique(shore_a))}: record pinches of more flat blocks"
+            "the network needs at least 4 pinches and 2 values of Shore A, but the recordings have "
+            f"{len(longest)} and {len(np.unique(shore_a))}: record pinches of more flat blocks"
         )
 
     def condition(touches: Touches, shore_a: Values) -> InContextModel:

@@ -24,7 +24,7 @@ def check_source(
 
     Each sample comes once, in order and with the layout in ``source.descriptor``. The source counts
     lost samples. It returns a marker with the samples, or refuses it if the source is a recording.
-    The source can be closed at any time, and twice. Closed, it gives what it still has, and ends.
+    The source can be closed at any time, and twice. It then returns the samples left, and ends.
 
     Parameters
     ----------

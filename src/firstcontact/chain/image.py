@@ -189,7 +189,7 @@ class Image:
         try:
             return chain_extension().image(self.data)
         except ValueError as error:
-            raise InputError(f"{error}: make the model again") from None
+            raise InputError(f"{error}: train or adapt the model again") from None
 
     def __getstate__(self) -> dict[str, Any]:
         return {"data": self.data}

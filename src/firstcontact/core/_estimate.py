@@ -30,7 +30,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
         True if no later estimate of this contact follows.
     in_time
         True if the estimate was available before the second finger touched. None (null in JSON)
-        until the second contact is known or the pinch is finished, and for slowed or fast replays.
+        until the second contact is known or the pinch is finished, and without real-time samples.
     model
         Name of the estimator. If a device predicts by itself, the digest of its model.
     contact

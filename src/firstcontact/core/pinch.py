@@ -305,7 +305,7 @@ class Dataset:
         return len(self.pinches)
 
     def __iter__(self) -> Iterator[Pinch]:
-        """Iterate over the pinches."""
+        """Iterate over the pinches in order."""
         return iter(self.pinches)
 
     @overload

@@ -47,4 +47,4 @@ def test_asked_a_fingertip_answers_and_what_is_none_does_not(
     output = capsys.readouterr().out
     assert "a fingertip: firstcontact" in output
     assert "16 channels at 4936 Hz" in output
-    assert "there is no such port" in output
+    assert "there is no port" in output

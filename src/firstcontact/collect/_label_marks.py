@@ -227,7 +227,7 @@ class Journal:
             # A crash can cut off the first line. A power cut can leave zeros instead of labels.
             if not _line(opened).startswith(raw):
                 raise InputError(
-                    f"{self.path} is damaged: none of its {len(raw)} bytes can be read: {remedy}"
+                    f"{self.path} is damaged (none of its {len(raw)} bytes can be read): {remedy}"
                 )
             return 0
         first, *lines = raw[:end].splitlines()

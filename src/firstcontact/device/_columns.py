@@ -86,8 +86,8 @@ def identify_columns(
     full_lines = [line for line in lines if len(line) == width]
     if len(full_lines) < 0.8 * len(lines):
         raise InputError(
-            f"{device}: the lines have from {min(widths)} to {max(widths)} numbers: print the same "
-            "number of columns in each line, or set its baud rate (csv:PORT@BAUD)"
+            f"the lines of {device} have from {min(widths)} to {max(widths)} numbers: print the "
+            "same number of columns in each line, or set its baud rate (csv:PORT@BAUD)"
         )
     named = len(header) == width
     names = distinct_names(header) if named else tuple(str(k + 1) for k in range(width))
@@ -95,9 +95,9 @@ def identify_columns(
     counter = _counter(full_lines, names if named else (), wanted_places)
     if counter is not None and not _counts(full_lines, counter):
         raise InputError(
-            f"{device}: column {names[counter]!r} has the name of a counter but does not count up: "
-            "rename it, let the board count its samples in it, or name it if it is a signal, as in "
-            f"{device}#{names[counter]}"
+            f"column {names[counter]!r} of {device} has the name of a counter but does not count "
+            "up: rename it, let the board count its samples in it, or name it if it is a signal, "
+            f"as in {device}#{names[counter]}"
         )
     times = {k for k, n in enumerate(names) if n.lower() in TIMES}
     signals = [k for k in range(width) if k != counter and k not in times]

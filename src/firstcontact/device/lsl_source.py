@@ -208,7 +208,7 @@ class LslSource(ThreadedSource):
         """Deliver a chunk. Return its epoch, a new one if the sender's clock was changed."""
         if epoch.runs_backwards(stamps):
             raise InputError(
-                f"{self.name}: its time stamps run backwards: correct the program that sends"
+                f"the time stamps of {self.name} run backwards: correct the program that sends them"
             )
         ages = clock - stamps
         fits = epoch.in_time(ages)

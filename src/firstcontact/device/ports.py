@@ -100,16 +100,16 @@ class SerialTransport:
 def _opening_error(port: str, error: Exception) -> str:
     code = error.errno if isinstance(error, OSError) else None
     if code == errno.ENOENT:
-        return f"{port}: there is no such port: see `firstcontact ports`, or use --device twin"
+        return f"there is no port {port}: see `firstcontact ports`, or use --device twin"
     if code in (errno.EACCES, errno.EPERM):
         return (
-            f"{port}: you may not open this port: add yourself to its group (on Debian: "
+            f"you may not open the port {port}: add yourself to its group (on Debian: "
             "`sudo adduser $USER dialout`) and log in again"
         )
     if code in (errno.EAGAIN, errno.EBUSY):
-        return f"{port}: another program has this port open: close that program first"
+        return f"another program has the port {port} open: close that program first"
     other = not_a_port(port)
-    return other or f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"
+    return other or f"{port} cannot be opened as a serial port ({error}): see `firstcontact ports`"
 
 
 def not_a_port(port: str) -> str:

@@ -68,12 +68,12 @@ class ContactEvent(_Reported, frozen=True, tag="contact"):
     Parameters
     ----------
     contact
-        Finger (0 index finger, 1 thumb, null if the sensor is on no finger), number of the sample
-        at which it touched, and number of the last sample that the detector needed.
+        ``finger`` (0 index finger, 1 thumb, null if the sensor is on no finger), number of the
+        ``sample`` at which it touched, and ``decided``, the last sample that the detector needed.
     first
         True if this is the first contact of the closing.
     epoch
-        Epoch of the samples.
+        Epoch (run of the device's sample counter) of the samples.
     host
         Time at which the contact was detected, s of this computer's ``time.monotonic()``.
     """
@@ -97,7 +97,7 @@ class ContactWithdrawn(_Reported, frozen=True, tag="contact_withdrawn"):
     complete
         Number of the last sample that was needed to cancel the contact.
     epoch
-        Epoch of the samples.
+        Epoch (run of the device's sample counter) of the samples.
     """
 
     contact: Contact
@@ -117,7 +117,7 @@ class NoEstimate(_Reported, frozen=True, tag="no_estimate"):
     complete
         Number of the last sample that was needed to report this.
     epoch
-        Epoch of the samples.
+        Epoch (run of the device's sample counter) of the samples.
     """
 
     contact: Contact
@@ -143,7 +143,7 @@ class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
     start, end
         Number of the pinch's first sample, and of the first sample after the pinch.
     epoch
-        Epoch of the pinch's samples.
+        Epoch (run of the device's sample counter) of the samples.
     contacts
         Detected contacts: the first finger's, and the second finger's if it was detected.
     strips
@@ -229,7 +229,7 @@ class ObjectEstimate(_Reported, frozen=True, kw_only=True, tag="object_estimate"
     value
         Estimated Shore A hardness, 0 to 100.
     low, high
-        Ends of the interval.
+        Ends of the interval around ``value``, Shore A.
     level
         Nominal coverage: share of intervals that should contain the true value. It holds for
         contacts that are like the training data.
@@ -240,7 +240,7 @@ class ObjectEstimate(_Reported, frozen=True, kw_only=True, tag="object_estimate"
     end
         Number of the first sample after the last averaged pinch.
     epoch
-        Epoch of the samples.
+        Epoch (run of the device's sample counter) of the samples.
     """
 
     number: int

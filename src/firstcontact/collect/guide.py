@@ -78,7 +78,7 @@ def read_plan(path: Path) -> tuple[Item, ...]:
     for name in rows[0][1] if rows else ():
         if name not in COLUMNS:
             raise InputError(
-                f"{path}: a plan has no column {name!r}: use only {', '.join(COLUMNS)}"
+                f"{path}: the column {name!r} is unknown: use only {', '.join(COLUMNS)}"
             )
     items = tuple(_item(path, line, row) for line, row in rows)
     if not items:

@@ -55,7 +55,7 @@ class Finger(IntEnum):
 
 
 def finger_name(finger: Finger | None) -> str:
-    """Return "index" or "thumb"; for None, a sensor that belongs to no finger, "sensor"."""
+    """Return "index" or "thumb", or "sensor" if ``finger`` is None (a sensor of no finger)."""
     return "sensor" if finger is None else finger.name.lower()
 
 

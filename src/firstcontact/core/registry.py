@@ -43,7 +43,7 @@ class Registry(Mapping[str, E], Generic[E]):
 
     An entry is imported on first use: looking up a name imports one plug-in, and iterating imports
     all. A plug-in that fails to load is left out. The log and :attr:`failed` state its name and the
-    reason. The order of the entries is that of figures and tables.
+    reason. Figures and tables list the entries in this order.
 
     Parameters
     ----------

@@ -192,7 +192,7 @@ class Source(ABC):
         """
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the hand's speed, m/s, just before sample ``sample``; None if not measured."""
+        """Return the hand's speed just before a sample; None if it was not measured."""
         return None
 
     def positions_since(self, since: float) -> list[tuple[float, float]]:

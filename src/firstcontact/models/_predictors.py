@@ -55,7 +55,7 @@ class WindowPredictor:
 
     @property
     def duration(self) -> float:
-        """Length of the window, s, rounded to 1 or 0.1 ms if its number of samples allows that."""
+        """Length of the window, s, rounded to 1 or 0.1 ms if that gives as many samples."""
         spec = self.model.spec
         for decimals in (3, 4):
             length = round(spec.duration, decimals)

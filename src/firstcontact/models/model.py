@@ -210,7 +210,7 @@ class Model:
         Raises
         ------
         InputError
-            ``folder`` cannot be written, or holds other files or predictors that would be lost.
+            ``folder`` cannot be written, or holds other files, or predictors that this model lacks.
         """
         folder = given_path(folder, "folder")
         windows = [window.duration for window in self.windows]

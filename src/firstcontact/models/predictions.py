@@ -114,7 +114,7 @@ class Predictions:
             column[rows] = new
 
     def take(self, rows: NDArray[Any]) -> Predictions:
-        """Return the predictions in these rows (positions or a boolean mask), without contacts."""
+        """Return some predictions (positions or a boolean mask). Their ``contacts`` are empty."""
         return _of_columns([column[rows] for column in self.columns], ())
 
     def filled(self, other: Predictions) -> Predictions:

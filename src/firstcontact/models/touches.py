@@ -82,9 +82,9 @@ class Touches:
     ) -> tuple[Touches, NDArray[np.intp]]:
         """Cut the signals around the first contacts of pinches.
 
-        ``contacts`` holds the first contact of each pinch, None if unknown. Return the contacts
-        that have a usable signal, and the positions of their pinches in the dataset. ``valid``
-        counts samples up to the second contact, if the dataset contains it.
+        ``contacts`` holds the first contact of each pinch, None if unknown. Return those
+        that have a usable signal, and the positions of their pinches in the dataset. A signal is
+        used up to the second contact, if the dataset contains it.
         """
         rate = dataset.layout.rate
         longest = samples_in(cls.LONGEST, rate)

@@ -93,7 +93,7 @@ class RecordingWriter:
             raise failed from error
 
     def write(self, block: Block, group: str = "") -> None:
-        """Append a block of samples, or with ``group`` one of that group of slower channels."""
+        """Append a block of samples. ``group`` names slower channels; "" means the main ones."""
         layout = self._layouts.get(group)
         if layout is None:
             raise InputError(f"{self.path}: the layout has no group {group!r}: add the group")

@@ -84,7 +84,10 @@ def import_events(
         table = Table(path, {"session": [path.stem]}, [0], "pinch")
         return _found(table, [path], signals, layout, find, [])
     if find is not None:
-        raise InputError(f"{events} already lists the contacts: do not give it", parameter="find")
+        raise InputError(
+            f"{events} already lists the contacts: leave find out, or remove that file",
+            parameter="find",
+        )
     table = read_events(events)
     files, of_rows, notes = _files(path, table)
     sounds = [read_sound(file) for file in files]

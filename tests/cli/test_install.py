@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 import shutil
 import subprocess
 import sys
@@ -152,12 +151,7 @@ def test_a_missing_extra_is_one_sentence_and_exit_2(
     process = run(base, *arguments, cwd=tmp_path)
     assert process.returncode == 2
     assert process.stderr.count("\n") == 1
-    wheel, _, named = shlex.split(process.stderr.partition(": ")[2].partition(": ")[2])[
-        -1
-    ].partition("[")
-    assert Path(wheel).suffix == ".whl"
-    assert Path(wheel).is_file()
-    assert named == f"{extra}]"
+    assert f".[{extra}]" in process.stderr
     assert list(tmp_path.iterdir()) == []
 
 

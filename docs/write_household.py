@@ -6,19 +6,15 @@ them with the data.
 
 from __future__ import annotations
 
-import csv
-from io import StringIO
 from pathlib import Path
 
 from firstcontact.core.display import FAMILIAR
-from firstcontact.twin.household import FOLDER, HOUSEHOLD, Quantity
+from firstcontact.twin.household import HOUSEHOLD, Quantity, read_table
 from firstcontact_lab.report.tables import fill, markdown_table
 
 PAGE = Path(__file__).parent / "reference/household.md"
 #: Sources of the numbers.
-SOURCES = list(
-    csv.DictReader(StringIO(FOLDER.joinpath("household_sources.csv").read_text("utf-8")))
-)
+SOURCES = read_table("household_sources.csv")
 #: How each quantity is shown: heading, factor, digits.
 SHOWN = {
     "shore_a": ("Shore A", 1.0),

@@ -12,7 +12,7 @@ from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device._audio_source import sound_descriptor
 from firstcontact.device.descriptor import Descriptor
-from firstcontact.device.opening import SourceOptions
+from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.threaded import ThreadedSource
 from firstcontact.recording.settings import check_rate
 from firstcontact.recording.sound import FULL_SCALE, read_sound
@@ -61,5 +61,5 @@ class TapeSource(ThreadedSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TapeSource:
-    options.check_speed()
+    check_speed(options.speed)
     return TapeSource(Path(name.partition(":")[2]), options.speed)

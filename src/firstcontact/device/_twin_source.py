@@ -15,7 +15,7 @@ from firstcontact.core import InputError
 from firstcontact.core.children import Child
 from firstcontact.core.installation import kernels
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.device.opening import SourceOptions
+from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.serial_source import SerialSource
 from firstcontact.twin.drive import LATENCY
 
@@ -42,7 +42,7 @@ class TwinDevice:
         latency: float = LATENCY,
         fault: str = "",
     ) -> None:
-        SourceOptions(speed=speed).check_speed(FASTEST)
+        check_speed(speed, FASTEST)
         options: dict[str, object] = {"condition": condition, "objects": objects, "seed": seed}
         options |= {"speed": speed, "latency": latency, "fault": fault}
         self._lock = threading.Lock()
@@ -154,7 +154,7 @@ class TwinSource(SerialSource):
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
     kernels()
-    options.check_speed(FASTEST)  # before a model is trained
+    check_speed(options.speed, FASTEST)  # before a model is trained
     return TwinSource(
         options.condition, [options.objects], options.seed, options.speed, fault=options.fault
     )

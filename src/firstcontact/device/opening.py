@@ -23,6 +23,14 @@ _log = logging.getLogger("firstcontact.device")
 SLOWEST = 1e-6
 
 
+def check_speed(speed: float, fastest: float = math.inf) -> None:
+    if not SLOWEST <= speed <= fastest:
+        raise InputError(
+            f"the speed is {speed:g}: give a number from {SLOWEST:g} to {fastest:g}",
+            parameter="speed",
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class SourceOptions:
     """User options of a source, besides its name."""
@@ -32,13 +40,6 @@ class SourceOptions:
     seed: int = 0
     objects: str = "paper"
     fault: str = ""
-
-    def check_speed(self, fastest: float = math.inf) -> None:
-        if not SLOWEST <= self.speed <= fastest:
-            raise InputError(
-                f"the speed is {self.speed:g}: give a number from {SLOWEST:g} to {fastest:g}",
-                parameter="speed",
-            )
 
     def check_own_speed(self, device: str) -> None:
         """Raise InputError if the speed is not 1. ``device`` has a fixed speed."""

@@ -14,7 +14,7 @@ from typing import NamedTuple, Self
 from firstcontact.core import Block, ClosingSpeed, InputError
 from firstcontact.device._responder import RING, TerminalDevice
 from firstcontact.device.descriptor import Descriptor
-from firstcontact.device.opening import SourceOptions
+from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.ports import PseudoTerminal
 from firstcontact.device.protocol import FRAME_SAMPLES, Decoder, FrameType
 from firstcontact.device.source import Arrival, Health, Source
@@ -39,7 +39,7 @@ class _Piece(NamedTuple):
 
 
 def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
-    SourceOptions(speed=speed).check_speed()
+    check_speed(speed)
     recording = read_recording(path)
     if not recording.samples:
         raise InputError(f"{path} holds no samples: there is nothing to replay")

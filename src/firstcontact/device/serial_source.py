@@ -303,10 +303,14 @@ class SerialSource(QueuedSource):
                     self._markers = [m for m in self._markers if (m.epoch, m.sample) >= end]
                 predictions, self._predictions = tuple(self._predictions), []
                 self._enqueue(Arrival(block, now, due, predictions=predictions))
-                if now - self._timed > TIMED and block.epoch == self._assembler.epoch:
-                    self._timed = now
-                    self._clock.add(block.end, now)
-                    self._check_rate(block.end, now)
+            if (
+                assembled.blocks
+                and assembled.blocks[-1].epoch == self._assembler.epoch
+                and now - self._timed > TIMED
+            ):
+                self._timed, newest = now, assembled.blocks[-1].end
+                self._clock.add(newest, now)
+                self._check_rate(newest, now)
             if assembled.blocks or self._assembler.epoch != epoch:
                 self._sampled, self._connected = now, True
             if assembled.blocks or assembled.greeted:

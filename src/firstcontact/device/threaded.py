@@ -70,8 +70,7 @@ class QueuedSource(Source):
     def _collect(self, timeout: float, least: int) -> list[Arrival]:
         with self._changed:
             self._wanted = least
-            if not self._is_enough():
-                self._changed.wait_for(self._is_enough, timeout)
+            self._changed.wait_for(self._is_enough, timeout)
             self._wanted = self._waiting = 0
             arrivals = list(self._arrivals)
             self._arrivals.clear()

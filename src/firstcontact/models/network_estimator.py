@@ -57,9 +57,9 @@ class Adapted:
         return self.scores.get(self.model.kind, alone)
 
     @property
-    def scheme(self) -> str:
-        """Conditioning scheme: "each finger" alone, or all fingers as "one" rig."""
-        return "each finger" if len(self.model.rigs) > 1 else "one"
+    def by_finger(self) -> bool:
+        """True if each finger is a rig of its own, False if all fingers are one."""
+        return len(self.model.rigs) > 1
 
     @property
     def refusal(self) -> str:
@@ -292,7 +292,7 @@ def condition(
 def _rig_sentence(shore_a: Values, made: Adapted) -> str:
     """Return a sentence on the pinches that describe the rig."""
     levels, counts = np.unique(shore_a, return_counts=True)
-    per = " and finger" if len(made.model.rigs) > 1 else ""
+    per = " and finger" if made.by_finger else ""
     limit = f"; at most {MOST_OF_LEVEL} of each level{per} are used"
     return (
         f"the network learns the rig from {counted(len(shore_a), 'pinch')} of "
@@ -333,7 +333,7 @@ def _check_sentences(base: InContextModel, made: Adapted) -> list[str]:
     if made.check is None:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
     alone = made.scores[InContextModel.kind]
-    one_for = "each finger is" if len(made.model.rigs) > 1 else "all fingers together are"
+    one_for = "each finger is" if made.by_finger else "all fingers together are"
     sentences = [made.split] if made.split else []
     sentences.append(
         f"held-out pinches: rmse of the network {alone:.2f} Shore A, {made.mean_rmse:.2f} if the "

@@ -223,10 +223,8 @@ class Pipeline:
 
     def _work(self, host: float) -> Iterator[Event]:
         start, self._thread_start = self._clock(), time.thread_time()
-        waiting = self._waiting
-        block = waiting[0] if len(waiting) == 1 else merge_blocks(waiting)[0]
-        if not self._has_warned:
-            self._warn_of_long_epoch(block)
+        (block,) = merge_blocks(self._waiting)
+        self._warn_of_long_epoch(block)
         self._waiting = []
         self._waiting_samples = 0
         self._block, self._host = block, host
@@ -261,7 +259,7 @@ class Pipeline:
         if self._epoch_start[0] != block.epoch:
             self._epoch_start = block.epoch, block.first_sample
         seconds = (block.end - self._epoch_start[1]) / self.layout.rate
-        if seconds > LONGEST_EPOCH:
+        if seconds > LONGEST_EPOCH and not self._has_warned:
             self._has_warned = True
             _log.warning(
                 "this stream has run for %.0f s without noise floors, so only the first closing "

@@ -22,8 +22,6 @@ from firstcontact.twin.draw import Condition, draw_specimen, generator
 from firstcontact.twin.mechanics import ObjectParameters
 from firstcontact.twin.objects import OBJECTS, Fragility, TwinObject
 
-#: Folder of the objects' numbers, and of their sources.
-FOLDER = files("firstcontact.twin")
 #: Entry in place of a source if the number is an estimate.
 ESTIMATE = "estimate"
 #: Mass below which an object lies loosely, kg.
@@ -134,10 +132,15 @@ def _numbers(row: Mapping[str, str]) -> HouseholdNumbers:
     return HouseholdNumbers(**quantities)
 
 
+def read_table(name: str) -> list[dict[str, str]]:
+    """Return the rows of a table in this folder: the objects' numbers, or their sources."""
+    return list(csv.DictReader(StringIO(files(__package__).joinpath(name).read_text("utf-8"))))
+
+
 #: Household objects in the order of the file: soft ones first.
 HOUSEHOLD = tuple(
     HouseholdObject(row["name"], row["group"], row["origin"], _numbers(row))
-    for row in csv.DictReader(StringIO(FOLDER.joinpath("household.csv").read_text("utf-8")))
+    for row in read_table("household.csv")
 )
 _BY_NAME = {item.name: item for item in HOUSEHOLD}
 

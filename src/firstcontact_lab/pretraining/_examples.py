@@ -106,8 +106,7 @@ class _Drawn:
 
 def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
     """Return the examples of one rig. They depend only on these arguments."""
-    d = _drawn(number, seed, family, again)
-    return _example_set(d.signals, d.objects, d.numbers, d.speeds, d.context, d.levels, d.rng)
+    return _example_set(_drawn(number, seed, family, again))
 
 
 def labelled_touches(number: int, seed: int) -> tuple[Touches, Values, Touches, Values]:
@@ -194,23 +193,15 @@ def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
     return Touches.from_signals(np.array(cut), np.array(valid), np.full(len(cut), -1), _RATE)
 
 
-def _example_set(
-    signals: NDArray[np.int16],
-    objects: list[RandomObject],
-    numbers: NDArray[np.intp],
-    speeds: Values,
-    context: tuple[NDArray[np.int16], Values],
-    shore_a: Values,
-    rng: Rng,
-) -> Examples:
-    blocks, block_speeds = context
-    n = len(signals)
+def _example_set(d: _Drawn) -> Examples:
+    (blocks, block_speeds), shore_a, rng = d.context, d.levels, d.rng
+    n = len(d.signals)
     tokens = np.zeros((1, CONTEXTS, len(Rig.STAGES), Rig.LEVELS, Rig.TOKEN), np.float32)
     levels = np.zeros((1, CONTEXTS), np.intp)
     general = np.zeros((1, CONTEXTS, Rig.GENERAL), np.float32)
     scale = np.zeros((1, CONTEXTS, 2))
     heard = np.zeros((n, CONTEXTS, HINTS), np.float32)
-    queries = _touches(signals, rng)
+    queries = _touches(d.signals, rng)
     sounds = spectra(queries.signals, _RATE)
     for place in range(CONTEXTS):
         rows = _subset(shore_a, 1.0 if place == 0 else float(rng.uniform(0.2, 0.8)), rng)
@@ -224,11 +215,11 @@ def _example_set(
         speed, alike = rig.pitch.listen(sounds)
         heard[:, place] = facts(speed, alike, np.full(n, np.nan))
     return Examples(
-        signals=signals,
-        shore_a=np.array([number.shore_a for number in objects]),
-        radii=np.array([number.parameters.radius for number in objects]),
-        speeds=np.log(speeds / np.median(block_speeds)),
-        object_ids=numbers,
+        signals=d.signals,
+        shore_a=np.array([specimen.shore_a for specimen in d.objects]),
+        radii=np.array([specimen.parameters.radius for specimen in d.objects]),
+        speeds=np.log(d.speeds / np.median(block_speeds)),
+        object_ids=d.numbers,
         heard=heard,
         rigs=np.zeros(n, np.intp),
         tokens=tokens,

@@ -133,7 +133,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
         **asdict(scores.unseen),
         pinches="objects" if len(objects) else "blocks",
         level=model.level,
-        scheme=adapted.scheme,
+        scheme="each finger" if adapted.by_finger else "one",
         too_short=int((queries & ~long_enough).sum()),
         before_second=share,
         with_second=of,

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -215,7 +216,9 @@ def main() -> None:
     parser.add_argument("--real", type=Path, help="results.json of the impacts of `make real`")
     parser.add_argument("--strikes", type=Path, help="results.json of its strikes")
     parser.add_argument("--sets", type=Path, help="results.json of `make real`")
-    parser.add_argument("--grasp", type=Path, help="results.json of `firstcontact grasp-study`")
+    parser.add_argument(
+        "--grasp", type=Path, help="results.json of `firstcontact grasp-study` and its picture"
+    )
     options = parser.parse_args()
     RESULTS.mkdir(exist_ok=True)
     for name, source in (
@@ -230,6 +233,8 @@ def main() -> None:
     ):
         if source is not None:
             copy(source, name)
+    if options.grasp is not None:
+        shutil.copy(options.grasp.with_name("grasp.png"), ROOT / "docs/images")
     made = tables(RESULTS)
     for page in pages(ROOT):
         text = page.read_text(encoding="utf-8")

@@ -155,8 +155,13 @@ def tables(results: Path) -> dict[str, str]:
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         made |= study_tables(results / "study.json")
-    if (results / "generalise.json").is_file():
-        made["structure"] = part_tables("structure", read_subjects(results / "generalise.json"))
+    for file, name in (
+        ("generalise", "structure"),
+        ("random_rigs", "random_rigs"),
+        ("closing_speed", "closing_speed"),
+    ):
+        if (results / f"{file}.json").is_file():
+            made[name] = part_tables(name, read_subjects(results / f"{file}.json"))
     if (results / "real.json").is_file():
         subjects = {"here": read_study(results / "real.json").about}
         chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]

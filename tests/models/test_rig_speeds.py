@@ -1,4 +1,4 @@
-"""Measured closing speeds count only if the rig's speeds differ, and differ enough."""
+"""Measured closing speeds count if the rig's speeds differ more than their errors."""
 
 from __future__ import annotations
 
@@ -64,7 +64,13 @@ def test_spreads_are_those_of_the_rig(spread: float, error: float, heard_error: 
 
 @pytest.mark.parametrize(
     ("spread", "error", "is_used"),
-    [(0.2, 0.1, True), (0.2, 0.35, True), (0.2, 0.5, False), (0.05, 0.01, False)],
+    [
+        (0.2, 0.1, True),
+        (0.2, 0.35, True),
+        (0.2, 0.5, False),
+        (0.05, 0.01, True),
+        (0.05, 0.2, False),
+    ],
 )
 def test_measurements_that_add_little_to_the_usual_speed_are_not_used(
     spread: float, error: float, is_used: bool

@@ -310,8 +310,8 @@ def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
     speeds = made.model.rigs[Rig.ANY].speeds
     if speeds is None:
         return [
-            f"closing speeds were measured in {pinches} ({error}) and are not used: they differ so "
-            "little that they do not improve predictions"
+            f"closing speeds were measured in {pinches} ({error}) and are not used: their "
+            "errors are more than twice as large as the differences of the speeds"
         ]
     return [
         f"closing speeds were measured in {pinches} ({error}); the model uses them: they differ "

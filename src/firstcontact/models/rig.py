@@ -254,10 +254,9 @@ def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
 #: Smallest and largest value of a spread or an error of ln(speed). No rig and no measurement is
 #: more exact than LEAST_SPREAD, and no speeds differ by more than MOST_SPREAD.
 LEAST_SPREAD, MOST_SPREAD = 0.01, 10.0
-#: Smallest spread of a rig's ln(speed) with which measurements are used, and largest variance of
-#: their errors as a share of the variance of the rig's speeds. With less spread, even exact speeds
-#: made predictions for everyday objects worse, by 0.7 Shore A.
-LEAST_VARIED, MOST_NOISE = 0.08, 4.0
+#: Largest variance of the errors of measurements that are used, as a share of the variance of the
+#: rig's speeds.
+MOST_NOISE = 4.0
 #: Spread of ln(speed) that is assumed for a rig with fewer than FEWEST pinches, and for old files.
 ASSUMED, FEWEST = 0.2, 4
 #: Relative error above which a measurement is ignored for the rig.
@@ -294,7 +293,7 @@ class RigSpeeds:
         both = is_measured & believed
         has_spread, has_heard = is_measured.sum() >= FEWEST, both.sum() >= FEWEST
         spread = _spread(log[is_measured], noise[is_measured]) if has_spread else ASSUMED
-        if spread < LEAST_VARIED or np.median(noise[is_measured]) > MOST_NOISE * spread**2:
+        if np.median(noise[is_measured]) > MOST_NOISE * spread**2:
             return None
         heard_error = _spread((heard - log)[both], noise[both]) if has_heard else np.inf
         return cls(usual, spread, heard_error)

@@ -32,6 +32,7 @@ from firstcontact_lab.pretraining._examples import (
     labelled_touches,
     volts,
 )
+from firstcontact_lab.rigs import FAMILIES
 
 LEVEL = 0.9
 #: Share of the training contacts that is marked out of range.
@@ -72,25 +73,40 @@ def calibrated(
     model: InContextModel, numbers: Sequence[int], seed: int, runner: Runner
 ) -> InContextModel:
     """Return the model with calibrated intervals of averages with a regression on other rigs."""
-    ratios = [r for r in runner.map(_mixed_ratios, numbers, seed, model) if r.size]
-    factors = np.array([_quantile(of_stage) for of_stage in np.concatenate(ratios, axis=1)])
+    errors, spreads = object_errors(model, numbers, seed, runner)[1]
+    factors = np.array([_quantile(of_stage) for of_stage in errors / spreads])
     return InContextModel(
         model.network, model.familiar, model.factors, model.level, model.rigs, factors
     )
 
 
-def _mixed_ratios(number: int, seed: int, model: InContextModel) -> NDArray[np.float64]:
-    """Return error / spread of a rig's objects at each stage; NaN after the second contact."""
-    blocks, levels, objects, shore_a = labelled_touches(number, seed)
+def object_errors(
+    model: InContextModel, numbers: Sequence[int], seed: int, runner: Runner, family: str = ""
+) -> NDArray[np.float64]:
+    """Return errors on rigs' objects and their spreads, of the network and of the average.
+
+    The average is that with a regression on the rig's pinches. The shape is (2 models, 2, stages,
+    objects); errors are NaN after the second contact.
+    """
+    of_rigs = runner.map(_object_errors, numbers, seed, model, family)
+    return np.concatenate([errors for errors in of_rigs if errors.size], axis=3)
+
+
+def _object_errors(
+    number: int, seed: int, model: InContextModel, family: str
+) -> NDArray[np.float64]:
+    of = FAMILIES[family] if family else None
+    blocks, levels, objects, shore_a = labelled_touches(number, seed, of)
     if len(blocks) < LEAST_PINCHES or len(np.unique(levels)) < LEAST_LEVELS:
-        return np.zeros((len(Rig.STAGES), 0))
+        return np.zeros((2, 2, len(Rig.STAGES), 0))
     scale = spread_scale(model, blocks, levels, seed)
-    mixed = CombinedModel.fit(model, blocks, levels, seed, scale)
-    out = np.empty((len(Rig.STAGES), len(objects)))
+    average = CombinedModel.fit(model, blocks, levels, seed, scale)
+    out = np.empty((2, 2, len(Rig.STAGES), len(objects)))
     for place, stage in enumerate(Rig.STAGES):
-        predicted = mixed.predict(objects.until(stage))
-        ratio = np.abs(predicted.value - shore_a) / predicted.spread
-        out[place] = np.where(objects.valid >= stage, ratio, np.nan)
+        for row, one in enumerate((average.network_alone(), average)):
+            predicted = one.predict(objects.until(stage))
+            error = np.abs(predicted.value - shore_a)
+            out[row, :, place] = np.where(objects.valid >= stage, error, np.nan), predicted.spread
     return out
 
 

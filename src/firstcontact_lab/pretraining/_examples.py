@@ -109,9 +109,11 @@ def rig_examples(number: int, seed: int, family: Family | None = None, again: in
     return _example_set(_drawn(number, seed, family, again))
 
 
-def labelled_touches(number: int, seed: int) -> tuple[Touches, Values, Touches, Values]:
+def labelled_touches(
+    number: int, seed: int, family: Family | None = None
+) -> tuple[Touches, Values, Touches, Values]:
     """Return contacts with blocks and their Shore A, and contacts with objects and theirs."""
-    d = _drawn(number, seed, None, 0)
+    d = _drawn(number, seed, family, 0)
     is_object = d.numbers >= 0
     shore_a = np.array([specimen.shore_a for specimen in d.objects])
     blocks, objects = (_touches(s, d.rng) for s in (d.context[0], d.signals[is_object]))

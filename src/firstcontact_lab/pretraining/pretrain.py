@@ -9,23 +9,24 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.models import Model, RigPredictor, Touches
+from firstcontact.models import Model, Rig, RigPredictor, Touches
 from firstcontact.models.card import TrainingRecord
 from firstcontact.models.in_context import InContextModel
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._calibration import (
     LEVEL,
     PINCHES,
-    answers,
     calibrated,
     finished,
+    object_errors,
     same_object,
 )
 from firstcontact_lab.pretraining._compact_training import STEPS, compacted
-from firstcontact_lab.pretraining._examples import Examples, example_set
+from firstcontact_lab.pretraining._examples import DRAWN, Examples, example_set
 from firstcontact_lab.pretraining._training import Training
 from firstcontact_lab.rigs import FAMILIES
 
@@ -70,7 +71,7 @@ def pretrain(
     torch.set_num_threads(1)  # the number of threads decides the last bits of sums
     examples = made(TRAINED, size.rigs)
     say(f"{size.rigs} rigs, {len(examples)} contacts for training")
-    state = work / f"training-{seed}-{size.rigs}-{size.epochs}.pt"
+    state = work / f"training-v{DRAWN}-{seed}-{size.rigs}-{size.epochs}.pt"
     full = Training(examples, size.epochs, seed, state).run(
         lambda epoch, loss: say(f"epoch {epoch} of {size.epochs}: loss {loss:.3f}")
     )
@@ -83,12 +84,16 @@ def pretrain(
     )
     model = finished(network, made(CALIBRATED, size.calibration), seed)
     model = calibrated(model, range(CALIBRATED, CALIBRATED + size.calibration), seed, runner)
-    scores: dict[str, Mapping[str, Any]] = {
-        "random rigs": judged(model, made(JUDGED, size.judgement), seed)
-    }
+    scores: dict[str, Mapping[str, Any]] = {}
+
+    def judge(title: str, first: int, rigs: int, family: str = "") -> None:
+        network, average = object_errors(model, range(first, first + rigs), seed, runner, family)
+        scores[title] = judged(network, model.factors)
+        scores[f"{title}, averaged"] = judged(average, model.mixed)
+
+    judge("random rigs", JUDGED, size.judgement)
     for name, family in FAMILIES.items():
-        examples = made(HELD_OUT, size.held_out, name)
-        scores[f"held out: {family.title}"] = judged(model, examples, seed)
+        judge(f"held out: {family.title}", HELD_OUT, size.held_out, name)
     calibration, test = (made(at, size.judgement, again=PINCHES) for at in (AGAIN, AGAIN_JUDGED))
     scores["same object"] = same_object(model, calibration, test, SAMPLES, seed + 1)
     trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
@@ -97,13 +102,13 @@ def pretrain(
     return model
 
 
-def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    is_object = examples.object_ids >= 0
+def judged(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping[str, Any]:
+    """Return scores at each time, from the errors of :func:`object_errors` and their spreads."""
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():
-        values, spreads = answers(model, examples, samples, seed + 1)
-        away = np.abs(np.clip(values, 0, 100) - examples.shore_a)[is_object]
-        half = model.half_widths(spreads, samples)[is_object]
+        stage = int(Rig.stage_index(samples))
+        away, spreads = errors[:, stage, np.isfinite(errors[0, stage])]
+        half = factors[stage] * spreads
         out[time] = {
             "rmse": round(float(np.sqrt((away**2).mean())), 2),
             "coverage": round(float((away <= half).mean()), 3),

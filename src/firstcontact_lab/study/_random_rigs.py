@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from firstcontact.models.scores import Ends, bootstrap_interval, resampled_sums
 from firstcontact.signal import samples_in
 from firstcontact.twin import BLOCKS, CONDITIONS
 from firstcontact.twin.draw import draw_offset, draw_specimen
+from firstcontact.twin.noise import MotorNoise
 from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact_lab.report.tables import Bounded, Cell, format_cell
 from firstcontact_lab.rigs import (
@@ -182,17 +184,30 @@ class JudgedRig:
     speeds: Values
 
 
-def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -> JudgedRig:
-    """Draw one rig of a family, and return its labelled contacts."""
+def judged_rig(
+    name: str,
+    number: int,
+    seed: int,
+    *,
+    free_speed: bool = False,
+    is_exact: bool = False,
+    is_quiet: bool = False,
+) -> JudgedRig:
+    """Draw one rig of a family, and return its labelled contacts.
+
+    Options change nothing else of the rig: all contacts are placed with the same delay
+    (``is_exact``), or the rig's own noise is a tenth (``is_quiet``).
+    """
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
     rig = family.rig(draw_rig(rng), rng)
+    delay = (DELAY[0], 0.0) if is_exact else DELAY
     change = _SIGNALS[name](rng) if name in _SIGNALS else None
     pinches = []
 
     def add(use: str, label: float, session: int, name: str, day: Day, o: RandomObject) -> None:
         hand = _at_free_speed(rig, rng) if free_speed else rig
-        signal, valid, speed = _pinch(hand, day, o, change, rng)
+        signal, valid, speed = _pinch(hand, day, o, change, delay, is_quiet, rng)
         radius = o.parameters.radius
         pinches.append((use, label, f"{use} {session}", name, signal, valid, radius, speed))
 
@@ -240,6 +255,16 @@ def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -
     )
 
 
+def _quiet(noise: MotorNoise) -> MotorNoise:
+    return replace(
+        noise.scaled(1.0, 0.1),
+        click_rate=0.0,
+        mains=0.1 * noise.mains,
+        hum=0.1 * noise.hum,
+        electronics=0.1 * noise.electronics,
+    )
+
+
 def _at_free_speed(rig: RandomRig, rng: Rng) -> RandomRig:
     """Return the rig with a random closing speed. The motor's speed changes in proportion."""
     factor = math.exp(rng.uniform(*np.log(FREE_SPEED)))
@@ -252,15 +277,26 @@ def _label(shore_a: float, rng: Rng) -> float:
 
 
 def _pinch(
-    rig: RandomRig, day: Day, target: RandomObject, change: Change | None, rng: Rng
+    rig: RandomRig,
+    day: Day,
+    target: RandomObject,
+    change: Change | None,
+    delay: tuple[float, float],
+    is_quiet: bool,
+    rng: Rng,
 ) -> tuple[NDArray[np.float32], int, float]:
     """Return the signal of one contact, its number of valid samples, and the closing speed."""
     more = MARGIN / _RATE
-    counts, speed = touch(rig, day, target, rng, Touches.BEFORE + more, Touches.LONGEST + more)
+    lengths = Touches.BEFORE + more, Touches.LONGEST + more
+    again = deepcopy(rng)
+    counts, speed = touch(rig, day, target, rng, *lengths)
+    if is_quiet:  # the loud contact is simulated, too, so that all later draws are the same
+        rig = replace(rig, noise=_quiet(rig.noise))
+        counts, _ = touch(rig, day, target, again, *lengths)
     signal = counts.astype(np.float64) * (ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
     if change is not None:
         signal = change(signal, rng)
-    late = int(np.clip(round(rng.normal(*DELAY)), -MARGIN, MARGIN))
+    late = int(np.clip(round(rng.normal(*delay)), -MARGIN, MARGIN))
     start = samples_in(Touches.BEFORE, _RATE)
     touched = Touches.cut_signal(signal, start + MARGIN + late, _RATE)
     if touched is None:

@@ -44,6 +44,19 @@ def test_no_session_or_object_is_both_learned_and_scored() -> None:
     assert np.isinf(rig.radii[rig.uses == OWN]).all()
 
 
+def test_a_rig_that_is_placed_alike_or_quiet_differs_in_nothing_else() -> None:
+    rig = judged_rig("linear_pad", 0, 4)
+    alike, quiet = (judged_rig("linear_pad", 0, 4, **{o: True}) for o in ("is_exact", "is_quiet"))
+    for other in (alike, quiet):
+        drawn = set(zip(rig.objects, rig.shore_a, rig.speeds, strict=True))
+        assert drawn & set(zip(other.objects, other.shore_a, other.speeds, strict=True)) > set()
+    np.testing.assert_array_equal(quiet.speeds, rig.speeds)
+    np.testing.assert_array_equal(quiet.shore_a, rig.shore_a)
+    before = slice(0, rig.touches.lead // 2)
+    loud, low = (one.touches.signals[:, before].std(axis=1).mean() for one in (rig, quiet))
+    assert low < loud / 3
+
+
 def test_each_method_is_scored_against_the_network() -> None:
     subject = Subject(CONDITIONS["paper-rig"].name, Dataset(()))
     results = NOTHING.replace(measure(subject, StudySettings().quick(), Serial()).entries)

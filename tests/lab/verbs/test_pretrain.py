@@ -37,7 +37,7 @@ def test_a_small_one_from_nothing_and_the_same_again(
     assert "epoch 2 of 2" in output
     record = read_card(tmp_path / "a").predictors[0].record
     assert "10 random simulated rigs" in record.training["trained"]
-    assert len(record.scores) == 2 + len(FAMILIES)
+    assert len(record.scores) == 2 * (1 + len(FAMILIES)) + 1
     answers = load_network(tmp_path / "a").predict(ringing(10)[0])
     assert np.isfinite(answers.value).all()
     # No pass of the full network is made again, and the weights are the same.

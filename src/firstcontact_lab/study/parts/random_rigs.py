@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,12 +68,17 @@ METHODS = {
     "network_radius": "Network, radius known",
     "svm": "SVM of the rig",
     "log_spectrum": "Log spectrum of the rig",
-    "svm_average": "Network and SVM, mean",
-    "log_average": "Network and log spectrum, mean",
     "regression": "Regression on the rig's features",
-    "regression_average": "Network and regression, mean",
-    "combined": "Network and regression, by variance",
-    "combined_radius": "The same, radius known",
+    "combined": "Average of both",
+    "combined_radius": "Average, radius known",
+    "combined_plain": "Average, intervals of the network",
+    "combined_exact": "Average, all contacts placed alike",
+    "combined_quiet": "Average, a tenth of the rig's noise",
+}
+#: Methods whose rigs differ from those of the others.
+OTHER_RIGS = {
+    "combined_exact": partial(judged_rig, is_exact=True),
+    "combined_quiet": partial(judged_rig, is_quiet=True),
 }
 
 
@@ -97,8 +103,15 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
     """Return mean squared error, coverage and width of each method, shape (methods, keys)."""
     rig = judged_rig(*job, seed)
-    predicted = _predictions(rig)
-    return [_scores(rig, [predicted[name](rig.touches, ms) for ms in TIMES]) for name in METHODS]
+    scores = {
+        name: _scores(rig, [predict(rig.touches, ms) for ms in TIMES])
+        for name, predict in _predictions(rig).items()
+    }
+    for name, draw in OTHER_RIGS.items():
+        other = draw(*job, seed)
+        predict = _timed(_adapted(other))
+        scores[name] = _scores(other, [predict(other.touches, ms) for ms in TIMES])
+    return [scores[name] for name in METHODS]
 
 
 #: Values, ends and half widths for contacts cut at a time, ms.
@@ -106,55 +119,52 @@ Predicted = tuple[Values, Values, Values, Values]
 Predict = Callable[[Touches, int], Predicted]
 
 
-def _predictions(rig: JudgedRig) -> dict[str, Predict]:
+def _own(rig: JudgedRig) -> tuple[Touches, Values, NDArray[np.str_]]:
+    """Return the rig's own block pinches, their Shore A and their sessions."""
     is_own = rig.uses == OWN
-    learn, shore_a, sessions = rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
-    network = adapt_network(pretrained(), learn, shore_a, sessions).model
-    combined = adapt_combined(pretrained(), learn, shore_a, sessions).model
-    assert isinstance(combined, CombinedModel)
-    ladders = {
-        name: fit_window_ladder(name, learn, shore_a, sessions) for name in ("svm", "log_spectrum")
-    }
+    return rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
 
-    def timed(model: InContextModel, radius: bool = False) -> Predict:
-        def predict_at_time(touches: Touches, ms: int) -> Predicted:
-            early = touches.until(samples_in(1e-3 * ms, touches.rate))
-            out = model.predict(replace(early, radii=rig.radii) if radius else early)
-            half = model.half_widths(out.spread, early.valid)
-            return out.value, out.low, out.high, half
 
-        return predict_at_time
+def _adapted(rig: JudgedRig) -> CombinedModel:
+    model = adapt_combined(pretrained(), *_own(rig)).model
+    assert isinstance(model, CombinedModel)
+    return model
 
-    def windows(ladder: LadderModel) -> Predict:
-        def predict_at_time(touches: Touches, ms: int) -> Predicted:
-            out = ladder.predict(touches.until(samples_in(1e-3 * ms, touches.rate)))
-            return out.value, out.low, out.high, np.maximum(out.high - out.low, 1e-6) / 2
 
-        return predict_at_time
+def _timed(model: InContextModel, radii: Values | None = None) -> Predict:
+    def predict(touches: Touches, ms: int) -> Predicted:
+        early = touches.until(samples_in(1e-3 * ms, touches.rate))
+        out = model.predict(early if radii is None else replace(early, radii=radii))
+        half = model.half_widths(out.spread, early.valid)
+        return out.value, out.low, out.high, half
 
-    def without_interval(value: Values) -> Predicted:
-        return value, value, value, np.ones(len(value))
+    return predict
+
+
+def _windows(ladder: LadderModel) -> Predict:
+    def predict(touches: Touches, ms: int) -> Predicted:
+        out = ladder.predict(touches.until(samples_in(1e-3 * ms, touches.rate)))
+        return out.value, out.low, out.high, np.maximum(out.high - out.low, 1e-6) / 2
+
+    return predict
+
+
+def _predictions(rig: JudgedRig) -> dict[str, Predict]:
+    own, base = _own(rig), pretrained()
+    network, combined = adapt_network(base, *own).model, _adapted(rig)
 
     def regression(touches: Touches, ms: int) -> Predicted:
         value, _ = combined.regress(touches.until(samples_in(1e-3 * ms, touches.rate)))
-        return without_interval(value)
+        return value, value, value, np.ones(len(value))
 
-    def mean(other: Predict) -> Predict:
-        return lambda touches, ms: without_interval(
-            (timed(network)(touches, ms)[0] + other(touches, ms)[0]) / 2
-        )
-
-    alone = {name: windows(ladder) for name, ladder in ladders.items()}
     return {
-        **alone,
-        "network": timed(network),
-        "network_radius": timed(network, radius=True),
-        "svm_average": mean(alone["svm"]),
-        "log_average": mean(alone["log_spectrum"]),
+        "network": _timed(network),
+        "network_radius": _timed(network, rig.radii),
+        **{name: _windows(fit_window_ladder(name, *own)) for name in ("svm", "log_spectrum")},
         "regression": regression,
-        "regression_average": mean(regression),
-        "combined": timed(combined),
-        "combined_radius": timed(combined, radius=True),
+        "combined": _timed(combined),
+        "combined_radius": _timed(combined, rig.radii),
+        "combined_plain": _timed(combined.widened(base.factors / base.mixed)),
     }
 
 
@@ -183,9 +193,6 @@ def _scores(rig: JudgedRig, answers: list[Predicted]) -> list[float]:
     return out
 
 
-RANDOMColumns = Sequence[tuple[str, str, str]]
-
-
 RANDOM_RIGS = Field.optional("random_rigs", RandomRigs)
 _COLUMNS = [
     ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms", "shore"),
@@ -204,14 +211,7 @@ _MORE = [
     ("Coverage of three, random", f"{RANDOM} three coverage", "share"),
     ("Width of three, everyday", f"{EVERYDAY} three width", "shore"),
 ]
-_WITH_INTERVALS = (
-    "network",
-    "network_radius",
-    "svm",
-    "log_spectrum",
-    "combined",
-    "combined_radius",
-)
+_WITHOUT_INTERVALS = ("regression",)
 Columns = Sequence[tuple[str, str, str]]
 
 
@@ -235,7 +235,7 @@ def _table(results: SubjectResults, columns: Columns, title: str) -> Table | Non
     for name, scores in judged.methods.items():
         cells = [
             scores.cell(key, unit)
-            if (unit == "shore" and not key.endswith("width")) or name in _WITH_INTERVALS
+            if (unit == "shore" and not key.endswith("width")) or name not in _WITHOUT_INTERVALS
             else Cell(ABSENT)
             for _, key, unit in columns
         ]
@@ -336,14 +336,10 @@ def _measured(
 
 def _speed_scores(rig: JudgedRig) -> list[list[float]]:
     """Return mean squared errors and coverage of each model, shape (models, keys)."""
-    is_context, touches = rig.uses == OWN, rig.touches
-    model = adapt_combined(
-        pretrained(), touches.take(is_context), rig.shore_a[is_context], rig.sessions[is_context]
-    ).model
-    network = model.network_alone() if isinstance(model, CombinedModel) else model
+    model = _adapted(rig)
     out = []
-    for each in (network, model):
-        answers = predictions_by_time(each, touches, TIMES)
+    for each in (model.network_alone(), model):
+        answers = predictions_by_time(each, rig.touches, TIMES)
         scores = []
         for use in (EVERYDAY, RANDOM):
             rows = rig.uses == use

@@ -258,8 +258,8 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
     )
 
 
-#: Version of the files, raised when rigs, objects or stored values change. Older files are
-#: replaced.
+#: Version of examples and trainings, raised when rigs, objects, stored values or batches change.
+#: Older files are not used.
 DRAWN = 1
 RIGS_PER_FILE = 50
 

@@ -119,14 +119,14 @@ Predicted = tuple[Values, Values, Values, Values]
 Predict = Callable[[Touches, int], Predicted]
 
 
-def _own(rig: JudgedRig) -> tuple[Touches, Values, NDArray[np.str_]]:
+def _block_pinches(rig: JudgedRig) -> tuple[Touches, Values, NDArray[np.str_]]:
     """Return the rig's own block pinches, their Shore A and their sessions."""
     is_own = rig.uses == OWN
     return rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
 
 
 def _adapted(rig: JudgedRig) -> CombinedModel:
-    model = adapt_combined(pretrained(), *_own(rig)).model
+    model = adapt_combined(pretrained(), *_block_pinches(rig)).model
     assert isinstance(model, CombinedModel)
     return model
 
@@ -150,8 +150,8 @@ def _windows(ladder: LadderModel) -> Predict:
 
 
 def _predictions(rig: JudgedRig) -> dict[str, Predict]:
-    own, base = _own(rig), pretrained()
-    network, combined = adapt_network(base, *own).model, _adapted(rig)
+    pinches, base = _block_pinches(rig), pretrained()
+    network, combined = adapt_network(base, *pinches).model, _adapted(rig)
 
     def regression(touches: Touches, ms: int) -> Predicted:
         value, _ = combined.regress(touches.until(samples_in(1e-3 * ms, touches.rate)))
@@ -160,7 +160,7 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
     return {
         "network": _timed(network),
         "network_radius": _timed(network, rig.radii),
-        **{name: _windows(fit_window_ladder(name, *own)) for name in ("svm", "log_spectrum")},
+        **{name: _windows(fit_window_ladder(name, *pinches)) for name in ("svm", "log_spectrum")},
         "regression": regression,
         "combined": _timed(combined),
         "combined_radius": _timed(combined, rig.radii),

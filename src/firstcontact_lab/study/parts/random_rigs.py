@@ -71,6 +71,7 @@ METHODS = {
     "regression": "Regression on the rig's features",
     "combined": "Average of both",
     "combined_radius": "Average, radius known",
+    "combined_told": "Average, radius and speed (± 3 %) known",
     "combined_plain": "Average, intervals of the network",
     "combined_exact": "Average, all contacts placed alike",
     "combined_quiet": "Average, a tenth of the rig's noise",
@@ -111,6 +112,9 @@ def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
         other = draw(*job, seed)
         predict = _timed(_adapted(other))
         scores[name] = _scores(other, [predict(other.touches, ms) for ms in TIMES])
+    told = _measured(rig, (0.03, True), np.random.default_rng([seed, job[1]]))
+    predict = _timed(_adapted(told), told.radii)
+    scores["combined_told"] = _scores(told, [predict(told.touches, ms) for ms in TIMES])
     return [scores[name] for name in METHODS]
 
 

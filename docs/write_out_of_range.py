@@ -167,11 +167,10 @@ def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
     """Return random rigs, each conditioned on its block pinches, with contacts to judge."""
     from firstcontact_lab.pretraining._batches import cut
     from firstcontact_lab.pretraining._examples import MARGIN, placing, rig_examples, volts
-    from firstcontact_lab.rigs import FAMILIES
 
     made = []
     for number in range(rigs):
-        examples = rig_examples(FIRST_RIG + number, SEED, FAMILIES.get(family))
+        examples = rig_examples(FIRST_RIG + number, SEED, family)
         level, sign = examples.scale[0, 0]
         tokens = examples.tokens[0, 0, :, : examples.levels[0, 0]]
         rig = Rig(level, sign, None, None, tokens, examples.general[0, 0])

@@ -311,7 +311,7 @@ def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
     if speeds is None:
         return [
             f"closing speeds were measured in {pinches} ({error}) and are not used: their "
-            "errors are more than twice as large as the differences of the speeds"
+            "errors are too large compared with the differences of the speeds"
         ]
     return [
         f"closing speeds were measured in {pinches} ({error}); the model uses them: they differ "

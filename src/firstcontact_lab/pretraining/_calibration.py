@@ -32,7 +32,6 @@ from firstcontact_lab.pretraining._examples import (
     labelled_touches,
     volts,
 )
-from firstcontact_lab.rigs import FAMILIES
 
 LEVEL = 0.9
 #: Share of the training contacts that is marked out of range.
@@ -95,8 +94,7 @@ def object_errors(
 def _object_errors(
     number: int, seed: int, model: InContextModel, family: str
 ) -> NDArray[np.float64]:
-    of = FAMILIES[family] if family else None
-    blocks, levels, objects, shore_a = labelled_touches(number, seed, of)
+    blocks, levels, objects, shore_a = labelled_touches(number, seed, family)
     if len(blocks) < LEAST_PINCHES or len(np.unique(levels)) < LEAST_LEVELS:
         return np.zeros((2, 2, len(Rig.STAGES), 0))
     scale = spread_scale(model, blocks, levels, seed)

@@ -25,7 +25,6 @@ from firstcontact_lab.rigs import (
     HARDEST,
     SOFTEST,
     Day,
-    Family,
     RandomObject,
     RandomRig,
     Rng,
@@ -104,13 +103,13 @@ class _Drawn:
     rng: Rng
 
 
-def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
+def rig_examples(number: int, seed: int, family: str = "", again: int = 0) -> Examples:
     """Return the examples of one rig. They depend only on these arguments."""
     return _example_set(_drawn(number, seed, family, again))
 
 
 def labelled_touches(
-    number: int, seed: int, family: Family | None = None
+    number: int, seed: int, family: str = ""
 ) -> tuple[Touches, Values, Touches, Values]:
     """Return contacts with blocks and their Shore A, and contacts with objects and theirs."""
     d = _drawn(number, seed, family, 0)
@@ -120,8 +119,9 @@ def labelled_touches(
     return blocks, d.levels, objects, shore_a[is_object]
 
 
-def _drawn(number: int, seed: int, family: Family | None, again: int) -> _Drawn:
+def _drawn(number: int, seed: int, family_name: str, again: int) -> _Drawn:
     rng = np.random.default_rng([seed, number])
+    family = FAMILIES[family_name] if family_name else None
     rig = draw_rig(rng)
     if family is not None:
         rig = family.rig(rig, rng)
@@ -265,7 +265,7 @@ RIGS_PER_FILE = 50
 
 
 def example_set(
-    folder: Path, first: int, rigs: int, seed: int, runner: Runner, family: str = "", again: int = 0
+    folder: Path, first: int, rigs: int, seed: int, runner: Runner, again: int = 0
 ) -> Examples:
     """Return the examples of ``rigs`` rigs from number ``first`` on."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -273,10 +273,10 @@ def example_set(
         (at, min(RIGS_PER_FILE, first + rigs - at))
         for at in range(first, first + rigs, RIGS_PER_FILE)
     ]
-    kind = (family or "rigs") + (f"-again{again}" if again else "")
+    kind = f"rigs-again{again}" if again else "rigs"
     files = [folder / f"{kind}-v{DRAWN}-{seed}-{at}-{n}.safetensors" for at, n in parts]
     missing = [part for part, file in zip(parts, files, strict=True) if not file.exists()]
-    made = iter(runner.stream(_make_part, missing, seed, family, again))
+    made = iter(runner.stream(_make_part, missing, seed, again))
     out: list[Examples] = []
     for file in files:
         if not file.exists():
@@ -285,11 +285,10 @@ def example_set(
     return joined(out)
 
 
-def _make_part(part: tuple[int, int], seed: int, family: str, again: int) -> Examples:
+def _make_part(part: tuple[int, int], seed: int, again: int) -> Examples:
     first, rigs = part
-    of = FAMILIES[family] if family else None
     numbers = range(first, first + rigs)
-    return joined([rig_examples(number, seed, of, again) for number in numbers])
+    return joined([rig_examples(number, seed, again=again) for number in numbers])
 
 
 def _write_part(file: Path, examples: Examples) -> None:

@@ -65,8 +65,8 @@ def pretrain(
 ) -> InContextModel:
     """Pre-train the network, or resume a stopped pre-training."""
 
-    def made(first: int, rigs: int, family: str = "", again: int = 0) -> Examples:
-        return example_set(work, first, rigs, seed, runner, family, again)
+    def made(first: int, rigs: int, again: int = 0) -> Examples:
+        return example_set(work, first, rigs, seed, runner, again)
 
     torch.set_num_threads(1)  # the number of threads decides the last bits of sums
     examples = made(TRAINED, size.rigs)

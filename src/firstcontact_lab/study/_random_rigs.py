@@ -196,7 +196,7 @@ def judged_rig(
     """Draw one rig of a family, and return its labelled contacts.
 
     Options change nothing else of the rig: all contacts are placed with the same delay
-    (``is_exact``), or the rig's own noise is a tenth (``is_quiet``).
+    (``is_exact``), or the rig's own noise is a tenth, without clicks (``is_quiet``).
     """
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
@@ -288,11 +288,11 @@ def _pinch(
     """Return the signal of one contact, its number of valid samples, and the closing speed."""
     more = MARGIN / _RATE
     lengths = Touches.BEFORE + more, Touches.LONGEST + more
-    again = deepcopy(rng)
-    counts, speed = touch(rig, day, target, rng, *lengths)
-    if is_quiet:  # the loud contact is simulated, too, so that all later draws are the same
-        rig = replace(rig, noise=_quiet(rig.noise))
-        counts, _ = touch(rig, day, target, again, *lengths)
+    unheard = replace(rig, noise=_quiet(rig.noise))
+    quiet = touch(unheard, day, target, deepcopy(rng), *lengths) if is_quiet else None
+    # The loud contact is simulated in any case, so that all later draws are the same.
+    loud = touch(rig, day, target, rng, *lengths)
+    counts, speed = quiet or loud
     signal = counts.astype(np.float64) * (ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
     if change is not None:
         signal = change(signal, rng)

@@ -47,9 +47,11 @@ def test_no_session_or_object_is_both_learned_and_scored() -> None:
 def test_a_rig_that_is_placed_alike_or_quiet_differs_in_nothing_else() -> None:
     rig = judged_rig("linear_pad", 0, 4)
     alike, quiet = (judged_rig("linear_pad", 0, 4, **{o: True}) for o in ("is_exact", "is_quiet"))
-    for other in (alike, quiet):
-        drawn = set(zip(rig.objects, rig.shore_a, rig.speeds, strict=True))
-        assert drawn & set(zip(other.objects, other.shore_a, other.speeds, strict=True)) > set()
+    # A few contacts end before the first estimate with one delay, and not with the other.
+    drawn, again = (
+        set(zip(one.objects, one.shore_a, one.speeds, strict=True)) for one in (rig, alike)
+    )
+    assert len(drawn & again) > 0.95 * max(len(drawn), len(again))
     np.testing.assert_array_equal(quiet.speeds, rig.speeds)
     np.testing.assert_array_equal(quiet.shore_a, rig.shore_a)
     before = slice(0, rig.touches.lead // 2)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,6 @@ from firstcontact.models import Touches
 from firstcontact.models.combined import CombinedModel, adapt_combined
 from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.network_estimator import adapt_network
 from firstcontact.models.predictions import combine
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
@@ -76,11 +74,6 @@ METHODS = {
     "combined_exact": "Average, all contacts placed alike",
     "combined_quiet": "Average, a tenth of the rig's noise",
 }
-#: Methods whose rigs differ from those of the others.
-OTHER_RIGS = {
-    "combined_exact": partial(judged_rig, is_exact=True),
-    "combined_quiet": partial(judged_rig, is_quiet=True),
-}
 
 
 class RandomRigs(Record, frozen=True, kw_only=True):
@@ -104,18 +97,14 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
     """Return mean squared error, coverage and width of each method, shape (methods, keys)."""
     rig = judged_rig(*job, seed)
-    scores = {
-        name: _scores(rig, [predict(rig.touches, ms) for ms in TIMES])
-        for name, predict in _predictions(rig).items()
+    told = _measured(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
+    exact, quiet = judged_rig(*job, seed, is_exact=True), judged_rig(*job, seed, is_quiet=True)
+    predictions = {name: (rig, predict) for name, predict in _predictions(rig).items()} | {
+        "combined_told": (told, _timed(_adapted(told), told.radii)),
+        "combined_exact": (exact, _timed(_adapted(exact))),
+        "combined_quiet": (quiet, _timed(_adapted(quiet))),
     }
-    for name, draw in OTHER_RIGS.items():
-        other = draw(*job, seed)
-        predict = _timed(_adapted(other))
-        scores[name] = _scores(other, [predict(other.touches, ms) for ms in TIMES])
-    told = _measured(rig, (0.03, True), np.random.default_rng([seed, job[1]]))
-    predict = _timed(_adapted(told), told.radii)
-    scores["combined_told"] = _scores(told, [predict(told.touches, ms) for ms in TIMES])
-    return [scores[name] for name in METHODS]
+    return [_scores(*predictions[name]) for name in METHODS]
 
 
 #: Values, ends and half widths for contacts cut at a time, ms.
@@ -154,8 +143,8 @@ def _windows(ladder: LadderModel) -> Predict:
 
 
 def _predictions(rig: JudgedRig) -> dict[str, Predict]:
-    pinches, base = _block_pinches(rig), pretrained()
-    network, combined = adapt_network(base, *pinches).model, _adapted(rig)
+    pinches, base, combined = _block_pinches(rig), pretrained(), _adapted(rig)
+    network = combined.network_alone()
 
     def regression(touches: Touches, ms: int) -> Predicted:
         value, _ = combined.regress(touches.until(samples_in(1e-3 * ms, touches.rate)))
@@ -172,7 +161,8 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
     }
 
 
-def _scores(rig: JudgedRig, answers: list[Predicted]) -> list[float]:
+def _scores(rig: JudgedRig, predict: Predict) -> list[float]:
+    answers = [predict(rig.touches, ms) for ms in TIMES]
     out = []
     middle = TIMES.index(MIDDLE)
     for use in _USES:
@@ -215,7 +205,6 @@ _MORE = [
     ("Coverage of three, random", f"{RANDOM} three coverage", "share"),
     ("Width of three, everyday", f"{EVERYDAY} three width", "shore"),
 ]
-_WITHOUT_INTERVALS = ("regression",)
 Columns = Sequence[tuple[str, str, str]]
 
 
@@ -239,7 +228,7 @@ def _table(results: SubjectResults, columns: Columns, title: str) -> Table | Non
     for name, scores in judged.methods.items():
         cells = [
             scores.cell(key, unit)
-            if (unit == "shore" and not key.endswith("width")) or name not in _WITHOUT_INTERVALS
+            if (unit == "shore" and not key.endswith("width")) or name != "regression"
             else Cell(ABSENT)
             for _, key, unit in columns
         ]

@@ -40,7 +40,7 @@ from firstcontact_lab.study.page import read_study, rows
 from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.parts.answer_time import ANSWER
 from firstcontact_lab.study.parts.in_force import IN_FORCE
-from firstcontact_lab.study.parts.objects import OBJECTS, PUBLISHED
+from firstcontact_lab.study.parts.objects import OBJECTS
 from firstcontact_lab.study.sets import noise_tables, overview
 
 ROOT = Path(__file__).parents[1]
@@ -91,32 +91,34 @@ def read_subjects(path: Path) -> dict[str, SubjectResults]:
 
 
 def front_table(subjects: Mapping[str, SubjectResults]) -> Table:
-    """Return the table of the README: a few results in plain words, each beside a yardstick.
+    """Return the table of the README: a few results in plain words, each beside yardsticks.
 
     Lines without results are left out.
     """
-    by_paper = optional(lambda r: r[OBJECTS].get("svm"), lambda scores: scores.rmse)
-    by_mean = optional(lambda r: r[OBJECTS].get("train_mean"), lambda scores: scores.rmse)
+    by_model = {
+        name: optional(lambda r, name=name: r[OBJECTS].get(name), lambda scores: scores.rmse)
+        for name in ("cnn", "svm", "peak", "log_spectrum")
+    }
     by_package = optional(lambda r: r[IN_FORCE], lambda scores: scores.rmse)
     ready = optional(lambda r: r[IN_FORCE], lambda scores: scores.share)
     ready_window = optional(lambda r: r[ANSWER], lambda times: times.before_second)
-    error, mean = "Error for new objects, ", "if you always predict the mean"
     entries = [
-        (f"{error}model of the paper", "paper rig", "one", by_paper,
-         lambda _: PUBLISHED["svm"], "published, on real objects"),
-        (f"{error}model of this package", "paper rig", "one", by_package, by_mean, mean),
-        ("Error of this package's model in everyday conditions", "everyday", "one", by_package,
-         by_mean, mean),
+        ("Error for new objects", "paper rig", "one", by_package,
+         [(by_model["cnn"], "with the paper's CNN"), (by_model["svm"], "with its SVM"),
+          (by_model["peak"], "with the peak amplitude alone")]),
+        ("Error for new objects in everyday conditions", "everyday", "one", by_package,
+         [(by_model["log_spectrum"], "with a log spectrum, which needs 15 ms of signal")]),
         ("Pinches with an estimate before the second finger touches, everyday", "everyday", "whole",
-         ready, ready_window, "if the model waits for 15 ms, as in the paper"),
+         ready, [(ready_window, "if the model waits for 15 ms, as in the paper")]),
     ]  # fmt: skip
     lines = []
-    for words, title, unit, value, yardstick, meaning in entries:
+    for words, title, unit, value, yardsticks in entries:
         results = subjects.get(title)
-        cells = [format_cell(f(results) if results else None, unit) for f in (value, yardstick)]
-        if all(cell.text != ABSENT for cell in cells):
-            beside = Cell(f"{cells[1].text} {meaning}")
-            lines.append(Line([Cell(words), cells[0], beside]))
+        measures = (value, *(yardstick for yardstick, _ in yardsticks))
+        cell, *others = [format_cell(f(results) if results else None, unit) for f in measures]
+        if all(c.text != ABSENT for c in (cell, *others)):
+            beside = (f"{c.text} {words}" for c, (_, words) in zip(others, yardsticks, strict=True))
+            lines.append(Line([Cell(words), cell, Cell(", ".join(beside))]))
     return Table("", ["on the simulated hand", "result", "yardstick"], lines)
 
 

@@ -10,6 +10,7 @@ import re
 import struct
 import zlib
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from firstcontact.core import InputError
@@ -91,6 +92,10 @@ def _search(path: Path, data: bytes) -> tuple[list[Record], list[str]]:
         records += inside
         chunks += 1
         end = stop
+    if not chunks:  # other programs also write messages outside of chunks
+        with suppress(ValueError, struct.error):
+            for record in read_records(data[end:]):
+                records.append(record)
     damage += _tail(data, end, chunks)
     return records, damage
 

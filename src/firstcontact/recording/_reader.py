@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, pairwise
@@ -123,6 +123,7 @@ def read_recording(path: AnyPath) -> Recording:
         )
         losses += [f"group {group.name}: {loss}" for loss in group_losses]
     pinches, lost_marks = _read(messages["/pinch"], read_mark, "pinch marks")
+    pinches = _distinct_marks(path, pinches)
     markers, lost_markers = _read(messages["/marker"], read_marker, "markers")
     skipped = (*damage, *losses, *_missing_marks(pinches), *lost_marks, *lost_markers)
     for sentence in skipped:
@@ -143,17 +144,47 @@ def _by_topic(records: Iterable[Record]) -> Mapping[str, list[bytes]]:
 
 
 def _header(path: Path, headers: list[bytes]) -> Header:
-    """Return the first usable header. If there is none, raise the error of the first header."""
+    """Return the usable header. If there is none, raise the error of the first header."""
     first: InputError | None = None
-    for data in headers:
+    usable: list[Header] = []
+    for data in dict.fromkeys(data.rstrip(b" ") for data in headers):
         try:
-            return read_header(data, f"{path}: /header")
+            header = read_header(data, f"{path}: /header")
         except InputError as error:
             first = first or error
+            continue
+        if usable and header != usable[0]:
+            raise _merged(path, "two different headers")
+        usable.append(header)
+    if usable:
+        return usable[0]
     raise first or InputError(
         f"{path} is not a firstcontact recording, or was cut off before its first samples (no "
         "readable /header): convert files of other programs with `firstcontact import`"
     )
+
+
+def _merged(path: Path, fault: str) -> InputError:
+    """Return the error for a file in which a program has put several recordings together."""
+    return InputError(
+        f"{path} has {fault}: several recordings were merged into it, so use the recordings that "
+        "it was made from, one by one"
+    )
+
+
+def _distinct_marks(path: Path, marks: Iterable[PinchMark]) -> tuple[PinchMark, ...]:
+    """Return the marks without copies. Raise an error if one touch has two labels."""
+    distinct = tuple(dict.fromkeys(marks))
+    doubled = [n for n, times in Counter(m.number for m in distinct).items() if times > 1]
+    if doubled:
+        raise _merged(path, f"two pinches of the number {doubled[0]}")
+    for one, other in pairwise(sorted(distinct, key=lambda m: (m.epoch, m.first_sample))):
+        shared = min(one.end, other.end) - other.first_sample if one.epoch == other.epoch else 0
+        longer = max(m.end - m.first_sample for m in (one, other))
+        # Pinches around close contacts share a few samples.
+        if one.label != other.label and 2 * (shared - 1) > longer:
+            raise _merged(path, f"two labels for the samples from number {other.first_sample} on")
+    return distinct
 
 
 def _stretches(
@@ -177,7 +208,10 @@ def _stretches(
             blocks.append(block)
         else:
             bad += 1
-    stretches, losses = join(blocks)
+    try:
+        stretches, losses = join(blocks)
+    except ValueError as error:
+        raise _merged(path, f"in {topic} {error}") from error
     unusable = [f"{bad} messages hold no samples and were left out"] if bad else []
     return stretches, [*unusable, *losses]
 
@@ -211,7 +245,13 @@ def _missing_marks(pinches: Iterable[PinchMark]) -> list[str]:
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
-    """Join consecutive blocks epoch by epoch. Return them and descriptions of losses."""
+    """Join consecutive blocks epoch by epoch. Return them and descriptions of losses.
+
+    Raises
+    ------
+    ValueError
+        Two blocks give different values to one sample.
+    """
     stretches: list[Block] = []
     losses: list[str] = []
     by_epoch = sorted(blocks, key=lambda b: b.epoch)  # stable: keeps file order within an epoch
@@ -229,13 +269,19 @@ def _join_epoch(blocks: list[Block]) -> tuple[list[Block], list[str]]:
         trouble.append(f"{late} blocks were out of order and were put back")
     doubled = 0
     accepted: list[Block] = []
+    farthest: Block | None = None  # as in the file: its part in ``accepted`` begins later
     for block in sorted(blocks, key=lambda b: b.first_sample):
-        if accepted and block.first_sample < accepted[-1].end:
-            overlap = min(accepted[-1].end - block.first_sample, len(block.data))
+        rest = block
+        if farthest is not None and block.first_sample < farthest.end:
+            overlap = min(farthest.end - block.first_sample, len(block.data))
+            start = block.first_sample - farthest.first_sample
+            if not np.array_equal(farthest.data[start : start + overlap], block.data[:overlap]):
+                raise ValueError(f"two values for samples from number {block.first_sample} on")
             doubled += overlap
-            block = Block(block.data[overlap:], block.first_sample + overlap, block.epoch)
-        if len(block.data):
-            accepted.append(block)
+            rest = Block(block.data[overlap:], block.first_sample + overlap, block.epoch)
+        if len(rest.data):
+            accepted.append(rest)
+            farthest = block
     stretches = merge_blocks(accepted)
     gaps = [b.first_sample - a.end for a, b in pairwise(stretches)]
     if doubled:

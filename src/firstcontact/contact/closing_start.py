@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from firstcontact.chain import Chain, EventKind, Image, build_image
 from firstcontact.chain.image import GATE_STEP
 from firstcontact.core import Block, Calibration, Dataset, Layout, Pinch, VibrationCalibration
-from firstcontact.signal import samples_in
+from firstcontact.recording import Recording
+from firstcontact.recording.dataset import cut
+from firstcontact.signal import resample_dataset, samples_in
 
 #: Number of steps of the gate over which it judges rest and the settling of the motor.
 STEPS = 13
@@ -157,6 +159,33 @@ def closing_starts(dataset: Dataset) -> tuple[DetectionStart, ...]:
     """Return the start of each pinch's closing."""
     floors = {id(p): floor for group in _rigs(dataset.pinches) for p, floor in _shared(group)}
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class RecordedClosing:
+    """Closing of a recorded pinch: its epoch, first sample for the detector, and end."""
+
+    epoch: int
+    start: int
+    #: First sample after the pinch.
+    end: int
+
+
+def recorded_closings(recording: Recording, rate: float) -> tuple[RecordedClosing, ...]:
+    """Return the closings of a recording's whole pinches in order, in samples at a rate, Hz."""
+    pairs = [(mark.epoch, cut(recording, mark)) for mark in recording.pinches]
+    dataset = resample_dataset(Dataset(tuple(p for _, p in pairs if p is not None)), rate)
+    return tuple(
+        sorted(
+            RecordedClosing(epoch, start.sample, pinch.first_sample + len(pinch.data))
+            for epoch, start, pinch in zip(
+                (epoch for epoch, pinch in pairs if pinch is not None),
+                closing_starts(dataset),
+                dataset.pinches,
+                strict=True,
+            )
+        )
+    )
 
 
 def cut_closings(dataset: Dataset, starts: Sequence[DetectionStart] | None = None) -> Dataset:

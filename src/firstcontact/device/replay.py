@@ -81,6 +81,11 @@ class ReplaySource(Source):
         return str(self._recording.path)
 
     @property
+    def recording(self) -> Recording:
+        """Recording that this source replays."""
+        return self._recording
+
+    @property
     def descriptor(self) -> Descriptor:
         return self._descriptor
 

@@ -105,8 +105,8 @@ class ResampledSource(Source):
     def __enter__(self) -> Self:
         return self
 
-    def _new_resampler(self) -> CausalResampler:
-        return CausalResampler(self._old, self._rate, self._strips)
+    def _new_resampler(self, origin: int = 0) -> CausalResampler:
+        return CausalResampler(self._old, self._rate, self._strips, origin)
 
     def _take(self, arrival: Arrival) -> list[Arrival]:
         """Return the resampled arrival, after markers and marks left over from an ended epoch."""
@@ -114,7 +114,7 @@ class ResampledSource(Source):
         is_new_epoch = block.epoch != self._epoch
         if is_new_epoch:
             leftovers = self._leftovers()
-            self._resampler = self._new_resampler()
+            self._resampler = self._new_resampler(block.first_sample)
             self._next = self._resampler.number(block.first_sample)
         data, first = self._resampler.update(block.data, block.first_sample)
         if len(block.data):

@@ -224,6 +224,9 @@ class CausalResampler:
     nearest
         Columns, such as contact strips, that are not interpolated: an output has the value of the
         nearest input.
+    origin
+        Number of an input sample that coincides with an output sample, as the first sample of a
+        pinch does in :func:`resample_dataset`.
 
     Attributes
     ----------
@@ -232,8 +235,11 @@ class CausalResampler:
         0.5 ms.
     """
 
-    def __init__(self, old: float, new: float, nearest: Sequence[int] = ()) -> None:
+    def __init__(
+        self, old: float, new: float, nearest: Sequence[int] = (), origin: int = 0
+    ) -> None:
         ratio = _ratio(old, new)
+        self._origin, self._new_origin = origin, round(origin * ratio)
         self._nearest = list(nearest)
         self._up, self._down = ratio.numerator, ratio.denominator
         taps, self._ahead = _low_pass(ratio, old)
@@ -249,7 +255,8 @@ class CausalResampler:
 
     def number(self, sample: int) -> int:
         """Return the number of the output sample nearest in time to input sample ``sample``."""
-        return (2 * sample * self._up + self._down) // (2 * self._down)
+        since = sample - self._origin
+        return self._new_origin + (2 * since * self._up + self._down) // (2 * self._down)
 
     def update(self, x: NDArray[np.floating], first: int) -> tuple[NDArray[np.float64], int]:
         """Resample the next samples.
@@ -267,7 +274,8 @@ class CausalResampler:
             Output samples, shape (samples, channels), and the number of the first of them.
         """
         if not len(x):
-            return np.zeros(x.shape), self._next
+            return np.zeros(x.shape), self._next + self._new_origin
+        first -= self._origin
         history = self._taps.shape[1] - 1
         if self._past is None or first != self._end:
             self._past = np.repeat(np.asarray(x[:1], np.float64), history, axis=0)
@@ -289,4 +297,4 @@ class CausalResampler:
             out[:, self._nearest] = samples[nearest][:, self._nearest]
         self._past = samples[len(samples) - history :] if history else samples[:0]
         first_output, self._next = self._next, stop
-        return out, first_output
+        return out, first_output + self._new_origin

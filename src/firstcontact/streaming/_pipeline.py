@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable, Iterator
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from firstcontact.chain import Chain, ChainEvent, EventKind, Flag, Reason, build_image
 from firstcontact.chain.image import DetectorKind
 from firstcontact.contact import Detector
+from firstcontact.contact.closing_start import RecordedClosing
 from firstcontact.core import (
     Block,
     Calibration,
@@ -147,6 +149,8 @@ class Pipeline:
         self._waiting: list[Block] = []
         self._waiting_samples = 0
         self._lot = self._idle  # samples that are processed together
+        self._closings: tuple[RecordedClosing, ...] = ()
+        self._run = 0  # number of the waiting samples' epoch, or of their recorded closing
         self._block, self._host, self._now = Block(np.zeros((0, layout.width))), 0.0, 0.0
         #: First contacts in the samples that the chain processes: closing speed and radius.
         self._touched: dict[int, tuple[ClosingSpeed | None, float]] = {}
@@ -168,6 +172,27 @@ class Pipeline:
         )
         self._has_warned = self._chain.has_floors
 
+    def follow(self, closings: Sequence[RecordedClosing]) -> None:
+        """Detect contacts only in these closings of a recording, unless noise floors tell others.
+
+        Offline functions begin at the same samples. Call this only before the first block.
+        """
+        if closings and not self._chain.has_floors:
+            self._closings, self._has_warned = tuple(closings), True
+
+    def _parts(self, block: Block) -> Iterator[tuple[int, Block]]:
+        """Yield the parts of a block that the chain gets, each with the number of its run."""
+        if not self._closings:
+            yield block.epoch, block
+        begin, stop = (block.epoch, block.first_sample), (block.epoch, block.end)
+        place = bisect_right(self._closings, begin, key=lambda c: (c.epoch, c.end))
+        for run, closing in enumerate(self._closings[place : place + len(block.data)], place):
+            if (closing.epoch, closing.start) >= stop:
+                break
+            first, end = max(closing.start, block.first_sample), min(closing.end, block.end)
+            data = block.data[first - block.first_sample : end - block.first_sample]
+            yield run, Block(data, first, block.epoch)
+
     def update(self, block: Block, host: float) -> Iterator[Event]:
         """Process the next block. Yield the events that are now due, in order.
 
@@ -179,10 +204,14 @@ class Pipeline:
             yield from self._work(host)
         if self._transport is not None:
             self._transport.add(block, host)
-        self._waiting.append(block)
-        self._waiting_samples += len(block.data)
-        if self._waiting_samples >= self._lot:
-            yield from self._work(host)
+        for run, part in self._parts(block):
+            if self._waiting and (self._waiting[-1].end, self._run) != (part.first_sample, run):
+                yield from self._work(host)
+            self._run = run
+            self._waiting.append(part)
+            self._waiting_samples += len(part.data)
+            if self._waiting_samples >= self._lot:
+                yield from self._work(host)
 
     def group(self, seconds: float) -> None:
         """Process samples in groups of ``seconds``, 0.018 to 0.036 s, while no event is due."""
@@ -228,7 +257,7 @@ class Pipeline:
         self._waiting = []
         self._waiting_samples = 0
         self._block, self._host = block, host
-        events = self._chain.take(block)
+        events = self._chain.take(Block(block.data, block.first_sample, self._run))
         self._now = self._clock()
         for event in events:
             yield from self._live(event)

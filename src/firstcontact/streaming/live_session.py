@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.contact import SLIP_DETECTORS, Detector, SlipDetector, general_detector
+from firstcontact.contact.closing_start import recorded_closings
 from firstcontact.core import Calibration, InputError, VibrationCalibration, fingertip_layout
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.files import AnyPath
@@ -19,6 +20,7 @@ from firstcontact.device import Source
 from firstcontact.device.clock import TransportDelay
 from firstcontact.device.descriptor import DevicePredictor, skipped_model
 from firstcontact.device.noise_floor import measure_noise
+from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
 from firstcontact.grasp import HANDS, POLICIES, Hand, HandError, open_hand
 from firstcontact.grasp.hand import Begins
@@ -79,7 +81,7 @@ def live_session(
             detector = detector if used is None else used.own_detector
             for line in _remarks(source, used, predictor, estimator, is_given=is_given):
                 notify(line)
-            source = _at_rate(source, detector, predictor, notify)
+            opened, source = source, _at_rate(source, detector, predictor, notify)
             layout = source.descriptor.layout
             pipeline = Pipeline(
                 layout,
@@ -95,6 +97,8 @@ def live_session(
                 # Without noise floors, each closing of a recording is an epoch.
                 floors = source.calibration if source.recorded else measure(source)
             pipeline.calibrate(floors)
+            if isinstance(opened, ReplaySource):
+                pipeline.follow(recorded_closings(opened.recording, layout.rate))
             grasping = None
             if hand is not None:
                 grasping = Grasping(

@@ -75,3 +75,52 @@ def test_file_that_ends_during_the_rest_is_called_too_short(tmp_path: Path) -> N
         pytest.raises(InputError, match="long enough"),
     ):
         measure_noise(source)
+
+
+def spoilt(start: float, end: float, gain: float | NDArray[np.float64], level: int = 0) -> object:
+    """Return 6 s of noise with an RMS of 12, scaled from ``start`` to ``end`` (s)."""
+    noise = np.random.default_rng(0).normal(0, 12, 6 * RATE)
+    part = slice(round(start * RATE), round(end * RATE))
+    fade = np.interp(
+        np.linspace(0, 1, part.stop - part.start), np.linspace(0, 1, np.size(gain)), np.ravel(gain)
+    )
+    noise[part] = fade * noise[part] + level
+    return np.round(noise).astype(np.int16)
+
+
+@pytest.mark.parametrize("seconds", [0.2, 1.0, 2.0])
+@pytest.mark.parametrize(
+    "tape",
+    [
+        *(spoilt(0, end, 0.0) for end in (0.012, 0.495, 0.56, 1.09, 1.5)),
+        spoilt(0, 1.5, 0.0, 700),
+        spoilt(0.22, 0.3, 0.0),
+        spoilt(0.82, 1.15, 0.0),
+        spoilt(0, 0.5, np.linspace(0, 1, 9) ** 2),
+        spoilt(0, 0.8, np.array([0.0, 1.0])),
+        spoilt(0.7, 6, 1.0, 2000),
+    ],
+)
+def test_noise_is_measured_beside_silence_and_steps(
+    tape: object, seconds: float, tmp_path: Path
+) -> None:
+    wavfile.write(tmp_path / "tape.wav", RATE, tape)
+    wavfile.write(tmp_path / "rest.wav", RATE, spoilt(0, 0, 1.0))
+    noise = []
+    for name in ("tape", "rest"):
+        with open_source(f"tape:{tmp_path / name}.wav", speed=np.inf) as source:
+            noise += [p.noise for p in measure_noise(source, seconds).piezo]
+    assert noise[0] == pytest.approx(noise[1], rel=0.15)
+
+
+@pytest.mark.parametrize("silent", [0, 1])
+def test_silent_channel_is_named(silent: int, tmp_path: Path) -> None:
+    both = np.stack([spoilt(0, 0, 1.0)] * 2, axis=1)
+    both[:, silent] = 7 * silent
+    wavfile.write(tmp_path / "tape.wav", RATE, both)
+    with (
+        open_source(f"tape:{tmp_path / 'tape.wav'}", speed=np.inf) as source,
+        pytest.raises(InputError, match=rf"channel {silent + 1}\) is silent") as error,
+    ):
+        measure_noise(source)
+    assert f"channel {2 - silent}" not in str(error.value)

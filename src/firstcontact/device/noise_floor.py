@@ -21,9 +21,15 @@ from firstcontact.device.source import Arrival, Source
 #: Length of the parts of a stream that are each judged as at rest or not, s: whole periods of 50
 #: and 60 Hz.
 PART = 0.1
-#: A part is at rest if no sensor's RMS exceeds its smallest RMS by this factor. The RMS of parts at
-#: rest scatters by about 5 %. A running motor doubles it or more.
+#: A part is at rest if each sensor's RMS is within this factor of its level at rest. The RMS of
+#: parts at rest scatters by about 5 %. A running motor doubles it or more.
 STEADY = 1.4
+#: Number of parts that must agree on the level of rest. Fewer are from a dropout or a fade-in.
+AGREEING = 5
+#: Time after which a level of rest is forgotten, s. So an input whose gain rises is measured, too.
+RECENT = 5.0
+#: Smallest range of a signal, as a share of its largest value. A filter leaves less on a constant.
+RIPPLE = 1e-5
 #: A taxel is loaded if it is above its lowest level by this, V, or above ``LOADED``. Unloaded
 #: Velostat creeps back below it within a second.
 RISEN = 0.4
@@ -73,7 +79,8 @@ class RestMeter:
             return
         parts = x[: count * self._length].reshape(count, self._length, -1)
         piezos = parts[:, :, self._vibration]
-        rms = np.where(np.ptp(piezos, axis=1) > 0, piezos.std(axis=1), 0.0)
+        is_flat = np.ptp(piezos, axis=1) <= RIPPLE * np.abs(piezos).max(axis=1)
+        rms = np.where(is_flat, 0.0, piezos.std(axis=1))
         closed = [(parts[:, :, strips] > 0).any(axis=(1, 2)) for strips in self._strips]
         self._means = np.concatenate([self._means, piezos.mean(axis=1)])
         self._rms = np.concatenate([self._rms, rms])
@@ -108,7 +115,11 @@ class RestMeter:
             sensor_name = f"the {sensor}" if finger is None else f"the {name}'s {sensor}"
             # Report the most basic fault first: a closed strip also explains a loud piezo.
             if flat > 0.5:
-                messages.append(f"{sensor_name} is constant: check its plug and buffer")
+                number = self._vibration[column] + 1
+                messages.append(
+                    f"{sensor_name} (channel {number}) is silent or constant: check its plug and "
+                    "buffer, or leave the channel out"
+                )
             elif max(strip, force) > 0 and max(strip, force) >= loud:
                 fault = "strip is closed" if strip >= force else "force is above its unloaded level"
                 messages.append(f"the {name}'s {fault}: remove what it touches")
@@ -119,7 +130,9 @@ class RestMeter:
                     else "stop the motor and keep the hand still"
                 )
                 messages.append(f"{sensor_name} is not at rest: {remedy}")
-        return messages or ["too few samples: check the connection"]
+        return messages or [
+            "too few samples: check the connection, or that the recording is long enough"
+        ]
 
     def _faults(self) -> NDArray[np.bool_]:
         """Return whether a part is flat, closed, loaded or loud; shape (4, parts, fingers)."""
@@ -129,8 +142,17 @@ class RestMeter:
         is_loaded = self._levels > np.minimum(self._levels.min(axis=0) + RISEN, LOADED)
         loaded = np.stack([is_loaded[:, taxels].any(axis=1) for taxels in self._taxels], axis=1)
         free = ~(flat | self._closed | loaded).any(axis=1)
-        quietest = (self._rms[free] if free.any() else self._rms).min(axis=0)
-        return np.stack([flat, self._closed, loaded, self._rms > STEADY * quietest])
+        free &= np.arange(len(free)) >= len(free) - RECENT / PART
+        level = self._level(np.sort(self._rms[free] if free.any() else self._rms, axis=0))
+        is_loud = (STEADY * self._rms < level) | (self._rms > STEADY * level)
+        return np.stack([flat, self._closed, loaded, is_loud])
+
+    def _level(self, rms: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the lowest RMS of each sensor that several parts share; ``rms`` is sorted."""
+        others = min(AGREEING, len(rms)) - 1
+        is_shared = rms[others:] <= STEADY * rms[: len(rms) - others]
+        # If no level is shared, the lowest counts.
+        return np.asarray(np.take_along_axis(rms, is_shared.argmax(axis=0)[None], axis=0)[0])
 
     def _at_rest(self) -> NDArray[np.bool_]:
         return np.asarray(~self._faults().any(axis=(0, 2)))
@@ -152,8 +174,10 @@ def wait_for_arrivals(source: Source) -> list[Arrival]:
 def measure_noise(source: Source, seconds: float = REST, patience: float = PATIENCE) -> Calibration:
     """Measure noise floor and offset of each vibration sensor of an open source."""
     meter = RestMeter(source.descriptor.layout, seconds)
-    most = (seconds + patience) * source.descriptor.layout.rate
+    least, most = (s * source.descriptor.layout.rate for s in (seconds, seconds + patience))
     while not meter.is_sufficient and meter.samples < most:
+        if source.ended and meter.samples >= least:
+            break
         for arrival in wait_for_arrivals(source):
             meter.update(arrival.block)
     return meter.calibration()

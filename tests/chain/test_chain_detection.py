@@ -11,9 +11,9 @@ from detection_reference import Event, run
 from numpy.typing import NDArray
 from random_streams import RandomStream, random_stream
 
-from firstcontact.chain import ChainEvent, EventKind
-from firstcontact.chain.image import DetectorKind
-from firstcontact.core import Block
+from firstcontact.chain import ChainEvent, EventKind, build_image
+from firstcontact.chain.image import NO_DETECTOR, DetectorKind
+from firstcontact.core import Block, InputError
 
 
 def computed(
@@ -111,3 +111,22 @@ def test_windows_of_a_trace_are_those_of_all_samples() -> None:
         onsets = {onset for row in rows for onset in row[1:]}
         found = {e.sample for e in events if e.kind == EventKind.CONTACT_FOUND}
         assert found <= onsets
+
+
+@pytest.mark.parametrize("kind", DetectorKind)
+@pytest.mark.parametrize(
+    "sizes",
+    [
+        {"window": -6},
+        {"window": 1 << 20},
+        {"step": 0},
+        {"steady": -1},
+        {"steady": 1 << 20},
+        {"search": -1},
+        {"looks": 0},
+    ],
+)
+def test_image_with_impossible_sizes_is_refused(kind: DetectorKind, sizes: dict[str, int]) -> None:
+    constants = replace(NO_DETECTOR, kind=kind, **sizes)
+    with pytest.raises(InputError, match="do not fit"):
+        assert build_image(5000.0, constants).handle

@@ -104,6 +104,12 @@ class Chain:
         self.windows: list[tuple[int, ...]] = []
         self.has_floors = has_floors
         self._is_traced = is_traced
+        self._functions = (
+            None if detector is None else _settled(detector, len(fingers)),
+            None if detector is None else _judge(detector, len(fingers)),
+            predict,
+            contact,
+        )
         self._handle = self._module.chain(
             image.handle,
             np.array([-1 if f is None else numbers.index(f) for f in fingers], np.int32),
@@ -116,10 +122,7 @@ class Chain:
             None in fingers,
             keeps_first_state,
             is_traced,
-            None if detector is None else _settled(detector, len(fingers)),
-            None if detector is None else _judge(detector, len(fingers)),
-            predict,
-            contact,
+            self._functions,
         )
 
     def take(self, block: Block) -> list[ChainEvent]:
@@ -127,11 +130,12 @@ class Chain:
         data = np.ascontiguousarray(block.data)
         if data.dtype.char not in "hHidf":
             data = data.astype(np.float64)
-        return self._events(self._module.take(self._handle, data, block.first_sample, block.epoch))
+        first, epoch = block.first_sample, block.epoch
+        return self._events(self._module.take(self._handle, data, first, epoch, self._functions))
 
     def finish(self) -> list[ChainEvent]:
         """End the closing in progress at the end of the stream. Return the last events."""
-        return self._events(self._module.finish(self._handle))
+        return self._events(self._module.finish(self._handle, self._functions))
 
     def hint(self, speed: float, error: float, radius: float) -> None:
         """Set closing speed and object radius (:data:`Hints`) for this closing, or the next one."""

@@ -30,7 +30,8 @@ CELL, APART = 0.005, 0.02
 class FoxgloveSink:
     """WebSocket server for Foxglove: each sample, force grids, and each event as JSON.
 
-    The constructor opens the port, so that a busy port is reported early.
+    The constructor opens the port, so that a busy port is reported early. The SDK cannot refuse
+    origins: any web page in a browser on this computer can read along.
     """
 
     name = "foxglove"

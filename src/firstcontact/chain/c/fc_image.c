@@ -229,12 +229,11 @@ static const char *read_model(cursor *c, fc_model *m)
 
 static bool is_detector(const fc_detector_constants *d)
 {
-    if (d->kind < FC_DETECTOR_NONE || d->kind > FC_DETECTOR_PROGRAM)
-        return false;
-    if (d->window < 2 * FC_LEAST_LOUD || d->window > FC_WINDOW_MOST || d->step < 1
+    if (d->kind < FC_DETECTOR_NONE || d->kind > FC_DETECTOR_PROGRAM
+        || d->window < 2 * FC_LEAST_LOUD || d->window > FC_WINDOW_MOST || d->step < 1
         || d->step > d->window || d->steady < d->window - d->step || d->steady > FC_WINDOW_MOST
         || d->search < 0 || d->looks < 1 || d->looks > FC_LOOKS_MOST)
-        return d->kind == FC_DETECTOR_NONE;
+        return false;
     if (d->kind != FC_DETECTOR_LOGISTIC)
         return true;
     const int32_t look = d->window - (d->looks - 1) * d->step;

@@ -6,11 +6,15 @@
 
 static const char STREAM[] = "firstcontact.chain";
 
-/* Chain with its image, its columns, and the Python functions that it calls. */
+/* The Python functions that a chain calls, in the order of their tuple. */
+enum { SETTLED, JUDGE, PREDICT, CONTACT, FUNCTIONS };
+
+/* Chain with its image and its columns. The garbage collector cannot look into a capsule. So the
+   functions, which refer to the owner of the chain, come with each call. */
 typedef struct {
     fc_chain chain;
     PyObject *image;        /* capsule */
-    PyObject *settled, *judge, *predict, *contact; /* NULL for None */
+    PyObject *functions[FUNCTIONS]; /* of the call in progress, borrowed */
     PyObject *events, *windows; /* lists of the call in progress; windows is NULL without a trace */
     bool is_traced;
     Py_ssize_t width;
@@ -68,9 +72,9 @@ static void on_event(void *context, const fc_event *e)
            Py_BuildValue("(iiiiLLifffff)", e->kind, e->reason, e->flags, e->channel,
                          (long long)e->sample, (long long)e->known, e->samples, s->value, s->low,
                          s->high, s->half_width, s->spread));
-    if (h->contact != NULL && e->kind == FC_CONTACT_FOUND && (e->flags & FC_IS_FIRST)) {
+    if (h->functions[CONTACT] != Py_None && e->kind == FC_CONTACT_FOUND && (e->flags & FC_IS_FIRST)) {
         fc_hints hints;
-        PyObject *const out = PyObject_CallFunction(h->contact, "L", (long long)e->sample);
+        PyObject *const out = PyObject_CallFunction(h->functions[CONTACT], "L", (long long)e->sample);
         if (read_hints(out, &hints))
             fc_chain_hint(&h->chain, &hints);
         Py_XDECREF(out);
@@ -103,7 +107,7 @@ static void on_settled(void *context, const double *quiet)
     const Py_ssize_t n = (Py_ssize_t)h->chain.detector.constants->steady * h->chain.stream.channels;
     PyObject *const view = PyErr_Occurred() ? NULL : doubles_of(quiet, n);
     if (view != NULL)
-        Py_XDECREF(PyObject_CallFunctionObjArgs(h->settled, view, NULL));
+        Py_XDECREF(PyObject_CallFunctionObjArgs(h->functions[SETTLED], view, NULL));
     Py_XDECREF(view);
 }
 
@@ -113,7 +117,7 @@ static void on_judge(void *context, const double *windows, uint8_t *fired)
     const int32_t channels = h->chain.stream.channels;
     const Py_ssize_t n = (Py_ssize_t)h->chain.detector.constants->window * channels;
     PyObject *const view = PyErr_Occurred() ? NULL : doubles_of(windows, n);
-    PyObject *const mask = view == NULL ? NULL : PyObject_CallFunctionObjArgs(h->judge, view, NULL);
+    PyObject *const mask = view == NULL ? NULL : PyObject_CallFunctionObjArgs(h->functions[JUDGE], view, NULL);
     const long bits = mask == NULL ? 0 : PyLong_AsLong(mask);
     for (int32_t k = 0; k < channels; k++)
         fired[k] = bits > 0 && (bits >> k) & 1;
@@ -135,7 +139,7 @@ static bool on_predict(void *context, const fc_chain *c, int32_t samples, fc_est
     PyObject *const view = PyMemoryView_FromMemory(
         (char *)signal, (before + FC_POINTS) * (Py_ssize_t)sizeof *signal, PyBUF_READ);
     PyObject *const result = view == NULL ? NULL
-        : PyObject_CallFunction(h->predict, "Oiiddd", view, samples, c->stream.finger[c->channel],
+        : PyObject_CallFunction(h->functions[PREDICT], "Oiiddd", view, samples, c->stream.finger[c->channel],
                                 hints->speed, hints->error, hints->radius);
     int is_out = 0;
     const bool is_right = result != NULL
@@ -151,30 +155,32 @@ static void free_chain(PyObject *capsule)
 {
     held_chain *const h = PyCapsule_GetPointer(capsule, STREAM);
     Py_XDECREF(h->image);
-    Py_XDECREF(h->settled);
-    Py_XDECREF(h->judge);
-    Py_XDECREF(h->predict);
-    Py_XDECREF(h->contact);
     PyMem_Free(h);
 }
 
-static PyObject *function_or_null(PyObject *object)
+/* Fetch the functions from a tuple of functions or None. */
+static bool fetch_functions(PyObject *tuple, PyObject **functions)
 {
-    return object == Py_None ? NULL : Py_NewRef(object);
+    if (PyTuple_Size(tuple) != FUNCTIONS)
+        return refuse("a chain takes four functions") != NULL;
+    for (Py_ssize_t k = 0; k < FUNCTIONS; k++)
+        functions[k] = PyTuple_GetItem(tuple, k);
+    return true;
 }
 
 /* chain(image, fingers, alpha, floors, columns, offset, scale, width, is_by_hand,
-   keeps_first_state, is_traced, settled, judge, predict, contact)
+   keeps_first_state, is_traced, functions)
 
    floors is an empty array if they are unknown. columns, offset and scale: vibration channels,
-   then taxels. The last four are functions or None. */
+   then taxels. functions: settled, judge, predict and contact, each None if later calls have none. */
 static PyObject *make_chain(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     Py_buffer views[6];
     int held = 0;
     fc_stream stream = {0};
     (void)self;
-    if (!has(n, 15))
+    PyObject *functions[FUNCTIONS];
+    if (!has(n, 12) || !fetch_functions(args[11], functions))
         return NULL;
     held_image *const image = PyCapsule_GetPointer(args[0], IMAGE);
     if (image == NULL || !array_get(args[1], views, I32, false))
@@ -211,7 +217,7 @@ static PyObject *make_chain(PyObject *self, PyObject *const *args, Py_ssize_t n)
     for (Py_ssize_t k = 0; k < columns; k++)
         fits = fits && ((const int32_t *)views[3].buf)[k] >= 0 && ((const int32_t *)views[3].buf)[k] < width;
     if (image->image.detector->kind == FC_DETECTOR_PROGRAM)
-        fits = fits && args[11] != Py_None && args[12] != Py_None;
+        fits = fits && functions[SETTLED] != Py_None && functions[JUDGE] != Py_None;
     if (!fits) {
         refuse("the columns of the chain do not fit together");
         goto failed;
@@ -231,16 +237,13 @@ static PyObject *make_chain(PyObject *self, PyObject *const *args, Py_ssize_t n)
     }
     h->image = Py_NewRef(args[0]);
     h->is_traced = flags[2];
-    h->settled = function_or_null(args[11]);
-    h->judge = function_or_null(args[12]);
-    h->predict = function_or_null(args[13]);
-    h->contact = function_or_null(args[14]);
     h->width = width;
     memcpy(h->columns, views[3].buf, (size_t)views[3].len);
     memcpy(h->offset, views[4].buf, (size_t)views[4].len);
     memcpy(h->scale, views[5].buf, (size_t)views[5].len);
     const fc_program program = {
-        h, on_event, h->is_traced ? on_window : NULL, NULL, h->predict != NULL ? on_predict : NULL,
+        h, on_event, h->is_traced ? on_window : NULL, NULL,
+        functions[PREDICT] != Py_None ? on_predict : NULL,
         {on_settled, on_judge, h},
     };
     fc_chain_init(&h->chain, &image->image, &stream, &program, h->memory);
@@ -281,16 +284,19 @@ static PyObject *results(held_chain *h)
     return out;
 }
 
-static bool begin_call(held_chain *h)
+static bool begin_call(held_chain *h, PyObject *functions)
 {
     if (h == NULL || h->events != NULL)
         return h == NULL ? false : refuse("the chain is in use") != NULL;
+    if (!fetch_functions(functions, h->functions))
+        return false;
     h->events = PyList_New(0);
     h->windows = h->is_traced ? PyList_New(0) : NULL;
     return h->events != NULL;
 }
 
-/* take(chain, data, first, epoch): process samples (samples, width). Return the events. */
+/* take(chain, data, first, epoch, functions): process samples (samples, width). Return the
+   events. */
 static PyObject *take(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     static const enum kind KINDS[] = {I16, F64, F32, I32, U16};
@@ -298,7 +304,7 @@ static PyObject *take(PyObject *self, PyObject *const *args, Py_ssize_t n)
     enum kind kind = F64;
     bool is_read = false;
     (void)self;
-    if (!has(n, 4))
+    if (!has(n, 5))
         return NULL;
     held_chain *const h = PyCapsule_GetPointer(args[0], STREAM);
     const long long first = PyLong_AsLongLong(args[2]), epoch = PyLong_AsLongLong(args[3]);
@@ -314,7 +320,8 @@ static PyObject *take(PyObject *self, PyObject *const *args, Py_ssize_t n)
     fc_chain *const c = &h->chain;
     const int32_t channels = c->stream.channels, columns = channels + c->stream.taxels;
     const Py_ssize_t samples = view.len / (h->width * array_size(kind));
-    if (samples * h->width * array_size(kind) != view.len || first < 0 || !begin_call(h)) {
+    if (samples * h->width * array_size(kind) != view.len || first < 0
+        || !begin_call(h, args[4])) {
         PyBuffer_Release(&view);
         return refuse("the samples do not have the width of the chain");
     }
@@ -337,12 +344,14 @@ static held_chain *chain_of(PyObject *object)
     return PyCapsule_GetPointer(object, STREAM);
 }
 
-/* finish(chain): end the stream. Return the events. */
-static PyObject *finish(PyObject *self, PyObject *object)
+/* finish(chain, functions): end the stream. Return the events. */
+static PyObject *finish(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
-    held_chain *const h = chain_of(object);
     (void)self;
-    if (!begin_call(h))
+    if (!has(n, 2))
+        return NULL;
+    held_chain *const h = chain_of(args[0]);
+    if (!begin_call(h, args[1]))
         return NULL;
     fc_chain_finish(&h->chain);
     return results(h);
@@ -384,7 +393,7 @@ PyMethodDef STREAM_FUNCTIONS[] = {
     {"image", make_image, METH_O, "Check and hold an image of a model."},
     {"chain", FAST(make_chain), METH_FASTCALL, "Return a chain."},
     {"take", FAST(take), METH_FASTCALL, "Process samples and return their events."},
-    {"finish", finish, METH_O, "End the stream and return its events."},
+    {"finish", FAST(finish), METH_FASTCALL, "End the stream and return its events."},
     {"hint", FAST(hint), METH_FASTCALL, "Set closing speed and radius."},
     {"state", FAST(state), METH_FASTCALL, "Return the state of a chain."},
     {NULL, NULL, 0, NULL},

@@ -54,7 +54,7 @@ class Live:
     lsl: Annotated[bool, Option(group="output", advanced=True)] = False
     """Send samples and events by LSL (Lab Streaming Layer)."""
     foxglove: Annotated[bool, Option(group="output", advanced=True)] = False
-    """Serve samples, forces and events to Foxglove, without a password."""
+    """Serve samples, forces and events to Foxglove, and to any web page in a browser here."""
     foxglove_address: Annotated[str, Option(group="output", advanced=True)] = "127.0.0.1:8766"
     """Address and TCP port for Foxglove; port 0 takes a free one."""
     hand: Annotated[str | None, choice(HANDS, "hand")] = None

@@ -250,7 +250,7 @@ def _record(
     stopped: Callable[[], bool],
 ) -> Path:
     session, calibration = header.session, header.calibration
-    foreign = [p for p in folder.glob("*.mcap") if not p.name.startswith("session-")]
+    foreign = [p for p in folder.glob("[!.]*.mcap") if not p.name.startswith("session-")]
     if foreign:
         screen.say(
             f"note: {folder} holds {counted(len(foreign), 'recording')} that `record` did not "

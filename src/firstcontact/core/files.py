@@ -33,8 +33,6 @@ AnyPath = str | os.PathLike[str]
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
 #: Error numbers of a rename to a folder that holds files.
 _NOT_EMPTY = (errno.ENOTEMPTY, errno.EEXIST)
-#: Names of temporary folders.
-_PART = re.compile(r"\..+\.[0-9a-f]{8}\.part", re.DOTALL)
 
 
 def given_path(path: object, parameter: str = "path") -> Path:
@@ -55,12 +53,24 @@ def resolved(path: Path) -> Path:
 
 
 def files_below(folder: Path, suffix: str) -> list[Path]:
-    """Return the files with this suffix (lower case) in a folder and below it, sorted by name."""
+    """Return the files with this suffix (lower case) in a folder and below it, sorted by name.
+
+    Hidden files and folders are no data: macOS puts ``._NAME`` beside each file on a memory stick.
+    """
     matches: list[Path] = []
     for parent, folders, names in os.walk(folder):
-        folders[:] = [name for name in folders if not _PART.fullmatch(name)]
-        matches += [Path(parent, name) for name in names if name.lower().endswith(suffix)]
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        visible = (name for name in names if not name.startswith("."))
+        matches += [Path(parent, name) for name in visible if name.lower().endswith(suffix)]
     return sorted(matches)
+
+
+def file_in(folder: Path, name: str) -> Path:
+    """Return the path of a file in a folder. If only its case differs, return the one there is."""
+    if (folder / name).exists() or not folder.is_dir():
+        return folder / name
+    alike = (path for path in sorted(folder.iterdir()) if path.name.lower() == name.lower())
+    return next(alike, folder / name)
 
 
 def open_regular(path: Path) -> IO[bytes]:

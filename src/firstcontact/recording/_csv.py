@@ -49,7 +49,7 @@ _RATES_AGREE = 0.01
 
 def import_csv(path: Path, rate: float | None = None) -> Dataset:
     """Import pinches from a long CSV."""
-    table = read_columns(path)
+    table = read_columns(path, "pinch")
     if "pinch" not in table:
         raise InputError(
             f"{path} has no column 'pinch': add it, with the number or name of each row's pinch "
@@ -73,9 +73,10 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     else:
         remedy = "column 'piezo_index': add it (one row is one sample)"
         sensor = find_sensor(str(path), table, remedy, "_index")
-        given.setdefault(f"{sensor}_unit", "V")
         fingers = _vibration(table, sensor)
         names = {sensor: [name for finger in fingers for name in finger], **_others(table)}
+        for kind in {sensor, "force"}.intersection(names):
+            given[f"{kind}_unit"] = _unit(table, names[kind], given.get(f"{kind}_unit"))
         signals = {
             kind: joined([_signal(table, name, kind == sensor)[:, None] for name in columns])
             for kind, columns in names.items()
@@ -84,7 +85,8 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     labels = {name: table[name] for name in PINCH_COLUMNS if name in table}
     for name in labels:
         _constant(table, name, bounds)
-    of_pinches = Table(path, labels, table.numbers).of_rows([start for start, _ in bounds])
+    of_rows = Table(path, labels, table.numbers, units=table.units)
+    of_pinches = of_rows.of_rows([start for start, _ in bounds])
     unknown = set(table) - _NOT_SIGNALS - {name for columns in names.values() for name in columns}
     return from_signals(of_pinches, signals, bounds, given, note_unknown(table, unknown))
 
@@ -118,6 +120,17 @@ def _others(table: Table) -> dict[str, list[str]]:
                 f"{names[-1]}, or none"
             )
     return {kind: names for kind, names in _OTHERS.items() if names[0] in table}
+
+
+def _unit(table: Table, names: Sequence[str], stated: str | None) -> str:
+    """Return the unit that a setting states, or the names of the columns: "piezo_index (mV)"."""
+    given = [stated, *map(table.units.get, names)]
+    units = [*dict.fromkeys(unit for unit in given if unit is not None)]
+    if len(units) > 1:
+        raise InputError(
+            f"{table.path}: '{names[0]}' has the units {' and '.join(units)}: give one unit"
+        )
+    return units[0] if units else "V"
 
 
 def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firstcontact.core import Registry
+from firstcontact.core.files import file_in
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
@@ -53,7 +54,7 @@ class Importer:
         if not set(tables) <= set(self.options):
             return False
         if path.is_dir():
-            return bool(tables) or (self.marker is not None and (path / self.marker).exists())
+            return bool(tables) or (self.marker is not None and file_in(path, self.marker).exists())
         return path.suffix.lower() in self.suffixes
 
 

@@ -155,6 +155,8 @@ CONTACT_COLUMNS: Mapping[str, Callable[[Any], Any]] = {
     "first_finger": parse_finger,
     "motor_start": parse_whole,
 }
+#: Units that the name of a column may have.
+_UNITS = {"shore_a": "shore a", "closing_speed": "m/s", "closing_speed_error": "m/s"}
 PINCH_COLUMNS = {**LABEL_COLUMNS, **CONTACT_COLUMNS}
 
 
@@ -229,6 +231,12 @@ def _stated_source(table: Table) -> str:
 
 def _parsed(table: Table, name: str) -> list[Any] | None:
     """Return the parsed values of a label or contact; None if the column does not exist."""
+    unit = table.units.get(name)
+    if unit is not None and unit.lower() != _UNITS.get(name):
+        raise InputError(
+            f"{table.path}: '{name}' has the unit {quote(unit)}: give "
+            f"{_UNITS.get(name, 'numbers without a unit')}, and correct the name of the column"
+        )
     return table.parsed(name, PINCH_COLUMNS[name]) if name in table else None
 
 

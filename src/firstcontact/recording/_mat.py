@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, VibrationSensor
-from firstcontact.core.files import files_below, open_regular
+from firstcontact.core.files import file_in, files_below, open_regular
 from firstcontact.recording._arrays import NAMES, SHAPES, from_arrays, read_hdf5
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import note_unknown
@@ -27,7 +27,7 @@ from firstcontact.recording._signals import (
     select_samples,
 )
 from firstcontact.recording.sound import LABELS
-from firstcontact.recording.table import Table, match_each_file, read_columns
+from firstcontact.recording.table import Table, is_file, match_each_file, read_columns
 from firstcontact.recording.untrusted import library_errors, listed
 
 #: Smallest character code that is no character.
@@ -72,16 +72,16 @@ def import_mat(
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table]:
     """Return the files and the table of labels."""
-    origin = labels or (path if path.is_dir() else path.parent) / LABELS
+    origin = labels or file_in(path if path.is_dir() else path.parent, LABELS)
     if labels is None and not (path.is_dir() and origin.exists()):
         files = files_below(path, _SUFFIX) if path.is_dir() else [path]
         if not files:
             raise InputError(f"{path} holds no {_SUFFIX} files: give the folder that does")
         return files, Table(path, {}, range(len(files)), "file")
-    table = read_columns(origin)
+    table = read_columns(origin, "file")
     if path.is_dir():
         return match_each_file(path, table, _SUFFIX), table
-    rows = [row for row, name in enumerate(table.get("file", ())) if name.strip() == path.name]
+    rows = [row for row, name in enumerate(table.get("file", ())) if is_file(name, path)]
     if len(rows) != 1:
         raise InputError(
             f"{origin}: {len(rows)} rows name {path.name} in the column 'file': name it in one row"

@@ -55,7 +55,11 @@ class Event:
 
 def read_events(path: Path) -> Table:
     """Read a table of contacts or a label track."""
-    table = _read_track(path) if path.suffix.lower() == ".txt" else read_columns(path)
+    table = (
+        _read_track(path)
+        if path.suffix.lower() == ".txt"
+        else read_columns(path, SECONDS, SAMPLE, "onset")
+    )
     for name in CONTACT_COLUMNS:
         if name in table and name != "first_finger":
             raise InputError(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Dataset, InputError, Layout, VibrationSensor
-from firstcontact.core.files import files_below, open_regular, read_regular
+from firstcontact.core.files import file_in, files_below, open_regular, read_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
@@ -28,7 +28,7 @@ from firstcontact.recording.events import (
     spans,
 )
 from firstcontact.recording.settings import FileSettings, check_rate, check_vibration, make_layout
-from firstcontact.recording.table import Table, match_each_file, match_files, read_columns
+from firstcontact.recording.table import Table, is_file, match_each_file, match_files, read_columns
 from firstcontact.recording.untrusted import library_errors
 
 LABELS = "labels.csv"
@@ -51,7 +51,7 @@ def import_wav(
     find: Find | None = None,
 ) -> Dataset:
     """Import every WAV file below a folder as one pinch, or as one for each contact found."""
-    path = labels or folder / LABELS
+    path = labels or file_in(folder, LABELS)
     notes = []
     if labels is None and not path.exists():
         files = files_below(folder, ".wav")
@@ -60,7 +60,7 @@ def import_wav(
         table = Table(path, {"object": [file.stem for file in files]}, range(len(files)), "file")
         notes = [f"{folder.name} has no {LABELS}: the names of the files were taken as objects"]
     else:
-        table = read_columns(path)
+        table = read_columns(path, "file")
         files = match_each_file(folder, table, ".wav")
     layout, signals = _alike(files, [read_sound(file) for file in files], sensor)
     for row, cell in enumerate(table.get("sample_rate_hz", [])):
@@ -149,7 +149,7 @@ def _files(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], 
         note = f"{len(left)} sound files have no contact in {table.path.name}"
         return files, numbers, [note] if left else []
     names = table.get("file", [path.name] * len(table.numbers))
-    rows = [0 if name.strip() == path.name else None for name in names]
+    rows = [0 if is_file(name, path) else None for name in names]
     if 0 not in rows:
         raise InputError(f"{table.path}: no row is for {path.name!r}: correct the column 'file'")
     others = rows.count(None)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import csv
+import re
+import unicodedata
 from array import array
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from io import BytesIO, TextIOWrapper
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, TypeVar
 
 from firstcontact.core import InputError
 from firstcontact.core.files import files_below, open_regular, read_regular
-from firstcontact.core.text import counted
+from firstcontact.core.text import counted, parse_float
+from firstcontact.recording.settings import LAYOUT
 from firstcontact.recording.untrusted import quote
 
 T = TypeVar("T")
@@ -21,10 +25,26 @@ T = TypeVar("T")
 LONGEST_LIST = 1 << 20
 #: Other separators that programs write between fields.
 _OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
+#: Starts of lines that are comments, unless they are rows or the header.
+_COMMENTS = ("#", "%")
+#: Number of lines among which the header is looked for.
+_AHEAD = 200
+#: Characters of empty cells. Loggers that lose their power leave zero bytes at the end.
+_BLANK = " \t\0"
+#: Name of a column with its unit: "piezo (mV)", "time [ms]", "time_ms" or "piezo_index_mV".
+_WITH_UNIT = re.compile(
+    r"(.*?)(?:\s*[(\[](.+)[)\]]|_(ms|us|\u00b5s|\u03bcs|mV|uV|\u00b5V|\u03bcV|V))"
+)
+#: Units of time, s. Columns named "time" or "onset" are converted to "time_s" and "onset_s".
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "\u00b5s": 1e-6, "\u03bcs": 1e-6}
+_TIMES = ("time", "onset")
 
 
 class Table(dict[str, Sequence[Any]]):
-    """Columns by name. For messages it knows its file, and the line of each row."""
+    """Columns by name. For messages it knows its file, and the line of each row.
+
+    ``units`` has the units that the header gives to columns.
+    """
 
     def __init__(
         self,
@@ -32,9 +52,10 @@ class Table(dict[str, Sequence[Any]]):
         columns: Mapping[str, Sequence[Any]],
         numbers: Sequence[int],
         word: str = "line",
+        units: Mapping[str, str] | None = None,
     ) -> None:
         super().__init__(columns)
-        self.path, self.numbers, self.word = path, numbers, word
+        self.path, self.numbers, self.word, self.units = path, numbers, word, units or {}
 
     def place(self, row: int) -> str:
         """Return the position of a row for messages: "line 7"."""
@@ -43,11 +64,11 @@ class Table(dict[str, Sequence[Any]]):
     def of_rows(self, rows: Sequence[int]) -> Table:
         """Return a table of some rows."""
         columns = {name: [cells[row] for row in rows] for name, cells in self.items()}
-        return Table(self.path, columns, [self.numbers[row] for row in rows], self.word)
+        return Table(self.path, columns, [self.numbers[row] for row in rows], self.word, self.units)
 
     def with_columns(self, columns: Mapping[str, Sequence[Any]]) -> Table:
         """Return a table with further or changed columns."""
-        return Table(self.path, {**self, **columns}, self.numbers, self.word)
+        return Table(self.path, {**self, **columns}, self.numbers, self.word, self.units)
 
     def refusal(
         self, name: str, row: int, reason: object, remedy: str = "correct it"
@@ -72,9 +93,9 @@ class Table(dict[str, Sequence[Any]]):
         return values
 
 
-def read_columns(path: Path) -> Table:
-    """Return the columns of a CSV with a header line."""
-    lines = _lines(path)
+def read_columns(path: Path, *marks: str) -> Table:
+    """Return the columns of a CSV. The header is the first line with a column of ``marks``."""
+    lines = _lines(path, marks)
     _, header = next(lines)
     columns: list[list[str]] = [[] for _ in header]
     same: dict[str, str] = {}  # cells repeat: store each text once
@@ -90,46 +111,111 @@ def read_columns(path: Path) -> Table:
             column.append(same.setdefault(cell, cell))
     if not numbers:
         raise InputError(f"{path} has no rows: give a header and one row at least")
-    doubled = sorted(name for name, times in Counter(header).items() if times > 1)
-    if doubled:
-        raise InputError(f"{path} has the column {doubled[0]!r} twice: rename or remove one")
-    return Table(path, dict(zip(header, columns, strict=True)), numbers)
+    is_export = LAYOUT in header
+    units: dict[str, str] = {}
+    given: dict[str, list[str]] = {}
+    for written, cells in zip(header, columns, strict=True):
+        if not written and not any(map(_text, cells)):
+            continue
+        name, unit = (written, "") if is_export else _name_and_unit(written)
+        if unit in _SECONDS and name in _TIMES:
+            name, cells, unit = f"{name}_s", [_scaled(c, _SECONDS[unit]) for c in cells], ""
+        if name in given:
+            raise InputError(f"{path} has the column {name!r} twice: rename or remove one")
+        given[name] = cells
+        units |= {name: unit} if unit else {}
+    return Table(path, given, numbers, units=units)
 
 
 def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
     """Read a list that people write, row by row."""
-    lines = _lines(path, by_hand=True)
-    _, header = next(lines)
-    rows = [(line, [*map(str.strip, row), *[""] * len(header)]) for line, row in lines]
+    lines = _lines(path, needed, by_hand=True)
+    _, names = next(lines)
+    header = [*map(_plain, names)]
+    rows = [(line, [*map(_text, row), *[""] * len(header)]) for line, row in lines]
     for name in needed:
         if name not in header:
             raise InputError(f"{path}: column {name!r} is missing: give {', '.join(needed)}")
-    return [(line, dict(zip(header, cells, strict=False))) for line, cells in rows]
+    for k in (k for k, name in enumerate(header) if not name):
+        line = next((line for line, cells in rows if cells[k]), None)
+        if line is not None:
+            raise InputError(f"{path}: line {line} has a cell in a column without a name: name it")
+    return [
+        (line, {name: cell for name, cell in zip(header, cells, strict=False) if name})
+        for line, cells in rows
+    ]
 
 
-def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str]]]:
+def _text(cell: str) -> str:
+    return cell.strip(_BLANK)
+
+
+def _plain(name: str) -> str:
+    """Return a column's name as we write it: "Shore A" is shore_a."""
+    return re.sub(r"[\s-]+", "_", _text(name).lower())
+
+
+def _name_and_unit(name: str) -> tuple[str, str]:
+    match = _WITH_UNIT.fullmatch(name)
+    return (_plain(match[1]), match[2] or match[3]) if match and match[1] else (_plain(name), "")
+
+
+def _scaled(cell: str, factor: float) -> str:
+    """Return a number in another unit. A cell without a number stays as it is."""
+    try:
+        return repr(parse_float(cell) * factor)
+    except ValueError:
+        return cell
+
+
+def _lines(
+    path: Path, marks: Sequence[str], *, by_hand: bool = False
+) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and cells of each line that is not empty, the header first."""
     try:
         raw = BytesIO(read_regular(path, LONGEST_LIST)) if by_hand else open_regular(path)
         with TextIOWrapper(raw, encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream, strict=not by_hand, skipinitialspace=by_hand)
-            header = [name.strip() for name in next(reader, [])]
-            for separator, name in _OTHER_SEPARATORS.items():
-                if len(header) == 1 and separator in header[0]:
-                    raise InputError(
-                        f"{path}: line 1 has {name} and no comma: save it with commas between the "
-                        "fields, and with decimal points in numbers"
-                    )
-            yield reader.line_num, header
-            for row in reader:
-                if row:
-                    yield reader.line_num, row
+            lines = ((reader.line_num, row) for row in reader if any(map(_text, row)))
+            ahead = list(islice(lines, _AHEAD))
+            place, header = _find_header(path, ahead, marks)
+            width = len(header)
+            yield (ahead[place][0] if ahead else 0), header
+            for line, row in chain(ahead[place + 1 :], lines):
+                if len(row) > width and not any(map(_text, row[width:])):
+                    del row[width:]
+                if len(row) == width or not row[0].startswith(_COMMENTS):
+                    yield line, row
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(
             f"{path} is not CSV in UTF-8 ({error}): save it as CSV with the encoding UTF-8"
         ) from error
+
+
+def _find_header(
+    path: Path, ahead: Sequence[tuple[int, list[str]]], marks: Sequence[str]
+) -> tuple[int, list[str]]:
+    """Return the place of the header among the first lines, and its cells without spaces."""
+    first = None
+    for place, (line, row) in enumerate(ahead):
+        is_comment = row[0].startswith(_COMMENTS)
+        # NumPy writes the header as a comment.
+        header = [_text(row[0].lstrip("#% ") if is_comment else row[0]), *map(_text, row[1:])]
+        if any(_name_and_unit(name)[0] in marks for name in header):
+            return place, header
+        if first is None and not is_comment:
+            first = place, header
+        for separator, word in _OTHER_SEPARATORS.items():
+            names = header[0].split(separator)
+            is_mark = any(_name_and_unit(_text(name))[0] in marks for name in names)
+            if len(row) == 1 and len(names) > 1 and (is_mark or (first or (-1,))[0] == place):
+                raise InputError(
+                    f"{path}: line {line} has {word} and no comma: save it with commas between "
+                    "the fields, and with decimal points in numbers"
+                )
+    return first or (0, [])
 
 
 def match_files(
@@ -142,18 +228,33 @@ def match_files(
         )
     available = [file for suffix in suffixes for file in files_below(folder, suffix)]
     by_name: dict[str, list[Path]] = {}
+    by_key: dict[str, list[Path]] = {}  # as other systems write the names
     for file in available:
         for name in {file.name, file.relative_to(folder).as_posix()}:
             by_name.setdefault(name, []).append(file)
+            by_key.setdefault(file_key(name), []).append(file)
     files: dict[Path, int] = {}
     numbers = []
     for row, name in enumerate(table["file"]):
-        matches = by_name.get(name.strip(), [])
+        matches = by_name.get(name.strip()) or by_key.get(file_key(name), [])
         if len(matches) != 1:
-            fault = "in two folders" if matches else f"not in the folder {folder}"
+            fault = (
+                f"the name of {len(matches)} files" if matches else f"not in the folder {folder}"
+            )
             raise table.refusal("file", row, f"which is {fault}", "correct the row or the folder")
         numbers.append(files.setdefault(matches[0], len(files)))
     return list(files), numbers, [file for file in available if file not in files]
+
+
+def file_key(name: str) -> str:
+    """Return a file's name or path without what systems write differently: case and separators."""
+    path = unicodedata.normalize("NFC", name).strip().replace("\\", "/")
+    return Path(path).as_posix().casefold()
+
+
+def is_file(name: str, path: Path) -> bool:
+    """Return True if a row names this file, alone or with some of its folders."""
+    return f"/{file_key(str(path))}".endswith(f"/{file_key(name)}")
 
 
 def match_each_file(folder: Path, table: Table, suffix: str) -> list[Path]:

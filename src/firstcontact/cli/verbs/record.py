@@ -66,7 +66,7 @@ class Record:
         with stopping() as stop:
             for name in names:
                 # A further part of a session must not repeat the simulated pinches of the first.
-                parts = len(list(self.out.glob("*.mcap")))
+                parts = len(list(self.out.glob("[!.]*.mcap")))
                 seed = zlib.crc32(f"{self.seed} {name} {parts}".encode())
                 opened = open_source(
                     self.device, speed=self.speed, condition=self.condition, seed=seed

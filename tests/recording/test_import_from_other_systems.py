@@ -1,0 +1,96 @@
+"""Files as spreadsheets, loggers, macOS and Windows write them are imported like our own."""
+
+import numpy as np
+import pytest
+from import_files import RATE, imported, long_csv, table, wavs
+
+from firstcontact.collect.guide import read_plan
+from firstcontact.recording import load_dataset
+
+LABELS = "file,object,shore_a\n0.wav,foam,10\n1.wav,wood,80\n2.wav,cork,40\n"
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        LABELS.replace("\n", "\r\n") + ",,\r\n , ,\r\n",
+        LABELS.replace("\n", ",,\n"),
+        LABELS.replace("\n", "\n,,\n"),
+        "\ufeff" + LABELS.replace("file,object,shore_a", "File,Object,Shore A"),
+        LABELS.replace(".wav", ".WAV").replace("1.W", "wav\\1.w").replace("2.W", ".\\WAV\\2.w"),
+        LABELS.replace("1.wav", "./wav/1.wav"),
+        "# touched by hand\n% in May\n\n" + LABELS,
+        "List of files\n\n" + LABELS + "# the end\n" + "\0" * 512,
+        LABELS.replace("file", "# file", 1),
+        LABELS.replace("shore_a", "Shore-A (Shore A)"),
+    ],
+    ids=range(10),
+)
+def test_tables_of_other_programs_are_read(tmp_path, labels):
+    folder = wavs(tmp_path)
+    (folder / "labels.csv").unlink()
+    (folder / "Labels.CSV").write_text(labels, encoding="utf-8", newline="")
+    dataset = imported(folder, tmp_path / "out", "--source", "real")
+    assert dataset.objects.tolist() == ["foam", "wood", "cork"]
+    assert dataset.shore_a.tolist() == [10, 80, 40]
+    assert not any("unknown columns" in note for note in dataset.notes)
+
+
+@pytest.mark.parametrize("end", [",,\n,,,,,,\n", ",\n"])
+def test_plans_may_have_empty_rows_and_columns(tmp_path, end):
+    path = tmp_path / "plan.csv"
+    path.write_text("Object,Pinches,Shore,Specimen,Role\nfoam,2,10,foam,train\n".replace("\n", end))
+    assert [(item.object, item.pinches) for item in read_plan(path)] == [("foam", 2)]
+
+
+@pytest.mark.parametrize("events", [False, True])
+def test_hidden_files_of_other_systems_are_no_data(tmp_path, events):
+    folder = wavs(tmp_path)
+    for path in [*folder.rglob("*.*")]:
+        path.with_name(f"._{path.name}").write_bytes(b"\x00\x05\x16\x07" + bytes(200))
+    (folder / ".Trashes").mkdir()
+    (folder / ".Trashes" / "0.wav").write_bytes(b"")
+    options = ()
+    if events:
+        path = table(tmp_path / "e.csv", {"file": ["0.wav", "1.wav"], "onset_sample": [20, 20]})
+        options = ("--events", str(path))
+    dataset = imported(folder, tmp_path / "out", *options)
+    assert len(dataset) == (2 if events else 3)
+    for path in [*(tmp_path / "out").glob("*.mcap")]:
+        path.with_name(f"._{path.name}").write_bytes(bytes(200))
+    assert load_dataset(tmp_path / "out").notes == dataset.notes
+
+
+def test_a_name_that_fits_two_files_is_refused(tmp_path, check_refused):
+    folder = wavs(tmp_path)
+    (folder / "WAV").mkdir()
+    (folder / "wav" / "0.wav").rename(folder / "WAV" / "0.wav")
+    (folder / "WAV" / "1.WAV").write_bytes((folder / "wav" / "1.wav").read_bytes())
+    table(folder / "labels.csv", {"file": ["0.wav", "2.wav", "1.Wav"]})
+    check_refused(folder, "labels.csv", "'1.Wav'")
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"), [("time_ms", 1e3), ("Time (us)", 1e6), ("time [s]", 1), ("time_µs", 1e6)]
+)
+@pytest.mark.parametrize("preamble", ["", "#Rate: 5000 Hz\n", "Acquisition\nof,channel,A\n\n"])
+def test_times_have_the_unit_of_their_name(tmp_path, name, factor, preamble):
+    times = [round(i * factor / RATE, 3) for i in range(10)]
+    path = long_csv(tmp_path, time_s=None, **{name: times if factor > 1 else np.arange(10) / RATE})
+    path.write_text(preamble + path.read_text(encoding="utf-8"), encoding="utf-8")
+    assert imported(path, tmp_path / "out").layout.rate == pytest.approx(RATE)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"closing_speed (mm/s)": [20] * 10}, ("closing_speed", "'mm/s'", "m/s")),
+        ({"shore_a": None, "Shore A (HD)": [20] * 10}, ("shore_a", "'HD'")),
+        ({"piezo_unit": ["counts"] * 10, "piezo_thumb (V)": [0] * 10}, ("counts and V",)),
+        ({"time_ms": range(10)}, ("'time_s' twice",)),
+        ({"TIME_S": range(10)}, ("'time_s' twice",)),
+        ({"Time (h)": range(10), "time_s": None}, ("rate",)),
+    ],
+)
+def test_units_that_would_change_a_number_are_refused(tmp_path, check_refused, changes, words):
+    check_refused(long_csv(tmp_path, **changes), "long.csv", *words)

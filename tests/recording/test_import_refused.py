@@ -27,13 +27,16 @@ BAD_ARRAYS = [
     ({"piezo": np.zeros((4, LENGTH, 2), complex)}, ("piezo", "complex")),
     ({"piezo": np.zeros((LENGTH, 4, 2)), "force": None}, ("piezo", "transpose")),
     ({"force": np.zeros((4, LENGTH, 12))}, ("force", "(4, 60, 12)")),
-    ({"force": np.full((4, LENGTH, 2, 6), 300)}, ("'force_unit' to counts",)),
-    ({"force": np.full((4, LENGTH, 2, 6), 65535), "force_unit": "counts"}, ("'force_unit' to V",)),
+    ({"force": np.full((4, LENGTH, 2, 6), 300)}, ("'force_unit'", "bits")),
+    (
+        {"force": np.full((4, LENGTH, 2, 6), 65535), "force_unit": "counts"},
+        ("'force_unit'", "65535"),
+    ),
     ({"force_unit": "N"}, ("force_unit", "'N'")),
     ({"sample_rate_hz": 1999}, ("sample_rate_hz", "1999")),
     ({"sample_rate_hz": [RATE, RATE]}, ("sample_rate_hz",)),
     ({"sample_rate_hz": 5000 + 1j}, ("sample_rate_hz",)),
-    ({"piezo_unit": "mV"}, ("piezo_unit", "mV")),
+    ({"piezo_unit": "MV"}, ("piezo_unit", "MV")),
     ({"smoothing_alpha": 0.0}, ("smoothing_alpha",)),
     ({"source": "dream"}, ("source", "dream")),
     ({"session": np.array([1.0, nan, 1, 1])}, ("session", "pinch 1")),
@@ -236,7 +239,7 @@ BAD_CSV = [
     ({"force_index_0": [1] * 10}, ("force_index_1",)),
     (
         {f"force_{f}_{k}": [0] * 9 + [200 * k] for f in ("index", "thumb") for k in range(6)},
-        ("'force_unit' to counts",),
+        ("'force_unit'", "bits"),
     ),
     ({"pinch": list(range(10)), "first_contact": [0] * 10}, ("one sample",)),
 ]

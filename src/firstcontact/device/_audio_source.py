@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.units import Unit
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.threaded import ThreadedSource
@@ -133,7 +134,7 @@ def sound_descriptor(
     rate: float, channels: int, firmware: str, sensor: str, source: str, delay: float
 ) -> Descriptor:
     layout = make_layout(
-        FileSettings(VibrationSensor.PIEZO, rate, "full scale"), channels, scale=1.0
+        FileSettings(VibrationSensor.PIEZO, rate, Unit("full scale")), channels, scale=1.0
     )
     if channels == 1:  # a single disc belongs to no finger
         (channel,) = layout.channels

@@ -17,6 +17,7 @@ from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import TAXELS
+from firstcontact.core.plausible import clock_note
 from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import PINCH_COLUMNS, make_dataset, note_unknown
@@ -24,7 +25,6 @@ from firstcontact.recording.messages import SOURCES
 from firstcontact.recording.settings import (
     LAYOUT,
     SETTINGS,
-    check_force,
     check_samples,
     check_vibration,
     find_sensor,
@@ -172,9 +172,8 @@ def from_signals(
                 f"{layout.width}: export the recording again"
             )
     else:
-        settings = read_settings(origin, given, VibrationSensor(sensor))
-        if "force" in signals:
-            check_force(f"{origin}: force", signals["force"], settings.force_unit)
+        force = signals.get("force", np.zeros(0))
+        settings = read_settings(origin, given, VibrationSensor(sensor), vibration, force)
         layout = make_layout(
             settings,
             vibration.shape[1],
@@ -182,6 +181,8 @@ def from_signals(
             force="force" in signals,
             strip="strip" in signals,
         )
+        if doubt := clock_note(layout.column_names, [data[a:b] for a, b in bounds]):
+            raise InputError(f"{origin}: {doubt}")
     return make_dataset(
         table,
         [data[start:stop] for start, stop in bounds],

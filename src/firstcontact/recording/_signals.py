@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from firstcontact.core import (
     VibrationSensor,
 )
 from firstcontact.core.layout import MOST_CHANNELS, SCALES
+from firstcontact.core.units import fit_unit, parse_unit
 from firstcontact.recording._labels import (
     bounded,
     choice,
@@ -150,9 +151,26 @@ def select_samples(
             "0, in the column 'column' of the table of channels"
         )
     values = (check_samples if signal.sensor is None else check_vibration)(origin, values)
+    if signal.sensor is not None:
+        signal = _in_known_unit(origin, signal, values)
     ends = [f"_{(labels and labels[k]) or k}" for k in columns] if width > 1 else [""]
     names = tuple(f"{signal.variable}{end}" for end in ends)
     return SignalSamples(signal, rate, values, names)
+
+
+def _in_known_unit(origin: str, signal: Signal, values: NDArray[np.generic]) -> Signal:
+    """Return a signal in V, m/s2 or Pa, if its unit can be converted, after checks."""
+    unit = parse_unit(signal.unit)
+    if unit is None or unit.is_assumed:
+        return signal
+    if (signal.scale, signal.offset) != (1.0, 0.0):
+        scale, offset = signal.scale * unit.scale, signal.offset + unit.offset / signal.scale
+        if not SCALES[0] <= abs(scale) <= SCALES[1]:
+            return signal
+        unit = replace(unit, scale=scale, offset=offset, bits=None)
+    if unit.bits is not None:
+        unit = fit_unit(f"{origin} ('unit')", unit, values)
+    return replace(signal, unit=unit.name, scale=unit.scale, offset=unit.offset)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -58,6 +58,7 @@ class Stream:
     name: str
     rate: float
     labels: tuple[str, ...]
+    units: tuple[str, ...]
     stamps: NDArray[np.float64]
     values: NDArray[Any]
     is_closed: bool
@@ -167,17 +168,17 @@ def _stream(stream: Mapping[str, Any]) -> Stream:
     return Stream(
         info["name"][0] or "",
         float(info["nominal_srate"][0]),
-        tuple(_label(info, k) for k in range(values.shape[1])),
+        *(tuple(_described(info, k, f) for k in range(values.shape[1])) for f in ("label", "unit")),
         np.asarray(stream["time_stamps"], dtype=np.float64),
         values,
         "footer" in stream,
     )
 
 
-def _label(info: Mapping[str, Any], channel: int) -> str:
-    """Return the label of a channel; "" if it is missing."""
+def _described(info: Mapping[str, Any], channel: int, field: str) -> str:
+    """Return the label or the unit of a channel; "" if it is missing."""
     try:
-        return str(info["desc"][0]["channels"][0]["channel"][channel]["label"][0] or "")
+        return str(info["desc"][0]["channels"][0]["channel"][channel][field][0] or "")
     except (KeyError, IndexError, TypeError):
         return ""
 
@@ -210,7 +211,7 @@ def _unbroken_parts(
     check_rate(f"{path}: the rate of stream {quote(main.name)}", main.rate)
     runs = {name: even_runs(origins[name], s.stamps, s.rate) for name, s in used.items()}
     samples = [
-        select_samples(origins[s.name], signal, s.rate, s.values, s.labels)
+        select_samples(origins[s.name], _with_unit(signal, s), s.rate, s.values, s.labels)
         for signal, s in ((signal, used[signal.variable]) for signal in signals)
     ]
     whole = common = runs.pop(main.name)
@@ -238,6 +239,13 @@ def _unbroken_parts(
         cut = [replace(s, values=s.values[rows[s.signal.variable]]) for s in samples]
         parts.append(Part(combine(str(path), cut), run))
     return parts, Run(whole[0].first, whole[-1].end, whole[0].begin, whole[-1].last)
+
+
+def _with_unit(signal: Signal, stream: Stream) -> Signal:
+    """Return a signal with the unit that its stream states, if the table of channels has none."""
+    column = signal.column or 0
+    is_known = signal.unit or column >= len(stream.units)
+    return signal if is_known else replace(signal, unit=stream.units[column])
 
 
 def _find_stream(path: Path, streams: Mapping[str, Stream], signal: Signal) -> Stream:

@@ -8,15 +8,21 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
-from firstcontact.core import Dataset, InputError, VibrationSensor
+import numpy as np
+
+from firstcontact.core import ChannelKind, Dataset, InputError, VibrationSensor
 from firstcontact.core.files import AnyPath, given_path, resolved, temporary_path
 from firstcontact.core.installation import require_extra
+from firstcontact.core.plausible import alike_note, clock_note
 from firstcontact.recording._formats import IMPORTERS, Importer
 from firstcontact.recording.dataset import pinches_by_session, write_dataset
 from firstcontact.recording.messages import Header
 from firstcontact.recording.sound import Find
 
 _log = logging.getLogger("firstcontact.recording")
+
+#: Number of pinches whose channels are compared.
+MOST_COMPARED = 20
 
 
 def import_path(
@@ -70,7 +76,7 @@ def import_path(
         dataset = importer.read(path, rate, **options)
         if not isinstance(dataset, Dataset):
             raise TypeError(f"{type(dataset).__name__} is not a Dataset")
-    dataset = _with_source(dataset, path, source)
+    dataset = _with_source(_with_doubts(dataset), path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
     header = Header(
@@ -94,6 +100,15 @@ def import_path(
         raise
     written = chain.from_iterable(pinches_by_session(dataset).values())
     return replace(dataset, pinches=tuple(written))
+
+
+def _with_doubts(dataset: Dataset) -> Dataset:
+    """Note a vibration that is a clock, and vibrations that are alike."""
+    columns = dataset.layout.columns(ChannelKind.VIBRATION)
+    names = [dataset.layout.column_names[column] for column in columns]
+    parts = [pinch.data[:, columns] for pinch in dataset.pinches[:MOST_COMPARED]]
+    doubts = filter(None, (clock_note(names, parts), alike_note(names, np.concatenate(parts))))
+    return replace(dataset, notes=(*dataset.notes, *(f"warning: {doubt}" for doubt in doubts)))
 
 
 def find_importer(path: Path, rate: float | None = None, tables: Collection[str] = ()) -> Importer:

@@ -19,16 +19,12 @@ from firstcontact.core import (
     VibrationSensor,
     finger_name,
 )
-from firstcontact.core.layout import (
-    ADC_COUNTS,
-    ADC_VOLTS,
-    PIEZO_OFFSET_VOLTS,
-    TAXELS,
-)
+from firstcontact.core.layout import TAXELS
 from firstcontact.core.records import read_record
 from firstcontact.core.text import parse_float
+from firstcontact.core.units import STATE_UNIT, VOLT, VOLTS, Unit, fit_unit, parse_unit
 from firstcontact.recording.messages import LARGEST
-from firstcontact.recording.untrusted import as_text, one_of, quote
+from firstcontact.recording.untrusted import as_text, quote
 
 #: Settings of all pinches of a file. The rate and the sensor's unit are required, and the axis for
 #: vectors.
@@ -46,17 +42,6 @@ LAYOUT = "firstcontact_layout"
 LOWEST_RATE = 2_000.0
 #: Highest rate, Hz. A higher one is probably in a wrong unit.
 HIGHEST_RATE = 1_000_000.0
-#: Units of a vibration channel, with scale and offset of ``(raw - offset) * scale``.
-UNITS = {
-    "V": (1.0, 0.0),
-    "counts": (ADC_VOLTS / ADC_COUNTS, PIEZO_OFFSET_VOLTS * ADC_COUNTS / ADC_VOLTS),
-    "full scale": (1.0, 0.0),
-    "m/s2": (1.0, 0.0),
-    "Pa": (1.0, 0.0),
-}
-#: Units of a force channel, in volts per step, and the largest voltage of a taxel, V.
-FORCE_UNITS = {"V": 1.0, "counts": ADC_VOLTS / ADC_COUNTS}
-FORCE_MOST = 10.0
 #: Largest RMS of a vibration's rounding errors, as a share of its own RMS.
 ROUNDING = 1e-3
 
@@ -86,10 +71,10 @@ class FileSettings:
 
     sensor: VibrationSensor
     rate: float
-    unit: str
+    unit: Unit
     smoothing_alpha: float = 1.0
     axis: int | None = None  # axis of vectors, if stated
-    force_unit: str = "V"
+    force_unit: Unit = VOLT
 
 
 def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
@@ -105,8 +90,17 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
     return sensors[0]
 
 
-def read_settings(origin: str, given: Mapping[str, Any], sensor: VibrationSensor) -> FileSettings:
-    """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``."""
+def read_settings(
+    origin: str,
+    given: Mapping[str, Any],
+    sensor: VibrationSensor,
+    vibration: NDArray[Any],
+    force: NDArray[Any],
+) -> FileSettings:
+    """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``.
+
+    Raise InputError if its vibration or force cannot have the stated units.
+    """
     unit_name = f"{sensor}_unit"
     for name in ("sample_rate_hz", unit_name):
         if name not in given:
@@ -121,14 +115,25 @@ def read_settings(origin: str, given: Mapping[str, Any], sensor: VibrationSensor
     axis = as_text(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) <= 2):
         raise InputError(f"{origin}: 'axis' is {quote(axis)}: give the number of an axis, from 0")
+    unit = _stated_unit(origin, unit_name, given[unit_name])
+    force_unit = _stated_unit(origin, "force_unit", given.get("force_unit", VOLTS))
+    if force_unit.name != VOLTS:
+        raise InputError(f"{origin}: 'force_unit' is {force_unit.name}: convert forces to volts")
     return FileSettings(
         sensor,
         check_rate(f"{origin}: 'sample_rate_hz'", given["sample_rate_hz"]),
-        one_of(origin, unit_name, given[unit_name], UNITS),
+        fit_unit(f"{origin}: {sensor} ('{unit_name}')", unit, vibration),
         smoothing,
         None if axis is None else int(axis),
-        one_of(origin, "force_unit", given.get("force_unit", "V"), FORCE_UNITS),
+        fit_unit(f"{origin}: force ('force_unit')", force_unit, force, is_force=True),
     )
+
+
+def _stated_unit(origin: str, name: str, value: Any) -> Unit:
+    unit = parse_unit(as_text(value))
+    if unit is None:
+        raise InputError(f"{origin}: '{name}' is {quote(value)}: {STATE_UNIT}")
+    return unit
 
 
 def read_layout(origin: str, text: Any) -> Layout:
@@ -187,17 +192,6 @@ def check_vibration(
     return samples
 
 
-def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
-    """Raise an error if forces exceed what a taxel can give, because their unit must be wrong."""
-    most = float(np.abs(values.astype(np.float64)).max(initial=0.0))
-    if most * FORCE_UNITS[unit] > FORCE_MOST:
-        allowed = "counts (10 bits over 3.3 V)" if unit == "V" else "V"
-        raise InputError(
-            f"{origin} reaches {most:g} {unit}, but a taxel gives at most {FORCE_MOST:g} V: set "
-            f"'force_unit' to {allowed}, convert force to volts, or leave it out"
-        )
-
-
 def common_type(parts: Sequence[NDArray[Any]]) -> np.dtype[Any]:
     """Return the type of samples that holds all these samples."""
     kinds = {part.dtype.type for part in parts}
@@ -226,16 +220,16 @@ def make_layout(
             f"the {sensor} has {axes} axes, but 'axis', the axis that detectors use, is "
             f"{('missing' if axis is None else axis)}: give a number from 0 to {axes - 1}"
         )
-    step, zero = UNITS[settings.unit]
+    unit = settings.unit
     alone = sensors == 1 and sensor is not VibrationSensor.PIEZO
     channels = [
         Channel(
             sensor if finger is None else f"{sensor}_{finger_name(finger)}",
             ChannelKind.VIBRATION,
             finger,
-            "V" if settings.unit == "counts" else settings.unit,
-            step if scale is None else scale,
-            zero,
+            unit.name,
+            unit.scale if scale is None else scale,
+            unit.offset,
             sensor=sensor,
             smoothing_alpha=settings.smoothing_alpha,
             axes=axes,
@@ -244,7 +238,7 @@ def make_layout(
         for finger in ([None] if alone else list(Finger)[:sensors])
     ]
     if force:
-        volts = FORCE_UNITS[settings.force_unit]
+        volts = settings.force_unit.scale
         channels += [
             Channel(f"force_{finger_name(f)}_{k}", ChannelKind.FORCE, f, "V", volts, 0.0, taxel=k)
             for f in Finger

@@ -15,6 +15,7 @@ from firstcontact.core import ChannelKind, Dataset, InputError, Layout, Vibratio
 from firstcontact.core.files import file_in, files_below, open_regular, read_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.text import counted
+from firstcontact.core.units import Unit
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import make_dataset, note_unknown
 from firstcontact.recording.events import (
@@ -182,7 +183,7 @@ def _alike(
             )
     check_rate(f"{files[0]}: the sample rate", rate)
     kind = sensor or VibrationSensor.MICROPHONE
-    settings = FileSettings(kind, rate, "full scale")
+    settings = FileSettings(kind, rate, Unit("full scale"))
     layout = make_layout(settings, width, scale=1.0 / FULL_SCALE[str(first.dtype)])
     return layout, [_stored(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
 

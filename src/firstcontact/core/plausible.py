@@ -1,0 +1,75 @@
+"""Checks whether a signal can be what it is taken for: no clock, and no copy of another one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Fewest samples of which anything can be said.
+FEWEST = 20
+#: Largest share of steps of a clock that are backward, as when it wraps, or very long.
+ODD = 0.02
+#: A step of a clock that is longer than this multiple of the mean step is very long.
+LONG = 40.0
+#: Squared correlation above which two signals are one.
+ALIKE = 0.99
+#: The same for noise, which must then be alike in its differences, too: both fingers of a hand may
+#: pick up the same hum.
+ALIKE_NOISE = 0.9
+
+
+def is_clock(values: NDArray[Any]) -> bool:
+    """Return True if values rise steadily, as the numbers of a clock or a counter do."""
+    if len(values) < FEWEST:
+        return False
+    steps = np.diff(values.astype(np.float64))
+    forward = steps[steps > 0]
+    if len(forward) * LONG < len(steps):
+        return False
+    mean = forward.sum() / len(steps)
+    if np.mean((steps < 0) | (steps > LONG * mean)) > ODD:
+        return False
+    # It rises in each part of the samples by about as much.
+    parts = np.array([np.maximum(part, 0.0).sum() for part in np.array_split(steps, 4)])
+    return bool(parts.min() > 0.5 * parts.max())
+
+
+def clock_note(names: Sequence[str], pinches: Sequence[NDArray[Any]]) -> str:
+    """Return a sentence about a column that is a clock in all pinches; "" if there is none."""
+    for column, name in enumerate(names):
+        if pinches and all(is_clock(pinch[:, column]) for pinch in pinches):
+            return f"{name} rises steadily, as a clock or a counter does: name the sensor's column"
+    return ""
+
+
+def are_alike(one: NDArray[Any], other: NDArray[Any], *, is_noise: bool = False) -> bool:
+    """Return True if two signals are the same, up to an offset, a factor and little noise."""
+    a, b = one.astype(np.float64), other.astype(np.float64)
+    if is_noise:
+        return min(_correlation(a, b), _correlation(np.diff(a), np.diff(b))) > ALIKE_NOISE
+    return _correlation(a, b) > ALIKE
+
+
+def alike_note(names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = False) -> str:
+    """Return a sentence about signals, shape (samples, columns), that are alike; "" if none are."""
+    for k, j in combinations(range(len(names)), 2):
+        if are_alike(signals[:, k], signals[:, j], is_noise=is_noise):
+            return (
+                f"{names[k]} and {names[j]} are one signal twice, so both fingers seem to touch at "
+                "once: use one of them (column 'channel' of a table of events, or #NAME after the "
+                "name of a board or stream), or check the wiring"
+            )
+    return ""
+
+
+def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Return the squared correlation; 0 if one is constant."""
+    if len(a) < FEWEST:
+        return 0.0
+    a, b = a - a.mean(), b - b.mean()
+    power = float((a * a).sum() * (b * b).sum())
+    return float((a * b).sum()) ** 2 / power if power > 0 else 0.0

@@ -168,7 +168,8 @@ def _stream(stream: Mapping[str, Any]) -> Stream:
     return Stream(
         info["name"][0] or "",
         float(info["nominal_srate"][0]),
-        *(tuple(_described(info, k, f) for k in range(values.shape[1])) for f in ("label", "unit")),
+        tuple(_described(info, k, "label") for k in range(values.shape[1])),
+        tuple(_described(info, k, "unit") for k in range(values.shape[1])),
         np.asarray(stream["time_stamps"], dtype=np.float64),
         values,
         "footer" in stream,

@@ -1,0 +1,52 @@
+"""Signals that are clocks, or copies of each other."""
+
+import numpy as np
+import pytest
+
+from firstcontact.core.plausible import alike_note, are_alike, clock_note, is_clock
+
+N = np.arange(9000)
+NOISE = np.random.default_rng(0).normal(size=(9000, 3))
+
+
+@pytest.mark.parametrize(
+    "clock",
+    [N, N // 20, N % 256, N * 500 % 65536, 1e6 + 203.0 * N + NOISE[:, 0], np.delete(N, [7, 900])],
+    ids=["counter", "milliseconds", "wraps", "wraps early", "jitters", "losses"],
+)
+def test_a_clock_rises_steadily(clock):
+    assert is_clock(clock)
+    assert clock_note(["t"], [clock[:, None]])
+
+
+@pytest.mark.parametrize(
+    "signal",
+    [
+        NOISE[:, 0],
+        np.round(512 + NOISE[:, 0] / 4),
+        0.0 * N,
+        np.cumsum(NOISE[:, 0]),
+        N // 4000,
+        np.maximum(N - 5000, 0),
+        N[:9],
+        N % 7,
+    ],
+    ids=["noise", "counts", "dead", "drift", "steps", "force", "short", "saw"],
+)
+def test_a_signal_is_no_clock(signal):
+    assert not is_clock(signal)
+
+
+@pytest.mark.parametrize(("factor", "noise"), [(1.0, 0.0), (-0.5, 0.0), (0.98, 0.1)])
+def test_a_copy_is_alike(factor, noise):
+    taps = 20 * np.exp(-(N % 1500) / 30) * np.sin(N / 3) + NOISE[:, 0]
+    copy = factor * taps + noise * NOISE[:, 1]
+    assert "a and b" in alike_note(["a", "b"], np.column_stack([taps, copy + 5]))
+    assert are_alike(NOISE[:, 0], factor * NOISE[:, 0] + noise * NOISE[:, 1], is_noise=True)
+
+
+def test_other_signals_are_not_alike():
+    hum = 30 * np.sin(2 * np.pi * 50 * N / 4936)
+    assert not are_alike(hum + NOISE[:, 0], hum + NOISE[:, 1], is_noise=True)
+    assert not alike_note("abc", NOISE)
+    assert not alike_note("ab", np.zeros((100, 2)))  # two dead channels

@@ -10,18 +10,19 @@ from streams import as_blocks, cut_frames, run
 
 from firstcontact.contact import Detector, detect
 from firstcontact.core import (
+    ChannelKind,
     ClosingSpeed,
     Contact,
     Dataset,
     Pinch,
     fingertip_layout,
 )
-from firstcontact.models import Touches
+from firstcontact.models import Touches, WindowPredictor
 from firstcontact.models.in_context import InContextModel
 from firstcontact.models.rig import RigSpeeds
 from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline
 from firstcontact.streaming.events import Estimate
-from firstcontact.streaming.predictors import AnytimePredictor
+from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate
@@ -113,12 +114,12 @@ def test_it_stops_at_the_second_contact(
             for e in epoch_events
             if isinstance(e, NoEstimate) or (isinstance(e, Estimate) and e.final)
         ]
-        assert ends
+        assert len(ends) == 1
         if finished_pinch.final is None:
-            assert isinstance(ends[-1], NoEstimate)
+            assert isinstance(ends[0], NoEstimate)
         else:
-            assert isinstance(ends[-1], Estimate)
-            assert ends[-1].value == finished_pinch.final.value
+            assert isinstance(ends[0], Estimate)
+            assert ends[0].value == finished_pinch.final.value
         first, *remaining = finished_pinch.contacts
         if not remaining:
             continue
@@ -130,6 +131,30 @@ def test_it_stops_at_the_second_contact(
     # Offsets of these pinches are such that the second contact cuts some short.
     assert short > 0
     assert withdrawn > 0
+
+
+@pytest.mark.parametrize("offset", [62, 68, 74, 80, 110])
+def test_a_second_contact_near_the_last_moment_leaves_one_final_estimate(
+    fresh: Dataset,
+    detector: Detector,
+    anytime: InContextModel,
+    models: list[WindowPredictor],
+    offset: int,
+) -> None:
+    moved = []
+    for pinch in fresh:
+        first, second = pinch.truth
+        (column,) = LAYOUT.columns(ChannelKind.VIBRATION, second.finger)
+        data = pinch.data.copy()
+        data[:, column] = np.roll(data[:, column], first.sample + offset - second.sample)
+        moved.append(replace(pinch, data=data))
+    for predictor in (AnytimePredictor(anytime), WindowLadder(models)):
+        events = run(Pipeline(LAYOUT, detector, predictor), cut_frames(Dataset(tuple(moved))))
+        pinches = [e for e in events if isinstance(e, PinchDone)]
+        finals = [e for e in events if isinstance(e, Estimate) and e.final]
+        assert sum(p.second is not None for p in pinches) > len(fresh) / 2
+        assert [f.contact for f in finals] == [p.contacts[0] for p in pinches if p.final]
+        assert [f.value for f in finals] == [p.final.value for p in pinches if p.final]
 
 
 def test_a_shape_is_the_models_input_from_the_next_contact_on(

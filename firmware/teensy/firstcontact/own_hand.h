@@ -14,8 +14,8 @@ void begin_own_hand();
 //   event->flags has FC_IS_FIRST for the first contact of a closing.
 // - FC_CONTACT_WITHDRAWN: the first contact was a mistake. Ignore it and its estimates.
 // - FC_ESTIMATED: event->estimate.value with its interval from .low to .high, in Shore A.
-//   event->flags has FC_IS_OUT_OF_RANGE if the contact is out of range, and FC_IS_FINAL for the last
-//   estimate of the contact, which repeats an earlier one.
+//   event->flags has FC_IS_OUT_OF_RANGE if the contact is out of range, and FC_IS_FINAL for one
+//   event that repeats the estimate to keep. It comes late: act on the newest estimate.
 // - FC_NOT_ESTIMATED: the signal cannot be used, and there is no estimate.
 //
 // A hand that measures its closing speed passes it to fc_predictor_hint, from loop().

@@ -27,7 +27,9 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     out_of_range
         True if the contact is unlike the training data. The interval is then not reliable.
     final
-        True if no later estimate of this contact follows.
+        True for the report that repeats the last estimate from samples before the second contact.
+        Each contact has one at most, and no later estimate replaces it. It comes once no second
+        contact can lie within the estimate: a hand acts on the estimates before it.
     in_time
         True if the estimate was available before the second finger touched. None (null in JSON)
         until the second contact is known or the pinch is finished, and without real-time samples.

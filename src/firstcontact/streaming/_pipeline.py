@@ -141,6 +141,8 @@ class Pipeline:
         )
         self._plugin: Any = detector if constants.kind is DetectorKind.PROGRAM else None
         self._fingers = layout.vibration_fingers
+        #: Number of samples by which a second contact lies at most before the newest one.
+        self._search = constants.search if len(self._fingers) > 1 else 0
         self._idle = samples_in(IDLE[0], layout.rate)
         self._strips = Strips(layout)
         self._windows: WindowPredictions | None = None
@@ -355,10 +357,9 @@ class Pipeline:
         yield ContactEvent(contact, is_first, pinch.epoch, self._now)
         if pinch.second is contact and self._windows is not None:
             yield from self._hear(e.known + 1)
-            last = contact.sample - 1
-            if not pinch.is_settled or any(used > last for used, _ in pinch.made):
+            if not pinch.is_settled:
                 reason = pinch.reason or self._windows.reason or REASONS[Reason.SECOND_TOUCHED]
-                yield self._settle(pinch, last, e.known, reason)
+                yield self._settle(pinch, contact.sample - 1, e.known, reason)
 
     def _add_estimate(
         self,
@@ -444,9 +445,10 @@ class Pipeline:
             yield self._add_estimate(
                 pinch, window.complete, window.duration, (value, low, high), level
             )
-        if windows.ended and not pinch.is_settled and pinch.second is None:
-            complete = pinch.made[-1][1].complete if pinch.made else stop - 1
-            yield self._settle(pinch, stop, complete, pinch.reason or windows.reason)
+        # A second contact that is detected after the final estimate must not lie within it.
+        due = pinch.made[-1][0] + self._search if pinch.made else stop
+        if windows.ended and not pinch.is_settled and pinch.second is None and stop >= due:
+            yield self._settle(pinch, stop, stop - 1, pinch.reason or windows.reason)
 
     def _ask_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
         """Measure the closing speed before a contact. This may take milliseconds."""

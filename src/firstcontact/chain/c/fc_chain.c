@@ -78,7 +78,7 @@ static void forget_contacts(fc_chain *c)
     c->has_first = c->has_second = c->is_waiting = false;
     c->is_touch_ready = c->is_settled = c->varies = false;
     c->is_put_off = c->is_second_put_off = false;
-    c->predicted = 0;
+    c->predicted = c->failed = 0;
 }
 
 static void begin_closing(fc_chain *c, int64_t first)
@@ -127,7 +127,15 @@ static void emit_estimate(fc_chain *c, int32_t samples, int32_t flags, int64_t k
         c->program.emit(c->program.context, &event);
 }
 
-/* Report the final estimate once: the newest one that uses only samples before the second contact. */
+/* Return the number of the sample from which on no second contact can lie within the newest estimate.
+   Onsets are placed up to `search` samples back. */
+static int64_t final_from(const fc_chain *c)
+{
+    const int32_t search = c->stream.channels > 1 ? c->detector.constants->search : 0;
+    return c->predicted == 0 ? c->first : c->first + c->predicted + search;
+}
+
+/* Report the final estimate: the newest one that uses only samples before the second contact. */
 static void settle(fc_chain *c, int64_t known, int32_t reason)
 {
     const fc_model *const m = &c->image->model;
@@ -136,10 +144,7 @@ static void settle(fc_chain *c, int64_t known, int32_t reason)
     for (int32_t k = 0; k < m->moments && m->moment[k] <= limit; k++)
         if (c->is_predicted[k])
             standing = m->moment[k];
-    if (c->is_settled && standing == c->settled)
-        return;
     c->is_settled = true;
-    c->settled = standing;
     if (standing > 0)
         emit_estimate(c, standing, FC_IS_FINAL, known);
     else
@@ -403,47 +408,43 @@ static void estimate(fc_chain *c, bool has_new_second)
     const int64_t newest = c->past.end - 1, available = c->past.end - c->first;
     const bool was_put_off = c->is_put_off;
     int64_t limit = available;
-    int32_t reason = FC_SECOND_TOUCHED, ignored;
+    int32_t reason;
     has_new_second |= c->is_second_put_off;
     c->is_put_off = c->is_second_put_off = false;
-    if (!c->has_first || (c->is_settled && !has_new_second))
+    if (!c->has_first || c->is_settled)
         return;
     if (c->has_second && c->second - c->first < limit)
         limit = c->second - c->first;
     const int32_t moment = newest_moment(m, limit);
     const int32_t k = moment > 0 ? moment_index(m, moment) : 0;
-    const bool is_due = moment > 0 && !c->is_predicted[k] && (has_new_second || moment > c->predicted);
+    const bool is_due = moment > 0 && !c->is_predicted[k] && !c->failed
+                        && (has_new_second || moment > c->predicted);
     bool is_long = c->detector.effort > EFFORT_MOST;
     if (newest == c->decided && !was_put_off)
-        is_long |= begin_touch(c, &ignored) && c->touch.rig->has_pitch;
+        is_long |= begin_touch(c, &reason) && c->touch.rig->has_pitch;
     if (is_long && is_due && !was_put_off) {
         c->is_put_off = true;
         c->is_second_put_off = has_new_second;
         return;
     }
-    if (is_due && (!c->is_settled || c->is_skipped[k])) {
+    if (is_due) {
         const int32_t waiting = c->program.waiting != NULL && !has_new_second
                                     ? c->program.waiting(c->program.context) : 0;
         if (!c->is_touch_ready && !begin_touch(c, &reason)) {
-            settle(c, newest, reason);
-            return;
-        }
-        if (!extend_touch(c) || !c->varies) {
-            settle(c, newest, FC_NO_SIGNAL);
-            return;
-        }
-        if (newest_moment(m, available + waiting) > moment && !has_new_second) {
+            c->failed = reason;
+        } else if (!extend_touch(c) || !c->varies) {
+            c->failed = FC_NO_SIGNAL;
+        } else if (newest_moment(m, available + waiting) > moment && !has_new_second) {
             if (!c->is_skipped[k])
                 emit(c, FC_SKIPPED, 0, 0, c->first, newest);
             c->is_skipped[k] = true;
         } else if (!predict(c, moment)) {
-            settle(c, newest, FC_NOT_FINITE);
-            return;
+            c->failed = FC_NOT_FINITE;
         }
     }
-    const bool is_last = !c->has_second && c->predicted == m->moment[m->moments - 1];
-    if (has_new_second || is_last)
-        settle(c, newest, reason);
+    const bool is_last = c->failed || c->predicted == m->moment[m->moments - 1];
+    if (has_new_second || (is_last && newest + 1 >= final_from(c)))
+        settle(c, newest, c->failed ? c->failed : FC_SECOND_TOUCHED);
 }
 
 void fc_chain_take(fc_chain *c, const double *vibration, const double *loads)
@@ -487,6 +488,9 @@ int32_t fc_chain_due(const fc_chain *c, int32_t most)
                              ? c->detector.next : c->detector.settles + c->detector.constants->step;
     if (!(c->is_confirmed && all_latched(c)) && next - c->next < due)
         due = next - c->next;
+    if (c->has_first && !c->is_settled && c->image->has_model && final_from(c) - c->next < due
+        && (c->failed || c->predicted == m->moment[m->moments - 1]))
+        due = final_from(c) - c->next;
     if (c->is_waiting && c->first + c->image->timing->confirmed - c->next < due)
         due = c->first + c->image->timing->confirmed - c->next;
     for (int32_t k = 0; c->has_first && !c->is_settled && c->image->has_model && k < m->moments; k++)

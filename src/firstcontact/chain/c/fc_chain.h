@@ -29,7 +29,7 @@ enum {
 /* Flags of events. */
 enum {
     FC_IS_FIRST = 1,        /* first contact of a closing */
-    FC_IS_FINAL = 2,        /* the last estimate of a contact */
+    FC_IS_FINAL = 2,        /* repeats the estimate of a contact that no later event replaces */
     FC_IS_OUT_OF_RANGE = 4
 };
 
@@ -112,7 +112,7 @@ typedef struct fc_chain {
     fc_touch_room room;
     bool varies;            /* the signal of the contact is not constant */
     int32_t predicted;      /* samples of the newest estimate */
-    int32_t settled;        /* samples of the final estimate; 0 if there is none */
+    int32_t failed;         /* reason why no further estimate follows; 0 if there is none */
     bool is_predicted[FC_MOMENTS_MOST], is_skipped[FC_MOMENTS_MOST];
     fc_estimate estimates[FC_MOMENTS_MOST];
 } fc_chain;

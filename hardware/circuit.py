@@ -64,12 +64,12 @@ ACCESSORIES = (
     ("SXH-001T-P0.6", 18, "crimp contact for the plug of a cable"),
     ("wire, AWG 28, stranded", 18, "cables from the fingertips, up to 0.3 m"),
     ("pin header 1 × 14, 2.54 mm", 2, "pins of the Teensy, if it has none"),
-    ("PZT disc, 10 mm across, 0.1 mm thick, 12 nF", 2, "vibration sensor; one or two to spare"),
+    ("PZT-5A disc, 10 mm across, 0.2 mm thick", 2, "vibration sensor; one or two to spare"),
     ("Velostat (Linqstat), 0.1 mm", 1, "force-sensitive sheet, 10 cm are enough"),
     ("heat-set insert M2, 3 mm long, 3.5 mm wide", 8, "threads of the mounts"),
     ("screw M2", 8, "mounts to the fingers; length in the table of prints"),
-    ("silicone, epoxies, microscope slide", 1, "as Pour and Glue name them"),
-    ("copper foil, self-adhesive", 1, "contact strips, only to record true contacts"),
+    ("silicones, microscope slide", 1, "as Pour and Glue name them"),
+    ("copper foil, 35 µm, with conductive adhesive", 1, "contacts of the discs; contact strips"),
 )
 
 
@@ -92,7 +92,7 @@ class Part:
 
     @property
     def label(self) -> str:
-        """Value as it is printed on a drawing, such as ``82k`` or ``33n``."""
+        """Value as it is printed on a drawing, such as ``33k`` or ``33n``."""
         if self.kind in (Kind.TEST_POINT, Kind.PADS):
             return next(iter(self.pins.values())) if len(self.pins) == 1 else "cable"
         if self.kind not in (Kind.RESISTOR, Kind.CAPACITOR):
@@ -133,15 +133,15 @@ def _finger(place: int, finger: str) -> list[Part]:
     n = 10 * place
     disc, clamp, inverting, out = (f"{net}_{finger}" for net in ("disc", "clamp", "fb", "out"))
     parts = [
-        _resistor(f"R{n}", disc, "vref", 240e3, "240K", "high pass with the disc: 55 Hz"),
+        _resistor(f"R{n}", disc, "vref", 470e3, "470K", "high pass with the disc: 57 Hz"),
         _resistor(f"R{n + 1}", disc, clamp, 10e3, "10K", "limits the current of a knock"),
         Part(
             f"D{n}", Kind.DIODES, {"1": "gnd", "2": "3v3", "3": clamp},
             "clamps the input to both supply rails", number="BAV199,215",
         ),
         _resistor(f"R{n + 2}", clamp, f"in_{finger}", 10e3, "10K", "protects the amplifier"),
-        _resistor(f"R{n + 3}", out, inverting, 82e3, "82K", "gain of 22"),
-        _resistor(f"R{n + 4}", inverting, "vref", 3.9e3, "3K9", "gain of 22"),
+        _resistor(f"R{n + 3}", out, inverting, 33e3, "33K", "gain of 7.5"),
+        _resistor(f"R{n + 4}", inverting, "vref", 5.1e3, "5K1", "gain of 7.5"),
         _resistor(f"R{n + 5}", out, f"adc_{finger}", 2.7e3, "2K7", "low pass: 1.8 kHz"),
         _capacitor(
             f"C{n}", f"adc_{finger}", "gnd", 33e-9, 0.05, "C0805C333J5GACTU", "low pass: 1.8 kHz"

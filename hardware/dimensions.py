@@ -27,13 +27,17 @@ class Dimensions:
     board_thickness: float = _mm(1.6, "FR4, the usual thickness")
     board_tolerance: float = _mm(0.16, "10 % of the thickness, as board houses state")
     disc_diameter: float = _mm(10.0, "PZT disc", PAPER)
-    disc_thickness: float = _mm(0.1, "PZT disc, as in the twin")
+    disc_thickness: float = _mm(0.2, "PZT disc, a size that is sold")
     sheet_thickness: float = _mm(0.1, "Velostat", PAPER)
     pad_thickness: float = _mm(3.0, "silicone without its dimples", PAPER)
     dimple_diameter: float = _mm(2.5, "end of a dimple: six are a tenth of the pad, as in the twin")
     dimple_height: float = _mm(0.8, "dimple, as in the twin")
-    board_glue: float = _mm(0.05, "conductive epoxy between disc and board")
-    post_glue: float = _mm(0.1, "epoxy between disc and post: one sheet of paper")
+    board_glue: float = _mm(0.15, "silicone between disc and board: room for the foil")
+    post_glue: float = _mm(0.1, "silicone between disc and post: one sheet of paper")
+
+    foils: float = _mm(3, "number of folded foils that connect disc and land")
+    foil_side: float = _mm(1.5, "side of a folded foil")
+    foil_place: float = _mm(3.0, "foil, from the middle of the disc")
 
     # Printing
     nozzle: float = _mm(0.4, "nozzle")

@@ -1,80 +1,127 @@
-"""Voltage of the piezo disc per newton on the pad, for two ways to hold the board.
+"""Voltage of the piezo disc per newton on the pad, for glues and discs.
 
-*Bending*: the board's edges rest on a ledge over a hollow. The board bends, and stretches the disc
-on its back. *Thickness*: the disc rests on a flat post. All of the force goes through the disc.
-Navier's solution for a simply supported rectangular plate (Timoshenko and Woinowsky-Krieger,
-Theory of Plates and Shells, 1959, ch. 5) gives the moments of the board. Over the disc, board and
-disc bend together, which moves the neutral plane towards the disc. The moments are taken as those
-of the board alone.
+The fingertip is a stack on the mount: floor, post, glue, disc, glue, board. The rectangle of the
+board is a disc of the same area. Only the part of a load that is equal all round gives charge, so
+a dimple is a ring. The pad does not bend the board: it presses through its dimples.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
-from dimensions import NOMINAL
-from scipy.special import j1
+from dimensions import NOMINAL as D
+from stack import VACUUM, Layer, Material, Stack, isotropic, piezoelectric
 
-#: Board, m.
-LENGTH, WIDTH = NOMINAL.board_length * 1e-3, NOMINAL.board_width * 1e-3
-THICKNESS = NOMINAL.board_thickness * 1e-3
-#: Disc, m, and its capacitance, F (assumption).
-RADIUS, DISC_THICKNESS = NOMINAL.disc_diameter / 2 * 1e-3, NOMINAL.disc_thickness * 1e-3
-CAPACITANCE = 12e-9
-#: PZT-5A, data sheets: d33 and d31 (absolute) in C/N, Young's modulus in Pa, Poisson's ratio.
-D33, D31, PZT_MODULUS, PZT_POISSON = 390e-12, 175e-12, 61e9, 0.31
+from firstcontact.twin.disc import VOLTS_PER_NEWTON
 
-
-class Fr4(NamedTuple):
-    """Elastic constants of FR4: 18 to 24 GPa in data sheets of laminates."""
-
-    modulus: float = 22e9
-    poisson: float = 0.14
+#: PZT-5A, from data sheets: free permittivity, and charge constant along the axis in C/N.
+PERMITTIVITY, D33 = 1700, 374e-12
+PZT = piezoelectric(
+    16.4e-12, -5.74e-12, -7.22e-12, 18.8e-12, 47.5e-12, -171e-12, D33, 584e-12, 1730, PERMITTIVITY
+)
+#: FR4 along its faces: 18 to 24 GPa in data sheets of laminates.
+FR4 = isotropic(22e9, 0.14)
+PETG = isotropic(2e9, 0.4)
+EPOXY = isotropic(3e9, 0.35)
 
 
-NOMINAL = Fr4()
+def silicone(modulus: float = 1.3e6, poisson: float = 0.49) -> Material:
+    """Return a silicone. 1.3 MPa is 33 Shore A by Gent's formula."""
+    return isotropic(modulus, poisson)
 
 
-def pressed() -> float:
-    """Return the open-circuit voltage per newton through the disc's thickness, V/N.
+@dataclass(frozen=True)
+class Gluing:
+    """Disc and its two layers of glue. Lengths in m."""
 
-    Each newton through the disc gives the charge d33, wherever the force acts.
-    """
-    return D33 / CAPACITANCE
+    post_glue: Material = silicone()
+    board_glue: Material = silicone()
+    post_gap: float = D.post_glue * 1e-3
+    """Thickness of the glue between disc and post."""
+    board_gap: float = D.board_glue * 1e-3
+    """Thickness of the glue between disc and board."""
+    disc: float = D.disc_thickness * 1e-3
+    """Thickness of the disc."""
+    contact: Material = silicone(10e6)
+    """Contact of disc and land within the glue: folded foil, as soft as its adhesive."""
+    contact_radius: float = math.sqrt(D.foils / math.pi) * D.foil_side * 1e-3
+    """Radius of a spot in the middle with the area of all contacts."""
+    mount: Material = PETG
+    post_radius: float = D.disc_diameter * 0.5e-3
+
+    def stack(self, size: float = 0.25e-3) -> Stack:
+        """Return the finite elements of the fingertip."""
+        board = math.sqrt(D.board_length * D.board_width / math.pi) * 1e-3
+        disc = D.disc_diameter * 0.5e-3
+        spot = self.contact_radius, self.contact
+        return Stack([
+            Layer(D.floor * 1e-3, board + D.wall * 1e-3, self.mount, 4),
+            Layer(D.post_height * 1e-3, self.post_radius, self.mount, 4),
+            Layer(self.post_gap, disc, self.post_glue),
+            Layer(self.disc, disc, PZT),
+            Layer(self.board_gap, disc, self.board_glue, spot=spot),
+            Layer(D.board_thickness * 1e-3, board, FR4, 4),
+        ], size)  # fmt: skip
 
 
-def bent(side: float | None = None, fr4: Fr4 = NOMINAL, terms: int = 99) -> float:
-    """Return the open-circuit voltage per newton of the bent board, V/N.
+@dataclass(frozen=True)
+class Sensitivity:
+    """Open-circuit voltage per newton by the place of the load, V/N, and capacitance, F."""
 
-    Parameters
-    ----------
-    side
-        Side of a square in the middle of the board that is loaded evenly, m. None loads the whole
-        board.
-    fr4
-        Elastic constants of the board.
-    terms
-        Largest order of the series.
-    """
-    orders = np.arange(1, terms + 1, 2)
-    m, n = orders[:, None], orders[None, :]
-    rigidity = fr4.modulus * THICKNESS**3 / (12 * (1 - fr4.poisson**2))
-    a, b = (LENGTH, WIDTH) if side is None else (side, side)
-    # Fourier coefficients of 1 N spread evenly over the a x b in the middle.
-    signs = np.sin(m * math.pi / 2) * np.sin(n * math.pi / 2)
-    load = 16 / (math.pi**2 * m * n * a * b) * signs
-    load = load * np.sin(m * math.pi * a / (2 * LENGTH)) * np.sin(n * math.pi * b / (2 * WIDTH))
-    curvature = load / (math.pi**2 * rigidity * ((m / LENGTH) ** 2 + (n / WIDTH) ** 2))
-    # Mean over the disc of sin sin: J1(k R) 2 / (k R) times the value in the middle.
-    k = math.pi * RADIUS * np.hypot(m / LENGTH, n / WIDTH)
-    moment = rigidity * float((curvature * signs * 2 * j1(k) / k).sum())
-    board = fr4.modulus / (1 - fr4.poisson**2) * THICKNESS
-    disc = PZT_MODULUS / (1 - PZT_POISSON**2) * DISC_THICKNESS
-    distance = (THICKNESS + DISC_THICKNESS) / 2
-    shift = distance * disc / (board + disc)
-    together = rigidity + board * shift**2 + disc * (distance - shift) ** 2
-    strain = moment / together * (distance - shift)
-    charge = D31 * PZT_MODULUS / (1 - PZT_POISSON) * strain * math.pi * RADIUS**2
-    return charge / CAPACITANCE
+    centre: float
+    middle: float
+    """Load on a dimple of the middle row."""
+    corner: float
+    """Load on a dimple at a corner."""
+    capacitance: float
+
+    @property
+    def all(self) -> float:
+        """Load on all six dimples, two of the middle row and four at corners."""
+        return (self.middle + 2 * self.corner) / 3
+
+    @property
+    def spread(self) -> float:
+        """Largest relative deviation from the load on all dimples."""
+        return max(abs(v / self.all - 1) for v in (self.centre, self.middle, self.corner))
+
+
+@cache
+def sensitivity(gluing: Gluing = Gluing()) -> Sensitivity:  # noqa: B008
+    """Return what a gluing gives."""
+    stack, half = gluing.stack(), D.dimple_diameter * 0.5e-3
+    radii = sorted({round(1e-3 * math.hypot(*place), 9) for place in D.taxels})
+    middle, corner = (stack.volts_per_newton(r - half, r + half) for r in radii)
+    return Sensitivity(
+        stack.volts_per_newton(0, half), middle, corner, stack.capacitance()
+    )
+
+
+#: Capacitance of a free disc, F.
+CAPACITANCE = PERMITTIVITY * VACUUM * math.pi * (D.disc_diameter * 0.5e-3) ** 2 / (
+    D.disc_thickness * 1e-3
+)
+#: Gluings that are compared, by the words of the table of the page.
+GLUINGS = {
+    "**silicone on both faces**": Gluing(),
+    "silicone, twice as stiff, layers 0.05 mm thinner": Gluing(
+        silicone(2.6e6), silicone(2.6e6), 0.05e-3, 0.1e-3
+    ),
+    "silicone, half as stiff, layers 0.05 mm thicker": Gluing(
+        silicone(0.65e6), silicone(0.65e6), 0.15e-3, 0.2e-3
+    ),
+    "a dot of silver epoxy, 3 mm across, in place of the foil": Gluing(contact=EPOXY),
+    "silver silicone of 5 MPa at the board": Gluing(board_glue=silicone(5e6)),
+    "conductive tape of 10 MPa, 0.05 mm, at the board": Gluing(
+        board_glue=silicone(10e6), board_gap=0.05e-3
+    ),
+    "epoxy at the board, silicone at the post": Gluing(
+        board_glue=EPOXY, board_gap=0.05e-3, contact=EPOXY
+    ),
+    "epoxy at the post, silicone at the board": Gluing(post_glue=EPOXY),
+    "epoxy on both faces": Gluing(EPOXY, EPOXY, board_gap=0.05e-3, contact=EPOXY),
+}

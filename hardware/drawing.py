@@ -26,7 +26,8 @@ COLOURS = {
     "fr4": "#7fb58d",
     "velostat": "#4a4a4a",
     "silicone": "#f2c9b0",
-    "epoxy": "#c98be0",
+    "glue": "#c98be0",
+    "copper": "#d98f4e",
     "paper": "#ffffff",
 }
 _STYLE = """.v{fill:none;stroke:#1b2a41;stroke-width:1.4;stroke-linejoin:round;stroke-linecap:round}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from circuit import parts
-from disc import pressed
+from disc import sensitivity
 from numpy.typing import NDArray
 from spice import COUNT, board, simulate, sound_input
 
@@ -173,8 +173,9 @@ def check(results: Board) -> None:
         assert abs(ours / twin - 1) <= AGREEMENT, (
             f"{name}: {ours:.4g} on the board, {twin:.4g} in the twin"
         )
-    assert abs(pressed() / FingerParameters().piezo_volts_per_newton - 1) <= AGREEMENT, (
-        "volts per newton"
+    volts = sensitivity().all
+    assert abs(volts / FingerParameters().piezo_volts_per_newton - 1) <= AGREEMENT, (
+        f"{volts:.4g} V/N of the disc"
     )
     assert PIN_VOLTS[0] <= results.pin_volts[0] <= results.pin_volts[1] <= PIN_VOLTS[1], (
         results.pin_volts

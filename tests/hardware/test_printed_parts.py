@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import dimensions
-import disc
 import mesh
 import mount_tables
 import numpy as np
@@ -123,7 +122,6 @@ def test_table_agrees_with_the_twin() -> None:
     assert f"full area at {D.dimple_height:g} mm" in (
         ROOT / "docs/reference/twin-parameters.md"
     ).read_text("utf-8")
-    assert pytest.approx(1e3 * disc.RADIUS) == D.disc_diameter / 2
 
 
 def test_each_dimension_has_a_source() -> None:

@@ -157,9 +157,9 @@ REMEDIES = {
     "fingers": "Exchange the cables of the two fingertips.",
     "sensitivity": "Tap both fingers alike, and harder. Check the disc's wires and its glue, and "
     "that the board touches nothing but the post.",
-    "clipping": "Tap as if the pencil fell 2 mm. Compare 82 kOhm and 3.9 kOhm with the table of "
-    "parts.",
-    "polarity": "The disc lies on its wrong face: glue in another, positive face to the post.",
+    "clipping": "Tap as if the pencil fell 2 mm. Compare R13 and R14, or R23 and R24, with the "
+    "table of parts. A disc in hard glue clips, too: it must lie in silicone.",
+    "polarity": "The disc lies on its wrong face: glue it in again, positive face to the post.",
     "rattle": "Tighten the mount's screws. Check the glue between board, disc and post.",
     "force array": "Check the cable and the solder joints of these lines, and that the sheet lies "
     "flat. Press each of the six places.",

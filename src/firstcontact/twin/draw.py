@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.layout import TAXELS
+from firstcontact.twin.disc import CORNERS, volts_per_newton
 from firstcontact.twin.mechanics import (
     FingerParameters,
     ObjectParameters,
@@ -169,6 +170,7 @@ def draw_pinch(
     c = condition
     hand = generator(seed, c.name, "hand")
     sheet = generator(seed, c.name, "sheet")
+    corners = generator(seed, c.name, "glue").uniform(*CORNERS, 2)
     day = generator(seed, c.name, "session", session)
     rng = generator(seed, c.name, "pinch", session, key)
 
@@ -227,8 +229,12 @@ def draw_pinch(
     first = float(rng.uniform(*FIRST_CONTACT))
     timing = Timing(first, first + draw_offset(rng), bool(rng.random() < 0.5))
     shares = rng.dirichlet(np.full(TAXELS, 25.0), 2)
+    index, thumb = (
+        finger._replace(piezo_volts_per_newton=volts_per_newton(share, float(corner)))
+        for finger, share, corner in zip(fingers, shares, corners, strict=True)
+    )
     return PinchDraw(
-        (fingers[0], fingers[1]), held_object, timing, (noises[0], noises[1]),
+        (index, thumb), held_object, timing, (noises[0], noises[1]),
         (arrays[0], arrays[1]), shares, c.jitter, rng,
     )  # fmt: skip
 

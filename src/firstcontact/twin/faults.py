@@ -130,7 +130,7 @@ FAULTS: dict[str, Change] = {
     ),
     # A ground that carries the motor's current, or no capacitor at the supply.
     "noise": lambda b, f, rng: _noise(b, f, electronics=rng.uniform(0.015, 0.06)),
-    # 0.1 to 0.7 pF from 230 V to the disc's wire, into 240 kOhm beside 12 nF, times 22.
+    # 0.15 to 1 pF from 230 V to the disc's wire, into 470 kOhm beside 5.9 nF, times 7.5.
     "hum": lambda b, f, rng: _noise(b, f, hum=rng.uniform(0.03, 0.2)),
     # The two cables are exchanged.
     "swapped": lambda b, f, rng: replace(b, swapped=True),
@@ -139,7 +139,7 @@ FAULTS: dict[str, Change] = {
     "open-disc": lambda b, f, rng: _signal(b, f, 0.0),
     # The board touches the walls, which then carry the force past the disc; or the glue has a gap.
     "glue": lambda b, f, rng: _signal(b, f, rng.uniform(0.03, 0.15)),
-    # Nine times the gain: 390 Ohm in place of 3.9 kOhm, or 820 kOhm in place of 82 kOhm.
+    # Nine times the gain: 510 Ohm in place of 5.1 kOhm, or 330 kOhm in place of 33 kOhm.
     "clipping": lambda b, f, rng: _signal(b, f, rng.uniform(8.0, 10.0)),
     # Loose screws: a tenth of the stiffness or less, and hardly any damping.
     "rattle": _rattle,

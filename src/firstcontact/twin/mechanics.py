@@ -65,11 +65,11 @@ class FingerParameters(NamedTuple):
     """Young's modulus of the pad's silicone, Pa: that of 65 Shore A by Gent's formula."""
     tip_radius: float = 0.010
     """Radius of curvature of the tip at the contact, m."""
-    piezo_volts_per_newton: float = 0.0325
-    """Open-circuit voltage of the disc per newton through the mount, V/N."""
+    piezo_volts_per_newton: float = 0.0963
+    """Open-circuit voltage of the disc per newton through the mount, V/N: mean of the dimples."""
     piezo_time_constant: float = 2.8e-3
     """Disc capacitance times the buffer's input resistance, s."""
-    gain: float = 22.0
+    gain: float = 7.4
     """Gain of the non-inverting buffer."""
     buffer_cutoff: float = 1.8e3
     """Cutoff frequency of the buffer, a first-order low-pass filter, Hz."""

@@ -1,0 +1,120 @@
+"""Finite elements of the glued disc against closed forms, and the gluing that they choose."""
+
+from __future__ import annotations
+
+import math
+
+import disc
+import numpy as np
+import pytest
+from disc import D33, PERMITTIVITY, PZT, Gluing, sensitivity
+from stack import VACUUM, Layer, Stack, isotropic
+
+from firstcontact.twin import disc as twin_disc
+from firstcontact.twin.mechanics import FingerParameters
+
+RADIUS = 5e-3
+AREA = math.pi * RADIUS**2
+
+
+def test_free_disc_has_the_exact_voltage_and_capacitance() -> None:
+    free = Stack([Layer(0.2e-3, RADIUS, PZT)], is_smooth=True)
+    capacitance = PERMITTIVITY * VACUUM * AREA / 0.2e-3
+    assert free.capacitance() == pytest.approx(capacitance, rel=1e-6)
+    assert free.volts_per_newton(0, RADIUS) == pytest.approx(D33 / capacitance, rel=1e-6)
+    assert disc.CAPACITANCE == pytest.approx(capacitance)
+
+
+def test_compressed_column_sinks_as_hooke_says() -> None:
+    column = Stack([Layer(2e-3, RADIUS, isotropic(3e9, 0.4), 3)], is_smooth=True)
+    for sinking in column.sinking(0, RADIUS):
+        assert sinking == pytest.approx(2e-3 / (3e9 * AREA), rel=1e-6)
+
+
+def test_laterally_held_layer_is_stiffer_by_poissons_ratio() -> None:
+    # A thin layer on rigid ground cannot spread: modulus E (1 - n) / ((1 + n) (1 - 2 n)).
+    held = Stack([Layer(0.02e-3, RADIUS, isotropic(3e6, 0.4)), Layer(2e-3, RADIUS, isotropic(1e13, 0.0))])
+    modulus = 3e6 * 0.6 / (1.4 * 0.2)
+    assert held.sinking(0, RADIUS)[0] == pytest.approx(0.02e-3 / (modulus * AREA), rel=0.01)
+
+
+def test_plate_on_a_post_bends_as_plate_theory_says() -> None:
+    # Clamped at r = b, 1 N on the rim at r = a. Deflection
+    # w = A + B ln r + C r^2 + r^2 ln r / (8 pi D).
+    a, b, thickness, poisson = 20e-3, 4e-3, 0.4e-3, 0.14
+    rigidity = 22e9 * thickness**3 / (12 * (1 - poisson**2))
+    k = 1 / (8 * math.pi * rigidity)
+    log_a, log_b = math.log(a), math.log(b)
+    equations = [
+        [1, log_b, b**2],
+        [0, 1 / b, 2 * b],
+        [0, (poisson - 1) / a**2, 2 + 2 * poisson],
+    ]
+    particular = [
+        k * b**2 * log_b,
+        k * (2 * b * log_b + b),
+        k * ((2 * log_a + 3) + poisson * (2 * log_a + 1)),
+    ]
+    A, B, C = np.linalg.solve(equations, -np.array(particular))
+    expected = abs(A + B * log_a + C * a**2 + k * a**2 * log_a)
+    plate = Stack([
+        Layer(0.1e-3, b, isotropic(1e15, 0.0)), Layer(thickness, a, isotropic(22e9, poisson)),
+    ])  # fmt: skip
+    assert plate.sinking(a - 0.05e-3, a)[1] == pytest.approx(expected, rel=0.03)
+
+
+def test_thin_disc_on_a_bent_plate_gives_the_voltage_of_d31() -> None:
+    # Board on a ring, loaded from below on a smaller ring: equal bending in all directions inside.
+    board, thin, outer, inner, modulus, poisson = 1.6e-3, 0.02e-3, 20e-3, 10e-3, 22e9, 0.14
+    stack = Stack(
+        [Layer(board, outer, isotropic(modulus, poisson), 4), Layer(thin, 3e-3, PZT)],
+        held=(outer - 1e-6, outer),
+        is_smooth=True,
+    )
+    ratio = inner / outer
+    moment = (1 + poisson) * math.log(1 / ratio) + (1 - poisson) / 2 * (1 - ratio**2)
+    moment *= 1 / (4 * math.pi)
+    rigidity = modulus * board**3 / (12 * (1 - poisson**2))
+    strain = moment / (rigidity * (1 + poisson)) * (board + thin) / 2
+    # The disc without charge is stiffer than with its faces connected, and holds the face back.
+    s11, s12, d31, free = 16.4e-12, -5.74e-12, -171e-12, PERMITTIVITY * VACUUM
+    stiffness = 1 / (s11 + s12 - 2 * d31**2 / free)
+    strain /= 1 + 4 * stiffness * thin * (1 - poisson) / (modulus * board)
+    expected = -2 * d31 * stiffness * strain / free * thin
+    volts = stack.volts_per_newton(inner - 0.3e-3, inner + 0.3e-3, is_below=True)
+    assert abs(volts) == pytest.approx(abs(expected), rel=0.05)
+
+
+def test_fingertip_in_silicone_answers_alike_everywhere() -> None:
+    for name in list(disc.GLUINGS)[:3]:  # as drawn, and with glue at its tolerances
+        found = sensitivity(disc.GLUINGS[name])
+        assert min(found.centre, found.middle, found.corner) > 0
+        assert found.spread < 0.15, name
+        assert found.capacitance == pytest.approx(disc.CAPACITANCE, rel=0.01)
+
+
+def test_epoxy_turns_the_sign_at_the_corners_and_lowers_the_capacitance() -> None:
+    epoxy = sensitivity(disc.GLUINGS["epoxy on both faces"])
+    assert epoxy.corner < -0.3 < 0 < 0.3 < epoxy.centre
+    assert epoxy.capacitance < 0.87 * disc.CAPACITANCE
+    at_board = sensitivity(disc.GLUINGS["epoxy at the board, silicone at the post"])
+    assert at_board.corner < epoxy.corner
+
+
+def test_result_does_not_depend_on_the_size_of_the_elements() -> None:
+    fine = Gluing().stack(0.12e-3).volts_per_newton(6.4e-3, 8.9e-3)
+    assert fine == pytest.approx(Gluing().stack().volts_per_newton(6.4e-3, 8.9e-3), rel=2e-3)
+
+
+def test_twin_has_the_voltages_of_the_finite_elements() -> None:
+    found = sensitivity()
+    assert twin_disc.VOLTS_PER_NEWTON == pytest.approx(
+        [found.corner] * 2 + [found.middle] * 2 + [found.corner] * 2, rel=5e-3
+    )
+    nominal = FingerParameters().piezo_volts_per_newton
+    assert nominal == pytest.approx(twin_disc.VOLTS_PER_NEWTON.mean(), rel=1e-3)
+    stiff, soft = (sensitivity(disc.GLUINGS[name]) for name in list(disc.GLUINGS)[1:3])
+    ratio = found.corner / found.middle
+    assert twin_disc.CORNERS == pytest.approx(
+        [g.corner / g.middle / ratio for g in (stiff, soft)], rel=5e-3
+    )

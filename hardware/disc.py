@@ -8,15 +8,11 @@ a dimple is a ring. The pad does not bend the board: it presses through its dimp
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
-import numpy as np
 from dimensions import NOMINAL as D
 from stack import VACUUM, Layer, Material, Stack, isotropic, piezoelectric
-
-from firstcontact.twin.disc import VOLTS_PER_NEWTON
 
 #: PZT-5A, from data sheets: free permittivity, and charge constant along the axis in C/N.
 PERMITTIVITY, D33 = 1700, 374e-12
@@ -34,20 +30,25 @@ def silicone(modulus: float = 1.3e6, poisson: float = 0.49) -> Material:
     return isotropic(modulus, poisson)
 
 
+SILICONE = silicone()
+#: Folded foil between disc and land, as soft as its adhesive.
+FOIL = silicone(10e6)
+
+
 @dataclass(frozen=True)
 class Gluing:
     """Disc and its two layers of glue. Lengths in m."""
 
-    post_glue: Material = silicone()
-    board_glue: Material = silicone()
+    post_glue: Material = SILICONE
+    board_glue: Material = SILICONE
     post_gap: float = D.post_glue * 1e-3
     """Thickness of the glue between disc and post."""
     board_gap: float = D.board_glue * 1e-3
     """Thickness of the glue between disc and board."""
     disc: float = D.disc_thickness * 1e-3
     """Thickness of the disc."""
-    contact: Material = silicone(10e6)
-    """Contact of disc and land within the glue: folded foil, as soft as its adhesive."""
+    contact: Material = FOIL
+    """Contact of disc and land within the glue."""
     contact_radius: float = math.sqrt(D.foils / math.pi) * D.foil_side * 1e-3
     """Radius of a spot in the middle with the area of all contacts."""
     mount: Material = PETG
@@ -91,19 +92,17 @@ class Sensitivity:
 
 
 @cache
-def sensitivity(gluing: Gluing = Gluing()) -> Sensitivity:  # noqa: B008
+def sensitivity(gluing: Gluing = Gluing()) -> Sensitivity:
     """Return what a gluing gives."""
     stack, half = gluing.stack(), D.dimple_diameter * 0.5e-3
     radii = sorted({round(1e-3 * math.hypot(*place), 9) for place in D.taxels})
     middle, corner = (stack.volts_per_newton(r - half, r + half) for r in radii)
-    return Sensitivity(
-        stack.volts_per_newton(0, half), middle, corner, stack.capacitance()
-    )
+    return Sensitivity(stack.volts_per_newton(0, half), middle, corner, stack.capacitance())
 
 
 #: Capacitance of a free disc, F.
-CAPACITANCE = PERMITTIVITY * VACUUM * math.pi * (D.disc_diameter * 0.5e-3) ** 2 / (
-    D.disc_thickness * 1e-3
+CAPACITANCE = (
+    PERMITTIVITY * VACUUM * math.pi * (D.disc_diameter * 0.5e-3) ** 2 / (D.disc_thickness * 1e-3)
 )
 #: Gluings that are compared, by the words of the table of the page.
 GLUINGS = {

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,9 @@ def piezoelectric(
     Compliances are in m²/N at constant field, charge constants in C/N. Relative permittivities are
     those at constant stress.
     """
-    compliance = np.array([[s11, s12, s13, 0], [s12, s11, s13, 0], [s13, s13, s33, 0], [0, 0, 0, s44]])
+    compliance = np.array(
+        [[s11, s12, s13, 0], [s12, s11, s13, 0], [s13, s13, s33, 0], [0, 0, 0, s44]]
+    )
     charge = np.array([[0, 0, 0, d15], [d31, d31, d33, 0.0]])
     stiffness = np.linalg.inv(compliance)
     coupling = charge @ stiffness
@@ -112,13 +115,13 @@ class Stack:
         is_smooth
             True if the ground lets the stack slide.
         """
-        edges = sorted(
-            {0.0, *(q.radius for q in layers), *(q.spot[0] for q in layers if q.spot)}
-        )
+        edges = sorted({0.0, *(q.radius for q in layers), *(q.spot[0] for q in layers if q.spot)})
         r = np.concatenate([
-            [0.0], *(_graded(a, b, size)[1:] for a, b in zip(edges, edges[1:], strict=False)),
+            [0.0], *(_graded(a, b, size)[1:] for a, b in pairwise(edges)),
         ])  # fmt: skip
-        z = np.concatenate([[0.0], *(np.full(q.elements, q.thickness / q.elements) for q in layers)])
+        z = np.concatenate(
+            [[0.0], *(np.full(q.elements, q.thickness / q.elements) for q in layers)]
+        )
         z = np.cumsum(z)
         self._r = np.sort(np.concatenate([r, (r[1:] + r[:-1]) / 2]))
         self._columns = len(z) * 2 - 1
@@ -137,9 +140,7 @@ class Stack:
         self._free, self._ground = np.array([], int), np.array([], int)
         for material, cells in kinds.items():
             i, j = np.array(cells).T
-            nodes = np.stack(
-                [(2 * i + a) * self._columns + 2 * j + b for a, b in corner], axis=1
-            )
+            nodes = np.stack([(2 * i + a) * self._columns + 2 * j + b for a, b in corner], axis=1)
             number[nodes, :2] = 0
             if material.is_piezo:
                 number[nodes, 2] = 0

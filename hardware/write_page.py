@@ -13,6 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from circuit import FINGERS, TEENSY, Kind, parts
+from disc_tables import discs_table, gluings_table
 from mount_tables import fit_table, pour_table, print_table
 from multimeter_tables import resistors_table
 from order_tables import accessories_table, order_table
@@ -103,6 +104,8 @@ def filled(text: str, board: Board) -> str:
         "parts": parts_table(),
         "pins": pins_table(),
         "simulation": simulation_table(board),
+        "gluings": gluings_table(),
+        "discs": discs_table(),
         "order": order_table(),
         "accessories": accessories_table(),
         "print": print_table(),

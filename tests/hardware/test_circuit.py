@@ -23,7 +23,7 @@ def test_pages_have_the_tables_of_the_hardware() -> None:
     assert [write_page.filled(text, results) for text in texts] == texts
     names = re.findall(r"<!-- hardware: (\w+) -->", "".join(texts))
     assert " ".join(sorted(names)) == (
-        "accessories fit order parts pins pour print resistors simulation"
+        "accessories discs fit gluings order parts pins pour print resistors simulation"
     )
 
 

@@ -22,7 +22,7 @@ def test_free_disc_has_the_exact_voltage_and_capacitance() -> None:
     capacitance = PERMITTIVITY * VACUUM * AREA / 0.2e-3
     assert free.capacitance() == pytest.approx(capacitance, rel=1e-6)
     assert free.volts_per_newton(0, RADIUS) == pytest.approx(D33 / capacitance, rel=1e-6)
-    assert disc.CAPACITANCE == pytest.approx(capacitance)
+    assert pytest.approx(capacitance) == disc.CAPACITANCE
 
 
 def test_compressed_column_sinks_as_hooke_says() -> None:
@@ -33,7 +33,9 @@ def test_compressed_column_sinks_as_hooke_says() -> None:
 
 def test_laterally_held_layer_is_stiffer_by_poissons_ratio() -> None:
     # A thin layer on rigid ground cannot spread: modulus E (1 - n) / ((1 + n) (1 - 2 n)).
-    held = Stack([Layer(0.02e-3, RADIUS, isotropic(3e6, 0.4)), Layer(2e-3, RADIUS, isotropic(1e13, 0.0))])
+    held = Stack(
+        [Layer(0.02e-3, RADIUS, isotropic(3e6, 0.4)), Layer(2e-3, RADIUS, isotropic(1e13, 0.0))]
+    )
     modulus = 3e6 * 0.6 / (1.4 * 0.2)
     assert held.sinking(0, RADIUS)[0] == pytest.approx(0.02e-3 / (modulus * AREA), rel=0.01)
 
@@ -108,13 +110,15 @@ def test_result_does_not_depend_on_the_size_of_the_elements() -> None:
 
 def test_twin_has_the_voltages_of_the_finite_elements() -> None:
     found = sensitivity()
-    assert twin_disc.VOLTS_PER_NEWTON == pytest.approx(
-        [found.corner] * 2 + [found.middle] * 2 + [found.corner] * 2, rel=5e-3
+    assert (
+        pytest.approx([found.corner] * 2 + [found.middle] * 2 + [found.corner] * 2, rel=5e-3)
+        == twin_disc.VOLTS_PER_NEWTON
     )
     nominal = FingerParameters().piezo_volts_per_newton
     assert nominal == pytest.approx(twin_disc.VOLTS_PER_NEWTON.mean(), rel=1e-3)
     stiff, soft = (sensitivity(disc.GLUINGS[name]) for name in list(disc.GLUINGS)[1:3])
     ratio = found.corner / found.middle
-    assert twin_disc.CORNERS == pytest.approx(
-        [g.corner / g.middle / ratio for g in (stiff, soft)], rel=5e-3
+    assert (
+        pytest.approx([g.corner / g.middle / ratio for g in (stiff, soft)], rel=5e-3)
+        == twin_disc.CORNERS
     )

@@ -116,7 +116,7 @@ def test_each_wrong_value_is_refused_where_it_enters(data, model, tmp_path):
             ("detector", lambda: fc.detect(data, 3)),
             ("source", lambda: fc.calibrate("x")),
             ("source", lambda: fc.record("x", out)),
-            ("session", lambda: fc.record(source, out, session=3)),
+            ("session", lambda: fc.record(source, out, session=b"3")),
             ("", lambda: source.mark(3)),
             ("hand", lambda: next(fc.live(source, hand=3))),
             ("shore_a", lambda: fc.Label(shore_a=float("nan"))),

@@ -75,7 +75,7 @@ def test_verdicts_begin_after_the_steady_state(detector: Detector) -> None:
     verdicts = judge_windows(detector, LAYOUT, Block(closing(8).data, 500))
     assert verdicts.ends[0] == 500 + STEADY + samples_in(detector.step, LAYOUT.rate) - 1
     pinch = closing(12)
-    assert detect(detector, replace(pinch, data=pinch.data[: STEADY + 14])) == []
+    assert detect(detector, replace(pinch, data=pinch.data[: STEADY + 14], truth=())) == []
 
 
 def at_rate(rate: float) -> Dataset:

@@ -20,7 +20,12 @@ curves = st.builds(
 )
 
 
-@given(st.lists(piezos, max_size=2), st.lists(curves, max_size=2))
+def of_fingers(records):
+    """Return lists with at most one record of each finger."""
+    return st.lists(records, max_size=2, unique_by=lambda record: record.finger)
+
+
+@given(of_fingers(piezos), of_fingers(curves))
 def test_calibration_round_trips_through_its_file(tmp_path_factory, piezo, force):
     path = tmp_path_factory.mktemp("calibration") / "Größe.json"
     calibration = Calibration(tuple(piezo), tuple(force), "2026-01-01T00:00:00+00:00")
@@ -47,7 +52,7 @@ def tree(**change):
         (json.dumps(tree(piezo=[{"finger": 0}])), "noise"),
         (json.dumps(tree(piezo=[{"finger": 7, "noise": 1.0}])), "finger"),
         (json.dumps(tree(piezo=[{"finger": 0, "noise": -1.0}])), "noise"),
-        (json.dumps(tree(piezo=[{"finger": 0, "noise": 0.0}])), "noise.* index"),
+        (json.dumps(tree(piezo=[{"finger": 0, "noise": 0.0}])), "noise"),
         ('{"a":' * 100_000, "calibration.json"),
         (json.dumps(tree()).replace("0.002", "9" * 400), "noise"),
         (json.dumps(tree(piezo=[{"finger": 1, "noise": "loud"}])), "noise"),

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,30 +12,34 @@ from hypothesis import strategies as st
 
 from firstcontact.core import (
     Block,
+    Calibration,
     Channel,
     ChannelKind,
     ClosingSpeed,
     Contact,
     Dataset,
     Finger,
+    ForceCurve,
     Group,
     InputError,
     Label,
     Layout,
     Pinch,
     Role,
+    VibrationCalibration,
     fingertip_layout,
 )
+from firstcontact.core.given import alike
 from firstcontact.core.pinch import FASTEST, SLOWEST, first_closed_sample
 from firstcontact.core.records import read_record
 
 
 def pinch(label, *samples):
     truth = tuple(Contact(Finger(i % 2), s, s) for i, s in enumerate(samples))
-    return Pinch(np.zeros((10, 16), dtype=np.int16), fingertip_layout(), label, truth=truth)
+    return Pinch(np.zeros((200, 16), dtype=np.int16), fingertip_layout(), label, truth=truth)
 
 
-names = st.text(st.characters(exclude_categories=["Cs"]), max_size=200)
+names = st.text(st.characters(exclude_categories=["Cs"]), max_size=60)
 
 
 @given(
@@ -68,6 +73,98 @@ def test_stored_shore_a_outside_its_scale_is_refused_by_file_and_field(shore_a):
     text = json.dumps({"object": "block", "shore_a": shore_a}).encode()
     with pytest.raises(InputError, match=r"marks\.json.*shore_a"):
         read_record(text, Label, "marks.json", "mend it")
+
+
+@pytest.mark.parametrize("role", [Role.TEST, "test", "TEST "])
+def test_role_given_as_text_is_a_role(role):
+    made = Label(role=role)
+    assert made.role is Role.TEST
+    assert list(Dataset((pinch(made), pinch(Label(role="train")))).test) == [True, False]
+
+
+#: Spellings of one name, which must be one session or specimen.
+SPELLINGS = [
+    [1, 1.0, np.int64(1), "1", "1.0", " 1", "1\u00a0", "01", "\uff11"],
+    ["Äpfel 2", "A\u0308pfel 2", "Äpfel  2\n", "\ufeffÄpfel\u00a02", np.str_("Äpfel 2")],
+    ["", None, math.nan, np.float32("nan"), np.datetime64("NaT"), "nan", " "],
+]
+
+
+@pytest.mark.parametrize("spellings", SPELLINGS)
+@pytest.mark.parametrize("field", ["object", "specimen", "session"])
+def test_spellings_of_one_name_are_one_name(field, spellings):
+    assert len({getattr(Label(**{field: name}), field) for name in spellings}) == 1
+
+
+def test_shape_given_as_a_number_is_text():
+    assert (Label(shape=12.0).shape, Label(shape=math.nan).shape) == ("12", "")
+
+
+def test_names_that_may_be_one_are_paired():
+    names = ["Day 1", "day_01", "day 2", "15", "1.5", "1.50", "1.05", "a", "b"]
+    assert alike(names) == [("Day 1", "day_01"), ("1.5", "1.50")]
+
+
+replaced = partial(replace, pinch(Label()))
+WRONG = [
+    ("session", b"day", Label),
+    ("object", True, Label),
+    ("specimen", "x" * 201, Label),
+    ("role", "exam", Label),
+    ("shore_a", "60", Label),
+    ("shore_a", 10**400, Label),
+    ("hardness_rank", 10**5000, Label),
+    ("hardness_rank", 2.5, Label),
+    ("sample", math.nan, partial(Contact, None)),
+    ("decided", "3", partial(Contact, None, 3)),
+    ("finger", 7, partial(Contact, sample=3)),
+    ("speed", 10**400, ClosingSpeed),
+    ("noise", 0, partial(VibrationCalibration, None)),
+    ("noise", -1, partial(VibrationCalibration, None)),
+    ("noise", math.nan, partial(VibrationCalibration, None)),
+    ("offset", math.inf, partial(VibrationCalibration, None, 1.0)),
+    ("gain", 0.0, partial(ForceCurve, Finger.INDEX, 0.0, exponent=1.0, rms=0.0)),
+    ("piezo", (VibrationCalibration(None, 1.0),) * 2, Calibration),
+    ("force", (VibrationCalibration(None, 1.0),), Calibration),
+    ("kind", "sound", partial(Channel, "a", finger=None, unit="V")),
+    ("data", np.zeros(200), replaced),
+    ("data", np.zeros((16, 200)), replaced),
+    ("data", np.full((200, 16), "1"), replaced),
+    ("label", "block", replaced),
+    ("calibration", 0.002, replaced),
+    ("closing_speed", 0.1, replaced),
+    ("truth", [Contact(Finger.INDEX, 200)], replaced),
+    ("truth", [Contact(Finger.INDEX, -1)], replaced),
+    ("truth", [Contact(Finger.INDEX, 5), Contact(Finger.INDEX, 9)], replaced),
+    ("truth", [Contact(Finger.INDEX, 9), Contact(Finger.THUMB, 5)], replaced),
+    ("motor_start", 201, replaced),
+    ("first_sample", 0.5, replaced),
+]
+
+
+@pytest.mark.parametrize(("field", "value", "make"), WRONG, ids=range(len(WRONG)))
+def test_values_that_cannot_be_are_refused_where_they_are_given(field, value, make):
+    with pytest.raises(InputError) as caught:
+        make(**{field: value})
+    assert caught.value.parameter == field
+    assert len(str(caught.value)) < 250
+
+
+def test_two_channels_of_one_finger_are_refused():
+    thumb, index = fingertip_layout().channels[1], fingertip_layout().channels[0]
+    twice = Layout((index, replace(thumb, finger=Finger.INDEX)), 4936.0)
+    with pytest.raises(InputError) as caught:
+        Pinch(np.zeros((10, 2)), twice)
+    assert caught.value.parameter == "layout"
+    as_numbers = Layout((Channel("a", "vibration", 0, "V"), Channel("b", "piezo", 1, "V")), 4936.0)
+    assert as_numbers.vibration_fingers == tuple(Finger)
+
+
+def test_masked_samples_are_missing_not_numbers():
+    data = np.ma.masked_array(np.ones((3, 16), np.int16), mask=False)
+    assert type(Pinch(data, fingertip_layout()).data) is np.ndarray
+    data[1, 4] = np.ma.masked
+    assert np.argwhere(np.isnan(Pinch(data, fingertip_layout()).data)).tolist() == [[1, 4]]
 
 
 def test_offset_is_the_time_between_the_contacts():

@@ -116,7 +116,7 @@ def test_writer_refuses_invalid_marks(tmp_path):
     with RecordingWriter(tmp_path / "a.mcap", Header(LAYOUT, "synthetic")) as writer:
         writer.write(BLOCK)
         with pytest.raises(InputError, match="the mark of pinch 0"):
-            writer.mark(PinchMark(0, 100, 900, 0, Label("x" * 300)))
+            writer.mark(PinchMark(0, 100, 900, 0, found_by="x" * 300))
         with pytest.raises(InputError, match="sample number"):
             writer.write(Block(BLOCK.data, 1 << 60))
     recording = read_recording(tmp_path / "a.mcap")

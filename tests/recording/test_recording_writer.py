@@ -232,7 +232,7 @@ def test_recording_at_the_highest_rate_is_read(tmp_path):
 def test_invalid_header_leaves_no_file(tmp_path, layout):
     path = tmp_path / "a.mcap"
     # A name that is not UTF-8, as arguments can be, and a long one.
-    for header in (Header(layout, session="\udcff"), Header(layout, session="x" * 300)):
+    for header in (Header(layout, sensor="\udcff"), Header(layout, sensor="x" * 300)):
         with pytest.raises(InputError, match="the header"):
             RecordingWriter(path, header)
         assert not path.exists()

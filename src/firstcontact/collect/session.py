@@ -17,7 +17,8 @@ from firstcontact.core import Calibration, InputError, Label, Role
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import AnyPath, given_path
-from firstcontact.core.text import check_text, counted
+from firstcontact.core.given import given_name
+from firstcontact.core.text import counted
 from firstcontact.device import Descriptor, Source
 from firstcontact.device.noise_floor import REST, measure_noise
 from firstcontact.device.opening import source_kind
@@ -221,7 +222,7 @@ def record(
     >>> len(data), float(data.shore_a[0])
     (1, 29.0)
     """
-    check_text(session, "session")
+    session = given_name(session, "session")
     require_source(source)
     items = _items(source, object, pinches, shore_a, specimen, role, plan)
     floors = given_calibration(calibration)

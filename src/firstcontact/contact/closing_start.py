@@ -219,7 +219,10 @@ def count_starts(starts: Sequence[DetectionStart]) -> dict[str, int]:
 
 def _cut(pinch: Pinch, sample: int) -> Pinch:
     data = pinch.data[sample - pinch.first_sample :]
-    return replace(pinch, data=data, first_sample=sample, motor_start=sample)
+    cut = replace(pinch, data=data, first_sample=sample, motor_start=sample, truth=())
+    # A contact before the cut stays the true one, which no detector can find.
+    object.__setattr__(cut, "truth", pinch.truth)
+    return cut
 
 
 def _has_all_floors(calibration: Calibration, layout: Layout) -> bool:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,7 +16,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core._errors import InputError
 from firstcontact.core.files import AnyPath, given_path, read_regular, write_json
-from firstcontact.core.layout import ADC_VOLTS, Finger, finger_words
+from firstcontact.core.given import given_choice, given_number
+from firstcontact.core.layout import ADC_VOLTS, Finger
 from firstcontact.core.records import LONGEST, Name, read_record
 
 #: Resistor of a column's divider on the project's board, ohm.
@@ -30,6 +33,19 @@ Size = Annotated[float, Meta(ge=0.0, le=1e9)]
 Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 
+def _check(record: Any, *, positive: Sequence[str], size: Sequence[str]) -> None:
+    """Check the finger of a record, its fields above 0, and its optional fields from 0 on."""
+    if record.finger is not None:
+        object.__setattr__(record, "finger", given_choice(Finger, record.finger, "finger"))
+    for name in (*positive, *size):
+        if (value := getattr(record, name)) is None and name in size:
+            continue
+        least, words = (5e-324, "above 0") if name in positive else (0.0, "from 0 on")
+        # Noise is infinite for a finger whose motor cannot be heard.
+        number = given_number(value, name, least, math.inf, f"a number {words}")
+        object.__setattr__(record, name, number)
+
+
 @dataclass(frozen=True, slots=True)
 class VibrationCalibration:
     """Noise and offset of one vibration sensor, measured while the hand rests without contact.
@@ -39,7 +55,7 @@ class VibrationCalibration:
     finger
         Finger that carries the sensor; None if it belongs to no finger.
     noise
-        Standard deviation of the resting signal, in the channel's unit (V for fingertips).
+        Standard deviation of the resting signal, in the channel's unit (V for fingertips), above 0.
     offset
         Mean of the resting signal, in the channel's unit, after the nominal offset (1.65 V for
         fingertips) was subtracted.
@@ -51,6 +67,10 @@ class VibrationCalibration:
     noise: Size
     offset: Annotated[float, Meta(ge=-1e9, le=1e9)] = 0.0
     tap: Size | None = None
+
+    def __post_init__(self) -> None:
+        _check(self, positive=("noise",), size=("tap",))
+        given_number(self.offset, "offset", -1e9, 1e9)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +102,9 @@ class ForceCurve:
     exponent: Positive
     rms: Size
     resistor: Positive = DIVIDER_OHM
+
+    def __post_init__(self) -> None:
+        _check(self, positive=("gain", "exponent", "resistor"), size=("leak", "rms"))
 
     def newtons(self, volts: NDArray[Any]) -> NDArray[np.float64]:
         """Convert voltages over the divider's resistor to forces on a taxel (force cell), N."""
@@ -121,6 +144,16 @@ class Calibration:
     piezo: Annotated[tuple[VibrationCalibration, ...], Meta(max_length=len(Finger) + 1)] = ()
     force: Annotated[tuple[ForceCurve, ...], Meta(max_length=len(Finger))] = ()
     created: Name = ""
+
+    def __post_init__(self) -> None:
+        for name, kind in (("piezo", VibrationCalibration), ("force", ForceCurve)):
+            parts = getattr(self, name)
+            parts = (parts,) if isinstance(parts, kind) else tuple(parts)
+            object.__setattr__(self, name, parts)
+            fingers = [part.finger for part in parts if isinstance(part, kind)]
+            if len(set(fingers)) < len(parts):
+                message = f"give one {kind.__name__} for each finger"
+                raise InputError(message, parameter=name)
 
     def noise(self, finger: Finger | None) -> float | None:
         """Return the resting noise (RMS) of a finger's vibration sensor; None if not measured."""
@@ -172,11 +205,7 @@ def read_calibration(path: Path) -> Calibration:
         raise _foreign(path, f'its format is not "{FORMAT}"')
     if head.version != VERSION:
         raise _foreign(path, f"its version is {head.version} and not {VERSION}")
-    calibration = read_record(data, Calibration, str(path), _REMEDY)
-    for piezo in calibration.piezo:
-        if not piezo.noise > 0:
-            raise _foreign(path, f"the noise of the {finger_words(piezo.finger)} is 0")
-    return calibration
+    return read_record(data, Calibration, str(path), _REMEDY)
 
 
 def given_calibration(calibration: Calibration | AnyPath | None) -> Calibration | None:

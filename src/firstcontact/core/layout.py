@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
+from firstcontact.core.given import given_choice
 from firstcontact.core.records import Name
 
 #: Mean sampling rate of the published fingertip, Hz.
@@ -131,6 +132,9 @@ class Channel:
     axis: Annotated[int, Meta(ge=0)] = 0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "kind", given_choice(ChannelKind, self.kind, "kind"))
+        if self.finger is not None:
+            object.__setattr__(self, "finger", given_choice(Finger, self.finger, "finger"))
         if not SCALES[0] <= abs(self.scale) <= SCALES[1]:
             raise ValueError(
                 f"scale is {self.scale:g}, but must be {SCALES[0]:g} to {SCALES[1]:g} without sign"

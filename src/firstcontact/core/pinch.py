@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from firstcontact.core._block import Block
 from firstcontact.core._errors import InputError
 from firstcontact.core.calibration import Calibration
+from firstcontact.core.given import brief, given_choice, given_name, given_number, given_whole
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import ChannelKind, Finger, Layout, finger_name
 from firstcontact.core.physics import parse_radius
@@ -43,6 +44,8 @@ class Role(StrEnum):
 class Label:
     """Label of one pinch: the object and its hardness. None or "" in a field means unknown.
 
+    Names are kept in one spelling: 1, "1.0" and " 01" are all "1", and a NaN name is unknown.
+
     Parameters
     ----------
     object
@@ -64,7 +67,7 @@ class Label:
     Raises
     ------
     InputError
-        ``shore_a`` is outside 0 to 100, or ``shape`` is not one of the allowed shapes.
+        A value cannot be what its field states, such as a Shore A outside 0 to 100.
     """
 
     object: Name = ""
@@ -76,12 +79,17 @@ class Label:
     shape: Name = ""
 
     def __post_init__(self) -> None:
+        for name in ("object", "specimen", "session", "shape"):
+            object.__setattr__(self, name, given_name(getattr(self, name), name))
         parse_radius(self.shape)
-        if self.shore_a is not None and not 0 <= self.shore_a <= 100:
-            raise InputError(
-                f"the Shore A is {self.shore_a:g}: give a value from 0 to 100, or None if unknown",
-                parameter="shore_a",
-            )
+        object.__setattr__(self, "role", given_choice(Role, self.role, "role"))
+        if self.shore_a is not None:
+            shore_a = given_number(self.shore_a, "shore_a", 0, 100, "0 to 100, or None if unknown")
+            object.__setattr__(self, "shore_a", shore_a)
+        if self.hardness_rank is not None:
+            rank = given_whole(self.hardness_rank, "hardness_rank")
+            given_number(rank, "hardness_rank", -HIGHEST_RANK, HIGHEST_RANK)
+            object.__setattr__(self, "hardness_rank", rank)
 
     def to_json(self) -> dict[str, Any]:
         """Return the label as a dict for JSON. An unknown shape is left out."""
@@ -105,8 +113,11 @@ class Contact:
     decided: int = -1
 
     def __post_init__(self) -> None:
-        if self.decided == -1:
-            object.__setattr__(self, "decided", self.sample)
+        if self.finger is not None:
+            object.__setattr__(self, "finger", given_choice(Finger, self.finger, "finger"))
+        object.__setattr__(self, "sample", given_whole(self.sample, "sample"))
+        decided = self.sample if self.decided == -1 else given_whole(self.decided, "decided")
+        object.__setattr__(self, "decided", decided)
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,16 +150,60 @@ class ClosingSpeed:
 
     def __post_init__(self) -> None:
         for name, value, least in (("speed", self.speed, SLOWEST), ("error", self.error, 0.0)):
-            if not least <= value <= FASTEST:  # true of NaN
-                raise InputError(
-                    f"{value:g} m/s is outside the range: give {least:g} to {FASTEST:g} m/s",
-                    parameter=name,
-                )
+            remedy = f"{least:g} to {FASTEST:g} m/s"
+            object.__setattr__(self, name, given_number(value, name, least, FASTEST, remedy))
 
 
 def first_closed_sample(strip: NDArray[Any], first_sample: int = 0) -> int | None:
     """Return the number of the first sample at which a strip is closed; None if it stays open."""
     return first_sample + int(np.argmax(strip != 0)) if strip.any() else None
+
+
+#: Types of the fields of a pinch that are records.
+_RECORDS: Mapping[str, Any] = {
+    "label": Label,
+    "calibration": Calibration,
+    "closing_speed": ClosingSpeed,
+}
+
+
+def check_contacts(
+    first_sample: int,
+    end: int,
+    contacts: Sequence[Contact],
+    motor_start: int | None = None,
+    hints: Sequence[Contact] = (),
+) -> None:
+    """Refuse contacts of a pinch that are doubled, out of order, or, as hints, outside it."""
+    samples = [c.sample for c in contacts]
+    fingers = [c.finger for c in contacts if c.finger is not None]
+    if samples != sorted(samples) or len(set(fingers)) < len(fingers):
+        raise InputError("give at most one contact of each finger, in time order", "truth")
+    given = [("truth", sample) for sample in samples]
+    given += [("found", contact.sample) for contact in hints]
+    given += [] if motor_start is None else [("motor_start", motor_start)]
+    for parameter, sample in given:
+        if not first_sample <= sample < end:
+            raise InputError(
+                f"{sample} is outside the pinch: count samples from the start of the device, so "
+                f"give {first_sample} to {end - 1}",
+                parameter,
+            )
+
+
+def _samples(data: Any, layout: Layout) -> NDArray[Any]:
+    """Return samples as an array. Masked samples become NaN."""
+    if isinstance(data, np.ma.MaskedArray):
+        masked = np.ma.getmaskarray(data)
+        data = np.where(masked, np.nan, data.data) if masked.any() else data.data
+    array = np.asarray(data)
+    if array.ndim != 2 or array.shape[1] != layout.width or array.dtype.kind not in "iufb":
+        raise InputError(
+            f"an array of {array.dtype}, shape {array.shape}, does not fit the layout: give "
+            f"numbers, shape (samples, {layout.width})",
+            parameter="data",
+        )
+    return array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,6 +234,11 @@ class Pinch:
     closing_speed
         Speed of the fingertip before the first contact, as the hand measured it; None if unknown.
 
+    Raises
+    ------
+    InputError
+        A contact lies outside the samples, two channels belong to one finger, or the like.
+
     Examples
     --------
     >>> import numpy as np
@@ -198,6 +258,23 @@ class Pinch:
     calibration: Calibration | None = None
     groups: Mapping[str, Block] = field(default_factory=dict)
     closing_speed: ClosingSpeed | None = None
+
+    def __post_init__(self) -> None:
+        if fault := self.layout.fault:
+            raise InputError(f"it has {fault}: give each finger one channel", parameter="layout")
+        object.__setattr__(self, "data", _samples(self.data, self.layout))
+        object.__setattr__(self, "first_sample", given_whole(self.first_sample, "first_sample"))
+        object.__setattr__(self, "truth", tuple(self.truth))
+        if self.motor_start is not None:
+            object.__setattr__(self, "motor_start", given_whole(self.motor_start, "motor_start"))
+        end = self.first_sample + len(self.data)
+        check_contacts(self.first_sample, end, self.truth)
+        if self.motor_start is not None and self.motor_start > end:
+            raise InputError(f"{self.motor_start} is after the end, {end}", "motor_start")
+        for name, kind in _RECORDS.items():
+            if not isinstance(value := getattr(self, name), kind | None) or self.label is None:
+                message = f"{brief(value)} is not a {kind.__name__}: make one"
+                raise InputError(message, parameter=name)
 
     @property
     def first(self) -> Contact | None:

@@ -25,11 +25,12 @@ from firstcontact.core import (
     Pinch,
     Role,
 )
+from firstcontact.core.given import plain_name
 from firstcontact.core.physics import LEAST, MOST, parse_radius, radius_text
 from firstcontact.core.pinch import FASTEST, HIGHEST_RANK, SLOWEST
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import parse_float
-from firstcontact.recording.dataset import pause_between, shifted
+from firstcontact.recording.dataset import alike_names, pause_between, shifted
 from firstcontact.recording.messages import SOURCES
 from firstcontact.recording.table import Table
 from firstcontact.recording.untrusted import as_text, listed, one_of, quote
@@ -50,9 +51,7 @@ def parse_text(value: Any) -> str:
     """Parse text, which may be empty."""
     if isinstance(value, np.void | np.ndarray):  # a NumPy record, or untyped bytes
         raise ValueError("which must be a text or a number")
-    if isinstance(value, float | np.floating) and value.is_integer():
-        value = int(value)  # MATLAB stores whole numbers as floats
-    text = as_text(value).strip()
+    text = plain_name(as_text(value))
     if len(text) > LONGEST_NAME:
         raise ValueError(f"which is longer than {LONGEST_NAME} characters")
     return text
@@ -86,7 +85,7 @@ def parse_finger(value: Any) -> Finger | None:
 
 def parse_name(value: Any) -> str:
     text = parse_text(value)
-    if text in ("", "nan"):
+    if not text:
         raise ValueError("which must not be empty")
     return text
 
@@ -111,7 +110,7 @@ def choice(kind: type[StrEnum]) -> Callable[[Any], Any]:
 def _parse_shape(value: Any) -> str:
     text = parse_text(value)
     try:
-        radius = parse_radius("" if text in ("-1", "nan") else text)
+        radius = parse_radius("" if text == "-1" else text)
     except InputError:
         raise ValueError(f"which must be flat, or a radius from {LEAST:g} to {MOST:g} mm") from None
     return radius_text(radius).removeprefix("radius ")
@@ -201,7 +200,7 @@ def make_dataset(
     return Dataset(
         numbered,
         _stated_source(table) if source is None else source,
-        (*assumed, *guessed, *notes, *warnings),
+        (*assumed, *guessed, *notes, *warnings, *alike_names(pinches)),
         sessions_assumed="session" not in table,
     )
 

@@ -27,6 +27,8 @@ from firstcontact.core import (
     Label,
     Layout,
 )
+from firstcontact.core.given import given_name
+from firstcontact.core.pinch import check_contacts
 from firstcontact.core.records import Count, Name, Notes, read_record
 
 #: Name and version of the format. Readers refuse others.
@@ -92,6 +94,7 @@ class Header:
     def __post_init__(self) -> None:
         if fault := self.layout.fault:
             raise ValueError(f"the field 'layout' has {fault}")
+        object.__setattr__(self, "session", given_name(self.session, "session"))
 
     def to_json(self) -> dict[str, Any]:
         """Return the header as a dict for JSON, with the name and version of the format."""
@@ -176,14 +179,7 @@ class PinchMark:
     def __post_init__(self) -> None:
         if self.end <= self.first_sample:
             raise InputError("the end must be above the number of the pinch's first sample", "end")
-        samples = [c.sample for c in self.truth]
-        fingers = [c.finger for c in self.truth if c.finger is not None]
-        if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-            raise InputError("give at most one contact of each finger, in time order", "truth")
-        samples += [c.sample for c in self.found]
-        samples += [] if self.motor_start is None else [self.motor_start]
-        if not all(self.first_sample <= sample < self.end for sample in samples):
-            raise InputError("contacts and motor start must be from first_sample to end - 1")
+        check_contacts(self.first_sample, self.end, self.truth, self.motor_start, self.found)
 
     def to_json(self) -> dict[str, Any]:
         """Return the mark as a dict for JSON."""

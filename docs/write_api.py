@@ -30,7 +30,8 @@ CHAPTERS = {
     ),
     "Live": (
         "open Source Health live Event ClosingStart ContactEvent ContactWithdrawn Estimate "
-        "NoEstimate PinchDone Verdict ObjectEstimate HandCommand HandPinch HandPrediction"
+        "NoEstimate PinchDone Verdict ObjectEstimate HandCommand PolicyCommand HandPinch "
+        "HandPrediction"
     ),
     "Errors and plug-ins": "",
 }

@@ -41,6 +41,7 @@ from .streaming import HandPrediction as HandPrediction
 from .streaming import NoEstimate as NoEstimate
 from .streaming import ObjectEstimate as ObjectEstimate
 from .streaming import PinchDone as PinchDone
+from .streaming import PolicyCommand as PolicyCommand
 from .streaming import Verdict as Verdict
 
 __version__: str

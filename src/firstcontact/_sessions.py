@@ -13,7 +13,7 @@ from firstcontact.core.files import given_path
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
     from firstcontact.device import Source
-    from firstcontact.grasp import Hand
+    from firstcontact.grasp import Hand, Policy
     from firstcontact.models import Model
     from firstcontact.streaming import Event
 
@@ -72,7 +72,7 @@ def live(
     estimator: str | None = None,
     hand: str | Hand | None = None,
     hand_port: str | None = None,
-    policy: str | None = None,
+    policy: str | type[Policy] | Policy | None = None,
     record: str | os.PathLike[str] | None = None,
     seconds: float | None = None,
     pinches: int | None = None,
@@ -100,8 +100,9 @@ def live(
     hand, hand_port, policy
         Hand to drive, its port, and the grasp policy (code that decides how the hand closes). The
         hand is a name, or an instance of your own subclass of :class:`firstcontact.grasp.Hand`,
-        not open yet. It is always released at the end, also after an error (see
-        :class:`firstcontact.grasp.SafeHand`).
+        not open yet. The policy is a name, your own subclass of
+        :class:`firstcontact.grasp.Policy`, or an instance of it. The hand is always released at
+        the end, also after an error (see :class:`firstcontact.grasp.SafeHand`).
     record
         Folder in which a recording of all samples is written.
     seconds, pinches

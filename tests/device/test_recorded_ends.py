@@ -76,6 +76,9 @@ class SlowActor:
     def on_event(self, event: Event) -> None:
         """Ignore the call."""
 
+    def take_commands(self) -> Sequence[Event]:
+        return ()
+
     def after_block(self, block: Block) -> Sequence[Event]:
         return ()
 

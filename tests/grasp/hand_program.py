@@ -1,8 +1,9 @@
 """Program that closes a hand, for tests that end the program.
 
-Arguments: the hand's name ("slow" for one that waits for a line when it is closed), its port or
-"-", and the action after closing: ``wait`` for a signal, ``raise``, ``exit``, ``hang`` without a
-message, or ``hold`` Python's global lock once a line arrives.
+Arguments: the hand's name ("slow" for one that waits for a line when it is closed, "send" or
+"release" for one that blocks there), its port or "-", and the action after closing: ``wait`` for a
+signal, ``raise``, ``exit``, ``hang`` without a message, stay ``alive`` until a release, or ``hold``
+Python's global lock once a line arrives.
 """
 
 from __future__ import annotations
@@ -30,10 +31,20 @@ class SlowHand(PrintHand):
         print("let go", flush=True)
 
 
+class StuckHand(PrintHand):
+    """Hand with a method that never returns."""
+
+    def __init__(self, method: str) -> None:
+        super().__init__()
+        setattr(self, method, lambda *_: threading.Event().wait())
+
+
 def make_hand(name: str, port: str) -> SafeHand:
     """Return the named hand, or an Ability Hand that tolerates late answers."""
     if name == "slow":
         return SafeHand(SlowHand())
+    if name in ("send", "release"):
+        return SafeHand(StuckHand(name))
     if name != "ability":
         return open_hand(name)
     from patient_ability import PatientAbilityHand
@@ -52,6 +63,10 @@ def main() -> None:
         if action == "exit":
             sys.exit(0)
         while not never.wait(0.05):
+            if action == "alive":
+                hand.alive()
+                if hand.counts.released:
+                    break
             if action in ("wait", "hold"):
                 hand.send(CLOSE)
             if action == "hold" and select.select([sys.stdin], [], [], 0)[0]:

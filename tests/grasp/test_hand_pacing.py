@@ -49,6 +49,15 @@ def test_last_command_is_repeated_before_the_hands_watchdog_acts() -> None:
     assert pacer.next_time() == inf, "a released hand needs no further action"
 
 
+def test_hand_whose_own_watchdog_acted_gets_no_old_command() -> None:
+    pacer = Pacer(LIMITS, 1.0)
+    pacer.offer(SLOW, 0.0)
+    assert pacer.due(0.0) == Due(SLOW)
+    pacer.alive(0.5)
+    assert pacer.due(0.5) == Due(None)
+    assert pacer.silenced
+
+
 def test_alive_postpones_the_release() -> None:
     pacer = Pacer(HandLimits(0.1, 5.0, 100.0, inf), 1.0)
     pacer.offer(SLOW, 0.0)

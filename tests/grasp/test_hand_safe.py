@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import select
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import inf, nan
@@ -16,6 +18,8 @@ from hands import PATIENCE, RecordingHand
 
 from firstcontact.core import Command, InputError
 from firstcontact.grasp import HandError, HandLimits, SafeHand, open_hand
+from firstcontact.grasp._printing import PrintHand
+from firstcontact.testing import check_hand
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
 SLOW = Command(0.01, 1.0)
@@ -46,12 +50,16 @@ def test_commands_keep_their_order_and_the_last_is_sent() -> None:
     assert recorder.orders[-2:] == ["release", "close"]
 
 
-def test_silent_program_loses_the_hand_until_its_next_command() -> None:
+def test_silent_program_loses_the_hand_until_it_acknowledges_the_release() -> None:
     recorder = RecordingHand()
     with SafeHand(recorder, silence=0.1) as hand:
         hand.send(SLOW)
         recorder.wait(lambda orders: orders == [SLOW, "release"])
         assert hand.counts.released == 1
+        with pytest.raises(HandError, match="silent"):
+            hand.send(HOLD)
+        assert hand.silenced
+        hand.release()
         hand.send(HOLD)
         recorder.wait(lambda orders: HOLD in orders)
 
@@ -229,6 +237,68 @@ def test_handler_of_the_program_stays() -> None:
         signal.signal(signal.SIGTERM, previous)
 
 
+def run_program(hand: str, action: str) -> subprocess.Popen[str]:
+    """Start a program, and return once it has sent its first command."""
+    pipe = subprocess.PIPE
+    command = [sys.executable, PROGRAM, hand, "-", action]
+    program = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
+    assert program.stdout is not None
+    assert program.stdout.readline() == ("" if hand == "send" else "closing\n")
+    return program
+
+
+@pytest.mark.parametrize("action", ["wait", "alive"])
+def test_a_program_that_was_suspended_does_not_close_the_hand_again(action: str) -> None:
+    """It ends by an error or after the release, and sends or stays alive until then."""
+    program = run_program("print", action)
+    program.send_signal(signal.SIGSTOP)
+    os.waitid(os.P_PID, program.pid, os.WSTOPPED | os.WNOWAIT)
+    threading.Event().wait(1.2)  # longer than the silence
+    program.send_signal(signal.SIGCONT)
+    _, output = program.communicate(timeout=PATIENCE)
+    assert program.returncode == (action == "wait"), output
+    orders = [line.split()[3] for line in output.splitlines() if line.startswith("hand ")]
+    assert orders == ["close", "release"]
+
+
+@pytest.mark.parametrize("method", ["send", "release"])
+def test_a_driver_that_blocks_does_not_keep_the_program_from_ending(method: str) -> None:
+    program = run_program(method, "wait")
+    program.send_signal(signal.SIGTERM)
+    _, output = program.communicate(timeout=PATIENCE)
+    assert program.returncode == 1
+    assert "may still hold its object: the hand's code did not return" in output
+
+
+POSITIONS: list[object] = [
+    [1.0, 2.0], [(0.0, 1e300)], [(nan, 0.0)], [(0.0, nan)], [(0.0, None)], [("a", "b")], None,
+    [(0.0, 10**400)], [(0.0, 1.0, 2.0)],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("method", "reported"), [*(("positions", x) for x in POSITIONS), ("closing_speed", 0.1)]
+)
+def test_reports_that_are_none_are_refused_with_the_name_of_the_method(
+    method: str, reported: object
+) -> None:
+    kind = type("Odd", (PrintHand,), {method: lambda *_: reported})
+    with pytest.raises(HandError, match=method), open_hand(kind()) as hand:
+        hand.closing_speed(1.0, 1.0)
+    with pytest.raises(AssertionError, match=method):
+        check_hand(kind)
+
+
+def test_positions_may_come_in_any_order() -> None:
+    times = [0.99, 0.97, 0.96, 0.98]
+    kind = type("Any", (PrintHand,), {"positions": lambda _: [(t, t / 10) for t in times]})
+    with open_hand(kind()) as hand:
+        assert [at for at, _ in hand.positions_since(0.0, 0.0)] == sorted(times)
+        measured = hand.closing_speed(1.0, 1.0)
+    assert measured is not None
+    assert measured.speed == pytest.approx(0.1)
+
+
 @pytest.mark.parametrize(
     ("action", "number", "code"),
     [
@@ -242,14 +312,7 @@ def test_handler_of_the_program_stays() -> None:
     ],
 )
 def test_ending_program_releases(action: str, number: int | None, code: int) -> None:
-    program = subprocess.Popen(
-        [sys.executable, PROGRAM, "print", "-", action],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert program.stdout is not None
-    assert program.stdout.readline() == "closing\n"
+    program = run_program("print", action)
     if number is not None:
         program.send_signal(number)
     _, output = program.communicate(timeout=PATIENCE)

@@ -17,12 +17,14 @@ import pytest
 from hands import PATIENCE, refused
 
 from firstcontact.core import Command, InputError
-from firstcontact.grasp import SafeHand
+from firstcontact.grasp import HandError, SafeHand
 from firstcontact.grasp._separate import MUTE, PROMPT, SeparateHand
+from firstcontact.grasp.registry import make_hand
 
 CLOSE = Command(0.02, 2.0)
-#: Module with a hand that writes its orders into a file. A force of 4 N makes it fail.
+#: Module with a hand that writes its orders into a file. 4 N make it fail, 3 N block.
 MODULE = """
+import time
 from collections import deque
 from math import inf
 from firstcontact.core._errors import InputError
@@ -43,6 +45,8 @@ class FileHand(Hand):
     def send(self, command):
         if command.force == 4.0:
             raise HandError("the cable is out")
+        if command.force == 3.0:
+            time.sleep(600)
         self.note(f"{command.speed} {command.force}")
 
     def positions(self):
@@ -159,16 +163,30 @@ def test_failure_of_the_hand_reaches_the_program(tmp_path: Path) -> None:
         assert refused(hand, CLOSE) == "the cable is out"
 
 
+def test_driver_that_blocks_is_interrupted_and_opens_the_hand(tmp_path: Path) -> None:
+    from file_hand import FileHand
+
+    made = make_hand(FileHand, str(tmp_path / "log"))  # separate by default
+    assert isinstance(made, SeparateHand)
+    with made as hand:
+        hand.send(Command(0.0, 3.0))
+        assert "does not answer" in refused(hand, CLOSE)
+    assert (tmp_path / "log").read_text().splitlines() == ["close"]
+
+
 def test_killed_or_suspended_process_is_noticed(tmp_path: Path) -> None:
     with file_hand(tmp_path / "log") as hand:
         os.kill(process_id(hand), signal.SIGKILL)
         assert "process of the hand 'file'" in refused(hand, CLOSE)
         hand.release()
+        with pytest.raises(HandError, match="nothing confirms"):
+            hand.close()
     with file_hand(tmp_path / "log") as hand, watched(process_id(hand)) as process:
         os.kill(process_id(hand), signal.SIGSTOP)
         assert "does not answer" in refused(hand, CLOSE)
         hand.release()
-        hand.close()
+        with pytest.raises(HandError, match="nothing confirms"):
+            hand.close()
         assert ends(process), "a suspended process must be killed"
     assert MUTE <= 1.0
 

@@ -23,6 +23,7 @@ from firstcontact.streaming import (
     NoEstimate,
     ObjectEstimate,
     PinchDone,
+    PolicyCommand,
     Update,
 )
 from firstcontact.streaming.events import Ask, Estimate
@@ -111,6 +112,7 @@ EVENTS: tuple[Event, ...] = (
         number=1, value=30.5, low=22.0, high=39.0, level=0.9, pinches=2, end=1600, epoch=0
     ),
     HandCommand(Ask.CLOSE, "keyboard", 390, 0),
+    PolicyCommand(0.02, 1.5, 395, 0),
     HandPrediction(FIRST_EVENT),
     HandPrediction(OF_HAND),
     HandPinch(

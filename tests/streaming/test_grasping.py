@@ -4,20 +4,29 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from example_events import ANSWER, FIRST_EVENT, START
 from msgspec.structs import replace
 
+import firstcontact as fc
 from firstcontact.contact import Detector
-from firstcontact.core import Block, Command, Dataset, fingertip_layout
+from firstcontact.core import Block, Command, Contact, Dataset, fingertip_layout
 from firstcontact.device.clock import TransportDelay
-from firstcontact.grasp import Grip
+from firstcontact.grasp import Grip, Policy
 from firstcontact.grasp._printing import PrintHand
 from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.models import WindowPredictor
-from firstcontact.streaming import ClosingStart, ContactEvent, Event, PinchDone, Pipeline
+from firstcontact.streaming import (
+    ClosingStart,
+    ContactEvent,
+    Event,
+    PinchDone,
+    Pipeline,
+    PolicyCommand,
+)
 from firstcontact.streaming.events import Estimate
 from firstcontact.streaming.grasping import Grasping, PositionTrack
 from firstcontact.streaming.predictors import WindowLadder
@@ -188,6 +197,36 @@ def test_positions_beyond_the_samples_are_clipped() -> None:
     hand.times = [100.0, 100.01]
     (block,) = track.read(0.0)
     assert block.data.tolist() == [[32767], [32767]]
+
+
+class Halting(Policy):
+    """Policy of a user: it stops at the first contact."""
+
+    def touched(self, contact: Contact, first: bool) -> Command | None:
+        return Command(0.0, 1.0) if first else None
+
+
+@pytest.mark.parametrize("policy", [Halting, Halting(Grip())])
+def test_a_users_policy_drives_a_hand_and_its_commands_are_events(
+    policy: type[Policy] | Policy, hand: PrintHand
+) -> None:
+    with fc.open("twin", speed=8.0) as source:
+        events = list(fc.live(source, hand=hand, policy=policy, pinches=2))
+    sent = [Command(e.speed, e.force) for e in events if isinstance(e, PolicyCommand)]
+    assert sent == [x for x in hand.commands if x is not None]
+    assert sent.count(Command(0.0, 1.0)) == 2
+
+
+class Knowing(Halting):
+    needs_truth = True
+
+
+@pytest.mark.parametrize("policy", ["no such policy", "weight", Knowing, Knowing(Grip()), Grip, 7])
+def test_a_policy_that_cannot_drive_a_hand_is_refused(policy: Any) -> None:
+    with pytest.raises(fc.InputError) as caught:
+        next(fc.live(fc.open("twin"), hand="print", policy=policy))
+    assert caught.value.parameter == "policy"
+    assert policy == "weight" or "weight" not in str(caught.value)  # only for simulations
 
 
 def test_an_estimate_out_of_range_is_as_none(hand: PrintHand) -> None:

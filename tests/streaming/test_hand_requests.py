@@ -11,6 +11,7 @@ from example_events import FIRST_EVENT, SECOND_EVENT, pinch
 
 from firstcontact.contact import SlipDetector
 from firstcontact.core import Block, Command, InputError, fingertip_layout
+from firstcontact.device.clock import TransportDelay
 from firstcontact.grasp import Hand, HandLimits, SafeHand
 from firstcontact.grasp.hand import Begins
 from firstcontact.grasp.registry import live_policy
@@ -53,12 +54,13 @@ class Session:
     def __init__(self, grasping: Grasping) -> None:
         self.grasping = grasping
         self.sample = 0
+        self.late = 0.0
 
     def block(self, *events: Event) -> list[HandCommand]:
         """Return the next block and its events."""
         block = Block(np.zeros((5, LAYOUT.width), np.int16), self.sample, 0)
         self.sample = block.end
-        self.grasping.on_samples(block, block.end / LAYOUT.rate)
+        self.grasping.on_samples(block, block.end / LAYOUT.rate + self.late)
         for event in events:
             self.grasping.on_event(event)
         return [
@@ -162,11 +164,27 @@ def test_a_hand_that_was_released_by_a_silence_stays_open() -> None:
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
         session.block()
         session.block(ClosingStart(15, 0))
-        safe.release()  # as its thread does when nothing has come
         now[0] += 5.0
         assert [(e.ask, e.by) for e in session.block()] == [(Ask.OPEN, SILENCE)]
         session.block(FIRST_EVENT)
         assert hand.commands[-1] is None
+
+
+def test_what_is_older_than_a_silence_does_not_close_a_hand(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hand = LoggedHand(Begins.US | Begins.OTHERS)
+    transport = TransportDelay(LAYOUT.rate)
+    session = Session(Grasping(live_policy("touch"), hand, LAYOUT, transport=transport))
+    session.block()
+    session.late = 1.5  # samples
+    session.block(ClosingStart(5, 0), FIRST_EVENT)
+    assert hand.commands == []
+    session.late = 0.0
+    monkeypatch.setattr("firstcontact.streaming.grasping.STALE", 0.0)  # requests
+    session.grasping.requests.ask(Ask.CLOSE, "keyboard")
+    assert session.block() == []
+    assert hand.commands == []
 
 
 def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:

@@ -45,16 +45,18 @@ def test_lines_say_what_happened_in_order() -> None:
         "pinch",
         "object_estimate",
         "hand_command",
+        "policy_command",
         "hand_prediction",
         "hand_prediction",
         "hand_pinch",
     ]
     _, link, failed, marker, _, _, estimate, final, _, finished, *remainder = lines
-    combined, hand, computed, own_values, complete = remainder
+    combined, hand, command, computed, own_values, complete = remainder
     assert computed["event"]["contact"]["decided"] == 522
     assert (own_values["event"]["value"], own_values["event"]["compute"]) == (30.5, 441e-6)
     assert (complete["check"]["same"], complete["check"]["compared"]) == (True, 1)
     assert (hand["ask"], hand["by"]) == ("close", "keyboard")
+    assert (command["speed"], command["force"]) == (0.02, 1.5)
     assert estimate["contact"] == {"finger": 1, "sample": 510, "decided": 522}
     assert (estimate["in_time"], final["in_time"], final["final"]) == (None, True, True)
     assert (finished["estimates"][0]["in_time"], finished["verdict"]) == (True, "in_time")

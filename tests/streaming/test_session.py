@@ -54,6 +54,9 @@ class Actor:
     def on_samples(self, block: Block, host: float) -> None:
         """Ignore the call."""
 
+    def take_commands(self) -> Sequence[Event]:
+        return ()
+
     def after_block(self, block: Block) -> Sequence[Event]:
         return ()
 

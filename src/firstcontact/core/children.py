@@ -74,10 +74,21 @@ class Child:
         line, _, self._unread = self._unread.partition(b"\n")
         return line.decode("utf-8", "replace")
 
-    def end(self, timeout: float) -> bool:
-        """Close the child's input, and kill it if it does not end within ``timeout`` s."""
+    def interrupt(self) -> None:
+        """Send SIGTERM to the child."""
+        self._process.terminate()
+
+    def end_input(self) -> None:
+        """Close the child's input, so that it ends by itself. It may still answer."""
         with suppress(OSError):
             _open(self._process.stdin).close()
+
+    def end(self, timeout: float) -> bool:
+        """Close the child's input, and kill it if it does not end within ``timeout`` s.
+
+        Return True if the child ended by itself and without an error.
+        """
+        self.end_input()
         self._keeper.join(timeout)
         killed = self._keeper.is_alive()
         if killed:
@@ -86,7 +97,7 @@ class Child:
             self._keeper.join(KILLED)
         with suppress(OSError):
             _open(self._process.stdout).close()
-        return not killed
+        return not killed and self._process.returncode == 0
 
 
 def _start_module(

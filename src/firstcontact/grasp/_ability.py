@@ -104,7 +104,6 @@ class AbilityHand(Hand):
     name = "ability"
     limits = HandLimits(speed=0.25, force=10.0, rate=100.0, watchdog=0.3)
     simulated_port = SIMULATED
-    separate = True
     begins = Begins.US
     position_rate = limits.rate
 

@@ -18,6 +18,7 @@ class PrintHand(Hand):
     name = "print"
     limits = HandLimits(speed=0.5, force=20.0, rate=200.0, watchdog=inf)
     real = False
+    separate = False
     begins = Begins.OTHERS | Begins.US
 
     def __init__(self, port: str | None = None, out: TextIO | None = None) -> None:

@@ -5,20 +5,24 @@ from __future__ import annotations
 import atexit
 import logging
 import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
-from firstcontact.core import Command, InputError
+from firstcontact.core import ClosingSpeed, Command, InputError
 from firstcontact.core.text import summarize_error
+from firstcontact.grasp._driver import DriverThread, call_directly
 from firstcontact.grasp._leaving import Leaving
-from firstcontact.grasp.hand import Hand, HandError, HandLimits
-
-if TYPE_CHECKING:
-    from firstcontact.core import ClosingSpeed
+from firstcontact.grasp._separate import ENDED, SeparateHand
+from firstcontact.grasp.hand import (
+    Hand,
+    HandError,
+    HandLimits,
+    check_positions,
+    steady_clock,
+)
 
 #: Longest wait of a signal handler for the watchdog thread, s.
 PROMPT = 0.1
@@ -52,6 +56,8 @@ class Pacer:
             raise InputError(f"the time of {silence:g} s must be above 0", parameter="silence")
         self.limits = limits
         self.counts = HandCounts()
+        #: True after a release because of silence, until the next call of :meth:`release`.
+        self.silenced = False
         self._silence = silence
         self._interval = 1 / limits.rate
         # Repeat three times before the hand's watchdog acts, but no faster than the hand allows.
@@ -88,6 +94,7 @@ class Pacer:
         self.counts.released += 1
         self._waiting = self._last = None
         self._release_at = inf
+        self.silenced = False
 
     def retry_release(self, now: float) -> None:
         """Schedule another release, because the hand failed to carry out the last one."""
@@ -108,8 +115,11 @@ class Pacer:
         """Return the action that is due at this time; None if there is none."""
         if now < self.next_time():
             return None
-        if now >= min(self._called_at + self._silence, self._release_at):
+        # A hand whose own watchdog has acted must not close again by a repeated command.
+        has_lapsed = self._last is not None and now > self._sent_at + self.limits.watchdog
+        if has_lapsed or now >= min(self._called_at + self._silence, self._release_at):
             self.release()
+            self.silenced = True
             return Due(None)
         if self._waiting is not None:
             self._last, self._waiting = self._waiting, None
@@ -127,6 +137,8 @@ class SafeHand(Hand):
     command replaces one that still waits, so the hand always gets the last one. A watchdog thread
     repeats the last command before the hand's own watchdog runs out. It releases (opens) the hand
     ``silence`` s after the last call of :meth:`send` or :meth:`alive`, and retries if this fails.
+    The hand then stays open until :meth:`release` is called: a program that was suspended must not
+    close it by a command from before.
 
     The hand is also released
 
@@ -141,6 +153,7 @@ class SafeHand(Hand):
     for long, set :attr:`Hand.separate`.
 
     Methods that command or read the hand raise :class:`HandError` if it is not open or has failed.
+    A method of ``hand`` that does not return within 1 s counts as failed.
 
     Parameters
     ----------
@@ -149,7 +162,7 @@ class SafeHand(Hand):
     silence
         Time without :meth:`send` or :meth:`alive` after which the hand is released, s.
     clock
-        Monotonic clock, s.
+        Clock, s, which goes on while the computer sleeps.
 
     Raises
     ------
@@ -158,7 +171,7 @@ class SafeHand(Hand):
     """
 
     def __init__(
-        self, hand: Hand, *, silence: float = 1.0, clock: Callable[[], float] = time.monotonic
+        self, hand: Hand, *, silence: float = 1.0, clock: Callable[[], float] = steady_clock
     ) -> None:
         self.name = hand.name  # type: ignore[misc]  # same as the wrapped hand
         self.limits = hand.limits
@@ -174,6 +187,9 @@ class SafeHand(Hand):
         self._failure: HandError | None = None
         self._release_requested = False  # set by a signal handler
         self._leaving = Leaving(self._let_go)
+        # The process of a separate hand and the source of a hand do not block.
+        is_bounded = isinstance(hand, SeparateHand) or hand.of_source is not None
+        self._driver = None if is_bounded else DriverThread()
 
     @property
     def counts(self) -> HandCounts:
@@ -186,6 +202,13 @@ class SafeHand(Hand):
         return self._failure
 
     @property
+    def silenced(self) -> bool:
+        """True if the hand was released by a silence, until :meth:`release` is called."""
+        with self._change:
+            self._act()
+            return self._pacer.silenced
+
+    @property
     def wait(self) -> float:
         """Time from now until a command that you send now would reach the hand, s."""
         return self._pacer.wait(self._clock())
@@ -193,11 +216,12 @@ class SafeHand(Hand):
     def send(self, command: Command) -> None:
         """Send a command as soon as the hand accepts one. It replaces a command that still waits.
 
-        If speed or force is not finite, the hand is released and HandError raised.
+        If speed or force is not finite, the hand is released and HandError raised. It is also
+        raised if the hand was released by a silence: call :meth:`release` before you go on.
         """
         self._leaving.rearm()
         with self._change:
-            self._check()
+            self._check_silence()
             try:
                 self._pacer.offer(command, self._clock())
             except ValueError as error:
@@ -209,6 +233,8 @@ class SafeHand(Hand):
 
     def start(self) -> None:
         """Make a hand that closes by itself begin its next closing now."""
+        with self._change:
+            self._check_silence()
         self._do(self._hand.start)
 
     def alive(self) -> None:
@@ -216,18 +242,35 @@ class SafeHand(Hand):
         self._leaving.rearm()
         with self._change:
             self._check()
+            self._act()  # judges the silence, which this call ends
             self._pacer.alive(self._clock())
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
         """Return the closing speed before a contact, as :meth:`Hand.closing_speed` does."""
+        hand = self._hand
+        if type(hand).closing_speed is Hand.closing_speed:
+            return super().closing_speed(sample_time, host_time)
         measured: list[ClosingSpeed | None] = []
-        self._do(lambda: measured.append(self._hand.closing_speed(sample_time, host_time)))
+
+        def measure() -> None:
+            speed: object = hand.closing_speed(sample_time, host_time)
+            if not isinstance(speed, ClosingSpeed | None):
+                raise HandError(
+                    f"closing_speed() of the hand {hand.name!r} must return a ClosingSpeed or "
+                    f"None, not {type(speed).__name__}"
+                )
+            measured.append(speed)
+
+        self._do(measure)
         return measured[0]
 
     def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
         """Return the positions after ``since``, as :meth:`Hand.positions_since` does."""
         reports: list[tuple[float, float]] = []
-        self._do(lambda: reports.extend(self._hand.positions_since(since, host_zero)))
+        hand = self._hand
+        self._do(
+            lambda: reports.extend(check_positions(hand, hand.positions_since(since, host_zero)))
+        )
         return reports
 
     def release(self) -> None:
@@ -251,7 +294,9 @@ class SafeHand(Hand):
                 if self._thread is not None:
                     self._thread.join()
             finally:
-                self._hand.close()
+                released &= self._attempt(self._hand.close, ENDED)
+                if self._driver is not None:
+                    self._driver.end()
             if not released:
                 raise HandError(
                     f"the hand {self.name!r} may still hold its object: {self._failure}"
@@ -290,6 +335,16 @@ class SafeHand(Hand):
                 "it again"
             ) from self._failure
 
+    def _check_silence(self) -> None:
+        self._check()
+        self._act()
+        self._check()
+        if self._pacer.silenced:
+            raise HandError(
+                f"the hand {self.name!r} was released, because the program was silent: call "
+                "release() before the next command"
+            )
+
     def _do(self, act: Callable[[], None]) -> None:
         """Call a method of the hand. Release the hand if this fails."""
         with self._change:
@@ -311,20 +366,17 @@ class SafeHand(Hand):
             self._change.notify()
         return is_open
 
-    def _attempt(self, act: Callable[[], None]) -> bool:
+    def _attempt(self, act: Callable[[], None], seconds: float | None = None) -> bool:
         """Call a method of the hand. Store an error, so that the watchdog thread continues."""
-        try:
-            act()
-        except BaseException as error:  # SystemExit would end the watchdog thread silently
-            is_main = threading.current_thread() is threading.main_thread()
-            if is_main and not isinstance(error, Exception):  # such as Ctrl-C
-                raise
-            if not isinstance(error, HandError):
-                error = HandError(f"the hand's code raised {summarize_error(error)}")
-            self._failure = error
-            _log.info("hand %s failed: %s", self.name, error)
-            return False
-        return True
+        call = call_directly if self._driver is None else self._driver.call
+        error = call(act, seconds)
+        if error is None:
+            return True
+        if not isinstance(error, HandError):
+            error = HandError(f"the hand's code raised {summarize_error(error)}")
+        self._failure = error
+        _log.info("hand %s failed: %s", self.name, error)
+        return False
 
     def _act(self) -> None:
         """Carry out the action of the pacer that is due."""

@@ -20,7 +20,7 @@ from typing import Any, Self
 from firstcontact.core import Command, InputError
 from firstcontact.core.children import Child
 from firstcontact.core.text import summarize_error
-from firstcontact.grasp.hand import Hand, HandError
+from firstcontact.grasp.hand import Hand, HandError, check_positions
 
 #: Longest wait for the hand to open, s.
 START = 30.0
@@ -33,6 +33,15 @@ MUTE = 1.0
 ENDED = 5.0
 #: Most positions in an answer, so that it fits into a pipe.
 MOST_POSITIONS = 60
+#: Methods that a hand in a separate process cannot override.
+NOT_SENT = "start", "closing_speed", "positions_since"
+
+
+def can_separate(kind: type[Hand]) -> bool:
+    """Return True if another process can import the class and carry out all its methods."""
+    is_found = getattr(sys.modules.get(kind.__module__), kind.__qualname__, None) is kind
+    plain = all(getattr(kind, name) is getattr(Hand, name) for name in NOT_SENT)
+    return is_found and plain and kind.__module__ != "__main__"
 
 
 class SeparateHand(Hand):
@@ -80,8 +89,21 @@ class SeparateHand(Hand):
 
     def close(self) -> None:
         child, self._child = self._child, None
-        if child is not None:
-            child.end(ENDED)
+        if child is None:
+            return
+        child.end_input()
+        reason, until = "", time.monotonic() + ENDED
+        with suppress(OSError):  # the end of its answers, or a timeout
+            while True:
+                word, _, detail = child.answer(max(until - time.monotonic(), 0.0)).partition(" ")
+                reason = reason if word == "done" else detail
+        if time.monotonic() >= until:
+            child.interrupt()
+        if not child.end(MUTE) or reason:
+            raise HandError(
+                f"nothing confirms that the hand {self.name!r} is open: "
+                f"{reason or f'its process failed or did not end within {ENDED:g} s'}"
+            )
 
     def __enter__(self) -> Self:
         child = Child("firstcontact.grasp._separate", *self._arguments, wakes=True)
@@ -116,6 +138,7 @@ class SeparateHand(Hand):
                 self._read_answer(child, 0.0)
         except TimeoutError:
             if self._unanswered and time.monotonic() - self._unanswered[0] > MUTE:
+                child.interrupt()  # a driver that Python can interrupt then opens the hand
                 raise HandError(f"the process of the hand {self.name!r} does not answer") from None
         except OSError as error:
             raise HandError(f"the process of the hand {self.name!r} has ended") from error
@@ -150,9 +173,8 @@ def _obey(hand: Hand, words: list[str]) -> str:
             case ["send", speed, force]:
                 hand.send(Command(float(speed), float(force)))
             case ["positions"]:
-                latest = list(hand.positions())[-MOST_POSITIONS:]
-                pairs = [f"{float(at)!r},{float(travel)!r}" for at, travel in latest]
-                return " ".join(["done", *pairs])
+                latest = check_positions(hand, hand.positions())[-MOST_POSITIONS:]
+                return " ".join(["done", *(f"{at!r},{travel!r}" for at, travel in latest)])
             case _:
                 hand.release()
     except HandError as error:
@@ -184,14 +206,19 @@ def _main() -> None:
     module, name, silence, *port = sys.argv[1:]
     try:
         hand: Hand = getattr(import_module(module), name)(port[0] if port else None)
-        with hand:
+        try:
+            hand.__enter__()
             _write_line(out, "ready")
             _serve(hand, float(silence), out)
             _end_within(ENDED)
+        finally:
+            hand.close()
     except (InputError, HandError) as error:
         _write_line(out, f"refused {error}")
+        sys.exit(1)
     except Exception as error:
         _write_line(out, f"refused the hand {name} raised {summarize_error(error)}")
+        sys.exit(1)
 
 
 if __name__ == "__main__":

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Flag, auto
+from math import isfinite
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from firstcontact.core import Command
 
 if TYPE_CHECKING:
     from firstcontact.core import ClosingSpeed
+
+
+#: Largest distance of a fingertip from the zero of its positions, m.
+FARTHEST = 10.0
 
 
 class HandError(RuntimeError):
@@ -67,7 +73,9 @@ class Hand(ABC):
     #: Port that stands for a simulated hand, for tests and dry runs.
     simulated_port: ClassVar[str | None] = None
     #: True if a separate process drives the hand, and releases it when the program hangs or ends.
-    separate: ClassVar[bool] = False
+    #: It has no effect on a hand without a port, a class that cannot be imported, or one that
+    #: overrides ``start``, ``closing_speed`` or ``positions_since``.
+    separate: ClassVar[bool] = True
     #: Flags for who may begin a closing: the hand itself (or its wearer), or this program.
     begins: ClassVar[Begins] = Begins.OTHERS
     #: Name of the source of samples that also drives this hand; None for a hand with its own port.
@@ -138,7 +146,8 @@ class Hand(ABC):
         ``host_zero`` is the time of sample 0 by ``time.monotonic()``; NaN if unknown. Override
         this method for a hand whose positions have sample times.
         """
-        return [(at - host_zero, x) for at, x in self.positions() if at - host_zero > since]
+        positions = check_positions(self, self.positions())
+        return [(at - host_zero, x) for at, x in positions if at - host_zero > since]
 
     @abstractmethod
     def close(self) -> None:
@@ -149,3 +158,23 @@ class Hand(ABC):
 
     def __exit__(self, *exception: object) -> None:
         self.close()
+
+
+def steady_clock() -> float:
+    """Return the time of a monotonic clock that goes on while the computer sleeps, s."""
+    return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
+
+
+def check_positions(hand: Hand, reports: object) -> list[tuple[float, float]]:
+    """Return the positions from a hand's method by time. Raise HandError if they are none."""
+    try:
+        pairs = [(float(at), float(travel)) for at, travel in reports]  # type: ignore[attr-defined]
+        is_valid = all(isfinite(at) and abs(travel) <= FARTHEST for at, travel in pairs)
+    except (TypeError, ValueError, OverflowError):
+        is_valid = False
+    if not is_valid:
+        raise HandError(
+            f"positions() of the hand {hand.name!r} must return pairs (time, position) of numbers: "
+            f"the time in s, and the position from -{FARTHEST:g} to {FARTHEST:g} m"
+        )
+    return sorted(pairs)

@@ -79,7 +79,7 @@ class Policy:
     0.05
     """
 
-    #: Name in the registry and in reports.
+    #: Name in the registry and in reports; by default that of the class.
     name: ClassVar[str]
     #: Title in tables and figures.
     title: ClassVar[str]
@@ -97,6 +97,10 @@ class Policy:
     #: Time after the first contact at which :meth:`late` is called if no estimate came, s.
     #: None if the policy uses no estimates.
     deadline: float | None = None
+
+    def __init_subclass__(cls) -> None:
+        if not hasattr(cls, "name"):
+            cls.name = cls.__name__
 
     def __init__(self, grip: Grip) -> None:
         self.grip = grip

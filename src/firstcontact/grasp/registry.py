@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from firstcontact.core import InputError, Registry
+from firstcontact.core.registry import foreign_errors
 from firstcontact.grasp._grip import Grip
 from firstcontact.grasp._safe import SafeHand
-from firstcontact.grasp._separate import SeparateHand
+from firstcontact.grasp._separate import SeparateHand, can_separate
 from firstcontact.grasp.hand import Hand
 from firstcontact.grasp.policy import Policy, Truth
 
@@ -60,7 +61,8 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
     made: Callable[[Any], Hand] = kind
     with HANDS.calling(kind.name):
         if kind.of_source is None:
-            return SeparateHand(kind, port) if kind.separate else made(port)
+            is_separate = kind.separate and can_separate(kind)
+            return SeparateHand(kind, port) if is_separate else made(port)
         if source is None:
             raise InputError(
                 f"the hand {kind.name!r} needs a source, which is missing: open the hand's "
@@ -112,12 +114,34 @@ def live_policies() -> list[str]:
     ]
 
 
-def live_policy(name: str, grip: Grip | None = None) -> Policy:
-    kind = POLICIES.find(name)
+def find_policy(policy: object) -> type[Policy] | Policy:
+    """Return a policy that can drive a hand, from its name, its class or an instance."""
+    kind = policy
+    if isinstance(policy, str):
+        if policy not in POLICIES.names:
+            raise InputError(
+                f"no policy is called {policy!r}: choose one of {', '.join(live_policies())}",
+                parameter="policy",
+            )
+        kind = POLICIES.find(policy)
+    if not (isinstance(kind, Policy) or (isinstance(kind, type) and issubclass(kind, Policy))):
+        raise InputError(
+            f"{policy!r} is no policy: give a name, a subclass of firstcontact.grasp.Policy or an "
+            "instance",
+            parameter="policy",
+        )
     if kind.needs_truth:
         raise InputError(
-            f"policy {name!r} must know the object in advance, so it is for simulations only: "
-            f"choose one of {', '.join(live_policies())}"
+            f"policy {kind.name!r} must know the object in advance, so it is for simulations only: "
+            f"choose one of {', '.join(live_policies())}",
+            parameter="policy",
         )
-    with POLICIES.calling(name):
+    return kind
+
+
+def live_policy(policy: str | type[Policy] | Policy, grip: Grip | None = None) -> Policy:
+    kind = find_policy(policy)
+    if isinstance(kind, Policy):
+        return kind
+    with foreign_errors(f"policy {kind.name!r}"), POLICIES.calling(kind.name):
         return kind(grip or Grip())

@@ -14,4 +14,5 @@ from .events import HandPrediction as HandPrediction
 from .events import NoEstimate as NoEstimate
 from .events import ObjectEstimate as ObjectEstimate
 from .events import PinchDone as PinchDone
+from .events import PolicyCommand as PolicyCommand
 from .events import Verdict as Verdict

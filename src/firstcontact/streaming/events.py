@@ -274,6 +274,27 @@ class HandCommand(_Reported, frozen=True, tag="hand_command"):
     epoch: int
 
 
+class PolicyCommand(_Reported, frozen=True, tag="policy_command"):
+    """Command of the grasp policy that was passed to the hand: speed and force of the fingertips.
+
+    The hand holds it until the next command, or until a ``hand_command`` opens it.
+
+    Parameters
+    ----------
+    speed
+        Speed at which each fingertip closes, m/s. A negative speed opens the hand, 0 stops it.
+    force
+        Upper limit on the force of each fingertip, N.
+    sample, epoch
+        Number of the newest sample at the time of the command, and its epoch.
+    """
+
+    speed: float
+    force: float
+    sample: int
+    epoch: int
+
+
 class HandPrediction(_Reported, frozen=True, tag="hand_prediction"):
     """Contact or estimate from a device that runs a model itself, such as a hand.
 
@@ -351,6 +372,7 @@ Event = (
     | PinchDone
     | ObjectEstimate
     | HandCommand
+    | PolicyCommand
     | HandPrediction
     | HandPinch
 )

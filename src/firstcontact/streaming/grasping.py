@@ -6,7 +6,7 @@ import logging
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from threading import Lock
 
 import numpy as np
@@ -16,7 +16,7 @@ from firstcontact.core import Block, Command, Estimate, InputError, Layout
 from firstcontact.core.text import counted
 from firstcontact.device.clock import TransportDelay
 from firstcontact.grasp import Hand, Policy, SafeHand
-from firstcontact.grasp.hand import Begins
+from firstcontact.grasp.hand import Begins, steady_clock
 from firstcontact.grasp.loop import GraspLoop, Taxels
 from firstcontact.streaming.events import (
     Ask,
@@ -26,6 +26,7 @@ from firstcontact.streaming.events import (
     Event,
     HandCommand,
     PinchDone,
+    PolicyCommand,
 )
 
 #: Name of the origin of a release that follows a silence of the samples or of this program.
@@ -33,6 +34,8 @@ SILENCE = "silence"
 #: Longest time between two reports of a position over which it is interpolated, in periods of the
 #: hand's rate.
 PAUSE = 2.5
+#: Age from which a request to close, and samples, are too old to move a hand, s.
+STALE = 1.0
 
 _log = logging.getLogger("firstcontact.streaming")
 
@@ -43,6 +46,7 @@ class HandRequest:
 
     ask: Ask | None
     by: str
+    at: float = field(default_factory=steady_clock)
 
 
 class HandRequests:
@@ -96,7 +100,11 @@ class HandRequests:
         """Return the next request, in the session's thread; None if none waits."""
         with self._lock:
             self.opening = any(self.opens(request) for request in self._waiting)
-            return self._waiting.popleft() if self._waiting else None
+            while self._waiting:
+                request = self._waiting.popleft()
+                if request.ask is not Ask.CLOSE or steady_clock() - request.at < STALE:
+                    return request
+            return None
 
     def opens(self, request: HandRequest) -> bool:
         return request.ask is Ask.OPEN or (request.ask is None and request.by == self.by)
@@ -177,15 +185,19 @@ class Grasping:
         self._slip = slip
         if slip is not None:
             slip.start(layout)
+        self._commands: list[Command] = []  # sent, but not yet taken as events
+        self._newest = 0, 0  # number and epoch of the newest sample
         self._late = 0.0  # delay of the newest samples beyond the least delayed ones, s
         self._epoch = 0
         self._done = True
         self._is_final = False
         self._acted_on = -1.0  # elapsed time of the estimate that the policy acted on, s
         self._second: int | None = None  # sample with which the second contact was decided
-        self._released = 0
 
     def on_samples(self, block: Block, host: float) -> None:
+        if self._safe is not None:
+            self._safe.alive()
+        self._newest = block.end - 1, block.epoch
         if self._transport is not None:
             self._transport.add(block, host)
             self._late = self._transport.delay(block.end - 1, host)
@@ -210,16 +222,19 @@ class Grasping:
 
     def after_block(self, block: Block) -> Sequence[Event]:
         """Pass force and time to the policy, carry out requests, and return their events."""
-        events = self._obey(block)
-        if self._safe is not None:
-            self._safe.alive()
+        events: list[Event] = [*self._obey(block)]
         now = block.end / self._rate + self._late
         if not self._done and block.epoch == self._epoch:
             self.loop.felt(self._taxels.update(block.data), now)
         if self._slip is not None and self._slip.update(block):
             self.slips += 1
             self.loop.slipped(now)
-        return events
+        return [*events, *self.take_commands()]
+
+    def take_commands(self) -> list[PolicyCommand]:
+        """Return the events of the commands since the last call."""
+        commands, self._commands = self._commands, []
+        return [PolicyCommand(c.speed, c.force, *self._newest) for c in commands]
 
     def ended(self) -> None:
         """Release the hand before the source and the outputs are closed, which takes longer."""
@@ -252,14 +267,16 @@ class Grasping:
 
     def _obey(self, block: Block) -> list[Event]:
         obeyed: list[tuple[Ask, str]] = []
-        by = self.requests.by
+        if self._is_silenced:  # before requests, which may be new
+            self._open()
+            obeyed.append((Ask.OPEN, SILENCE))
         while request := self.requests.take():
             if request.ask is Ask.CLOSE:
                 if Begins.HURRY in self.hand.begins:
                     self.hand.start()  # the start of its motor then begins the closing
                 elif self.requests.by is None:
                     self.requests.by = request.by
-                    self._epoch, self._released = block.epoch, self._releases
+                    self._epoch = block.epoch
                     self._taxels.begin()
                     self._begin()
                 else:
@@ -268,9 +285,6 @@ class Grasping:
             elif self.requests.opens(request):
                 self._open()
                 obeyed.append((Ask.OPEN, request.by))
-        if by is not None and self.requests.by is not None and self._releases != self._released:
-            self._open()
-            obeyed.append((Ask.OPEN, SILENCE))
         for ask, origin in obeyed:
             _log.info("hand %s: %s, requested by %s", self.hand.name, ask, origin)
         return [HandCommand(ask, origin, block.end - 1, block.epoch) for ask, origin in obeyed]
@@ -290,8 +304,8 @@ class Grasping:
         return math.nan if self._transport is None else self._transport.least
 
     @property
-    def _releases(self) -> int:
-        return 0 if self._safe is None else self._safe.counts.released
+    def _is_silenced(self) -> bool:
+        return self._safe is not None and self._safe.silenced
 
     def _estimated(self, estimate: Estimate) -> None:
         """Pass an estimate to the policy. The final estimate is passed once at most."""
@@ -312,10 +326,11 @@ class Grasping:
             self._acted_on = estimate.elapsed
 
     def _send(self, command: Command) -> None:
-        if self.requests.opening:
+        if self.requests.opening or self._is_silenced or self._late > STALE:
             return
         self.last = command
         self.hand.send(command)
+        self._commands.append(command)
         if self._done:  # the motor that obeys is as loud as a slip
             self._hold()
 

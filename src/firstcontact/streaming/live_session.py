@@ -22,9 +22,9 @@ from firstcontact.device.descriptor import DevicePredictor, skipped_model
 from firstcontact.device.noise_floor import measure_noise
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
-from firstcontact.grasp import HANDS, POLICIES, Hand, HandError, open_hand
+from firstcontact.grasp import HANDS, POLICIES, Hand, HandError, Policy, open_hand
 from firstcontact.grasp.hand import Begins
-from firstcontact.grasp.registry import find_hand, live_policy, make_hand
+from firstcontact.grasp.registry import find_hand, find_policy, live_policy, make_hand
 from firstcontact.models import Model, load_model
 from firstcontact.streaming._pipeline import MeasureSpeed, Pipeline
 from firstcontact.streaming.grasping import Grasping
@@ -48,7 +48,7 @@ def live_session(
     opens: bool = False,
     hand: str | Hand | None = None,
     hand_port: str | None = None,
-    policy: str | None = None,
+    policy: str | type[Policy] | Policy | None = None,
     slip: str | None = None,
     recordings: Path = Path(),
     shape: str = "",
@@ -220,7 +220,7 @@ def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpee
 def _check_hand(
     hand: str | Hand | None,
     hand_port: str | None,
-    policy: str | None,
+    policy: str | type[Policy] | Policy | None,
     slip: str | None,
     device: str,
     *,
@@ -228,9 +228,9 @@ def _check_hand(
 ) -> None:
     """Refuse a hand that cannot be driven with these options or this source."""
     if policy is not None:
-        POLICIES.find(policy)
+        find_policy(policy)
     if slip is not None:
-        _check_slip(slip, hand, policy or POLICIES.default)
+        _check_slip(slip, hand, find_policy(policy or POLICIES.default))
     if hand is None:
         if policy is not None or hand_port is not None:
             noun, parameter = ("port", "hand_port") if policy is None else ("policy", "policy")
@@ -263,7 +263,7 @@ def _check_hand(
         make_hand(kind, hand_port)  # opens nothing: a missing package is reported now
 
 
-def _check_slip(slip: str, hand: str | Hand | None, policy: str) -> None:
+def _check_slip(slip: str, hand: str | Hand | None, policy: type[Policy] | Policy) -> None:
     """Refuse a slip detector unless the hand closes on request and the policy has a reflex."""
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in find_hand(hand).begins:
@@ -272,10 +272,10 @@ def _check_slip(slip: str, hand: str | Hand | None, policy: str) -> None:
             "slip detector out",
             parameter="slip",
         )
-    if not POLICIES.find(policy).has_reflex():
+    if not policy.has_reflex():
         raise InputError(
-            f"the policy {policy} does not react to slips: leave the slip detector out, or name a "
-            "policy with a slip reflex",
+            f"the policy {policy.name} does not react to slips: leave the slip detector out, or "
+            "name a policy with a slip reflex",
             parameter="slip",
         )
 

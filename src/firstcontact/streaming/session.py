@@ -318,6 +318,8 @@ class LiveSession:
             if self.grasping is not None:
                 self.grasping.on_event(event)
             self._events.append(event)
+            if self.grasping is not None:
+                self._events += self.grasping.take_commands()
             if isinstance(event, PinchDone):
                 self.pinches += 1
                 if self._hand_predictions is not None:

@@ -42,6 +42,11 @@ class Block:
         """Number of the sample after the last one, ``first_sample + len(data)``."""
         return self.first_sample + len(self.data)
 
+    def part(self, first: int, end: int) -> Block:
+        """Return the samples with the numbers ``first`` to ``end`` (exclusive), a view."""
+        data = self.data[first - self.first_sample : end - self.first_sample]
+        return Block(data, first, self.epoch)
+
 
 def merge_blocks(blocks: Iterable[Block], max_samples: float = math.inf) -> list[Block]:
     """Merge blocks that follow each other without a gap. Return as few blocks as possible.

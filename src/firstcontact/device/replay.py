@@ -24,6 +24,8 @@ from firstcontact.recording import Marker, PinchMark, Recording, read_recording
 BLOCK = 5
 #: ... and at infinite speed, 0.1 s at 4936 Hz.
 LONG_BLOCK = 494
+#: Number of blocks that are read from the file at a time.
+AHEAD = 100
 #: Longest time between two checks for a stop, s.
 TICK = 0.05
 #: Number of samples that are due at a time at infinite speed.
@@ -180,11 +182,14 @@ def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iter
     markers = deque(sorted(wanted, key=lambda m: (m.epoch, m.sample)))
     pinches = deque(sorted(recording.pinches, key=lambda m: (m.epoch, m.first_sample)))
     for stretch in stretches:
-        for start in range(0, len(stretch.data), length):
-            data = stretch.data[start : start + length]
-            block = Block(data, stretch.first_sample + start, stretch.epoch)
+        part = stretch.part(stretch.first_sample, stretch.first_sample)
+        for first in range(stretch.first_sample, stretch.end, length):
+            end = min(first + length, stretch.end)
+            if end > part.end:
+                part = stretch.part(first, min(first + AHEAD * length, stretch.end))
+            block = part.part(first, end)
             # Markers of samples after the last one come with the last block.
-            is_last = stretch is stretches[-1] and start + length >= len(stretch.data)
+            is_last = stretch is stretches[-1] and end == stretch.end
             until = (math.inf, 0) if is_last else (block.epoch, block.end)
             block_markers, block_pinches = [], []
             while markers and (markers[0].epoch, markers[0].sample) < until:

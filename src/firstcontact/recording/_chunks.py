@@ -6,8 +6,10 @@ consistent and its CRC is right. After damage it continues at the next byte.
 
 from __future__ import annotations
 
+import os
 import re
 import struct
+import weakref
 import zlib
 from collections.abc import Iterator
 from contextlib import suppress
@@ -32,43 +34,73 @@ _UNPACKED, _UNPACKED_TIMES = 64 << 20, 100
 _PATIENCE = 16
 #: Largest window of a compressor, bytes.
 _WINDOW = 1 << 27
+#: Number of bytes that are searched at a time, and length of the longest beginning of a chunk.
+_PIECE, _BEGINNING = 1 << 20, 56
 #: Number and topic of a channel, or channel and data of a message.
 Record = tuple[int, str | bytes]
 
 
-def read_chunks(path: Path) -> tuple[list[Record], list[str]]:
-    """Return the records of all intact chunks in file order, and descriptions of the damage."""
+class FileBytes:
+    """Bytes of a file. Only the slices that are used are read."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with open_regular(path) as stream:
+            self._number = os.dup(stream.fileno())
+        weakref.finalize(self, os.close, self._number)
+        self._size = os.fstat(self._number).st_size
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getitem__(self, place: slice) -> bytes:
+        start, stop, _ = place.indices(self._size)
+        parts, at = [], start
+        while at < stop and (part := os.pread(self._number, stop - at, at)):  # it has a limit
+            parts.append(part)
+            at += len(part)
+        return b"".join(parts)
+
+
+def open_bytes(path: Path) -> FileBytes:
+    """Return the bytes of a regular file. InputError says why it cannot be read."""
     if path.is_dir():
         raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
     try:
-        with open_regular(path) as stream:
-            start = stream.read(len(MAGIC))
-            intact = sum(a == b for a, b in zip(start, MAGIC, strict=False))
-            stream.seek(0)
-            data = stream.read() if intact >= _MAGIC_LEFT else b""
+        return FileBytes(path)
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+
+
+def read_chunks(
+    path: Path, data: FileBytes, damage: list[str]
+) -> Iterator[tuple[slice, list[Record]]]:
+    """Yield place and records of all intact chunks in file order. Describe the damage."""
+    start = data[: len(MAGIC)]
+    intact = sum(a == b for a, b in zip(start, MAGIC, strict=False))
     if not start:
         raise InputError(f"{path} is empty: nothing was recorded in it")
-    records, damage = _search(path, data)
+    has_records = False
+    for place, records in search(path, data if intact >= _MAGIC_LEFT else b"", damage):
+        has_records = has_records or bool(records)
+        yield place, records
     if intact < len(MAGIC):
-        if not records:
+        if not has_records:
             raise InputError(
                 f"{path} is not an MCAP file of version 0: give a recording, or convert files of "
                 "other programs with `firstcontact import` (`import_recordings` in Python)"
             )
         damage.insert(0, f"the first {len(MAGIC)} bytes are damaged")
-    return records, damage
 
 
-def _search(path: Path, data: bytes) -> tuple[list[Record], list[str]]:
-    records: list[Record] = []
-    damage: list[str] = []
+def search(
+    path: Path, data: FileBytes | bytes, damage: list[str], end: int = len(MAGIC)
+) -> Iterator[tuple[slice, list[Record]]]:
+    """Yield place and records of the intact chunks in bytes from ``end`` on."""
     chunks = 0
-    end = len(MAGIC)  # end of the bytes processed
     left = _UNPACKED + _UNPACKED_TIMES * len(data)  # bytes for all compressed chunks together
     patience = _PATIENCE * len(data)
-    for start, stop in find_chunks(data):
+    for start, stop in find_chunks(data, end):
         if start < end:
             continue
         try:
@@ -89,15 +121,16 @@ def _search(path: Path, data: bytes) -> tuple[list[Record], list[str]]:
             continue
         if not _is_framed(data, end, start):
             damage.append(_describe(end, start))
-        records += inside
+        yield slice(start, stop), inside
         chunks += 1
         end = stop
     if not chunks:  # other programs also write messages outside of chunks
+        records: list[Record] = []
         with suppress(ValueError, struct.error):
             for record in read_records(data[end:]):
                 records.append(record)
+        yield slice(end, len(data)), records
     damage += _tail(data, end, chunks)
-    return records, damage
 
 
 def _unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
@@ -133,30 +166,32 @@ def _decompressed(kind: bytes, packed: bytes, size: int) -> bytes:
     return data
 
 
-def find_chunks(data: bytes) -> Iterator[tuple[int, int]]:
+def find_chunks(data: FileBytes | bytes, start: int = len(MAGIC)) -> Iterator[tuple[int, int]]:
     """Yield start and end of all bytes that look like a chunk, also inside damaged chunks."""
-    position = len(MAGIC)
-    while match := _CHUNK_START.search(data, position):
-        length, size = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
-        stop = match.start() + FRAME.size + length
-        if match.end() + size == stop <= len(data):
-            yield match.start(), stop
-        position = match.start() + 1
+    for base in range(start, len(data), _PIECE):
+        piece = data[base : base + _PIECE + _BEGINNING]
+        position = 0
+        while (match := _CHUNK_START.search(piece, position)) and match.start() < _PIECE:
+            length, size = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
+            stop = base + match.start() + FRAME.size + length
+            if base + match.end() + size == stop <= len(data):
+                yield base + match.start(), stop
+            position = match.start() + 1
 
 
-def _is_framed(data: bytes, position: int, stop: int) -> bool:
+def _is_framed(data: FileBytes | bytes, position: int, stop: int) -> bool:
     """Return True if ``position`` to ``stop`` holds complete records, and no chunk among them."""
     while position < stop:
         if stop - position < FRAME.size:
             return False
-        opcode, length = FRAME.unpack_from(data, position)
+        opcode, length = FRAME.unpack(data[position : position + FRAME.size])
         if opcode == Opcode.CHUNK or not 0 < opcode <= Opcode.DATA_END:
             return False
         position += FRAME.size + length
     return position == stop
 
 
-def _tail(data: bytes, end: int, read: int) -> list[str]:
+def _tail(data: FileBytes | bytes, end: int, read: int) -> list[str]:
     """Return notes on damage after the last intact chunk, and on chunks known only by the index."""
     footer = len(data) - len(MAGIC) - _FOOTER_BYTES
     is_footer = footer >= end and data[footer : footer + 1] == bytes([Opcode.FOOTER])
@@ -174,13 +209,18 @@ def _tail(data: bytes, end: int, read: int) -> list[str]:
     return damaged
 
 
-def _chunk_count(data: bytes, footer: int) -> int | None:
+def _chunk_count(data: FileBytes | bytes, footer: int) -> int | None:
     """Return the number of chunks stated by the summary; None if the summary is damaged."""
     position, _, crc = struct.unpack("<QQI", data[footer + FRAME.size : -len(MAGIC)])
-    if not 0 < position <= footer or zlib.crc32(data[position : footer + FRAME.size + 16]) != crc:
+    if not 0 < position <= footer:
+        return None
+    end, sum_so_far = footer + FRAME.size + 16, 0
+    for start in range(position, end, _PIECE):
+        sum_so_far = zlib.crc32(data[start : min(start + _PIECE, end)], sum_so_far)
+    if sum_so_far != crc:
         return None
     while position < footer:
-        opcode, length = FRAME.unpack_from(data, position)
+        opcode, length = FRAME.unpack(data[position : position + FRAME.size])
         position += FRAME.size
         if opcode == Opcode.STATISTICS:
             body = data[position : position + length]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 from pathlib import Path
@@ -13,18 +14,16 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, InputError, merge_blocks
+from firstcontact.core import Block, InputError
 from firstcontact.core.files import AnyPath
 from firstcontact.core.text import counted
-from firstcontact.recording._chunks import Record, read_chunks
+from firstcontact.recording._chunks import FileBytes, Record, open_bytes, read_chunks
+from firstcontact.recording._stretch import SPAN, Span, Store, Stretch, merge, usable_block
 from firstcontact.recording.messages import (
     HAND,
-    LARGEST,
-    LAST_SAMPLE,
     Header,
     Marker,
     PinchMark,
-    read_block,
     read_header,
     read_mark,
     read_marker,
@@ -73,7 +72,7 @@ class Recording:
     @property
     def samples(self) -> int:
         """Number of samples that could be read."""
-        return sum(len(s.data) for s in self.stretches)
+        return sum(s.end - s.first_sample for s in self.stretches)
 
     @property
     def duration(self) -> float:
@@ -90,7 +89,7 @@ class Recording:
         blocks = () if group is None else self.groups[HAND]
         if group is None or not blocks:
             return np.zeros(0), np.zeros(0)
-        numbers = [b.first_sample + np.arange(len(b.data)) for b in blocks]
+        numbers = [np.arange(b.first_sample, b.end) for b in blocks]
         travel = [group.layout.physical(b.data, (0,))[:, 0] for b in blocks]
         return np.concatenate(numbers) / group.layout.rate, np.concatenate(travel)
 
@@ -99,7 +98,7 @@ def read_recording(path: AnyPath) -> Recording:
     """Read a recording (.mcap), also a damaged one, or one whose writer was killed.
 
     All intact parts are read; one intact copy of the header is enough. ``skipped`` describes the
-    parts that are left out.
+    parts that are left out. Samples stay in the file until they are used, so keep it unchanged.
 
     Raises
     ------
@@ -108,39 +107,121 @@ def read_recording(path: AnyPath) -> Recording:
         header.
     """
     path = Path(path)
-    records, damage = read_chunks(path)
-    messages = _by_topic(records)
-    header = _header(path, messages["/header"])
-    layout = header.layout
-    stretches, losses = _stretches(path, "/samples", messages["/samples"], header, layout.width)
+    data, damage = open_bytes(path), list[str]()
+    messages = _Messages(path, data)
+    for place, records in read_chunks(path, data, damage):
+        messages.add(place, records)
+    header, index = messages.header, messages.index
+    stretches, losses = index.stretches("/samples")
     groups = {}
-    for number, group in enumerate(layout.groups, FIRST_GROUP):
-        topic = f"/samples/{group.name}"
-        # Without the first chunk, a channel has only its number.
-        of_group = messages[str(number)] + messages[topic]
-        groups[group.name], group_losses = _stretches(
-            path, topic, of_group, header, group.layout.width
-        )
+    for group in header.layout.groups:
+        groups[group.name], group_losses = index.stretches(f"/samples/{group.name}")
         losses += [f"group {group.name}: {loss}" for loss in group_losses]
-    pinches, lost_marks = _read(messages["/pinch"], read_mark, "pinch marks")
+    pinches, lost_marks = _read(messages.texts["/pinch"], read_mark, "pinch marks")
     pinches = _distinct_marks(path, pinches)
-    markers, lost_markers = _read(messages["/marker"], read_marker, "markers")
+    markers, lost_markers = _read(messages.texts["/marker"], read_marker, "markers")
     skipped = (*damage, *losses, *_missing_marks(pinches), *lost_marks, *lost_markers)
     for sentence in skipped:
         _log.info("%s: %s", path, sentence)
     return Recording(path, header, stretches, pinches, markers, skipped, groups)
 
 
-def _by_topic(records: Iterable[Record]) -> Mapping[str, list[bytes]]:
-    """Return the contents of messages by topic, in file order."""
-    messages: defaultdict[str, list[bytes]] = defaultdict(list)
-    topics = dict(TOPICS)
-    for number, content in records:
-        if isinstance(content, str):
-            topics[number] = content
+class _Messages:
+    """Contents of the messages with text by topic, and places of the messages with samples."""
+
+    def __init__(self, path: Path, data: FileBytes) -> None:
+        self._path, self._data = path, data
+        self.texts: defaultdict[str, list[bytes]] = defaultdict(list)
+        self._headers: dict[bytes, None] = {}
+        self._topics = dict(TOPICS)
+        self._index: _Index | None = None
+        self._waiting: list[tuple[str, int, bytes, slice]] = []  # until the first header
+
+    def add(self, place: slice, records: Iterable[Record]) -> None:
+        """Add the records of a chunk, in file order."""
+        for number, content in records:
+            if isinstance(content, str):
+                self._topics[number] = content
+                continue
+            topic = self._topics.get(number, str(number))
+            if topic == "/header":
+                self._headers.setdefault(content.rstrip(b" "))
+            elif topic in TOPICS.values() and topic != "/samples":
+                self.texts[topic].append(content)
+            else:
+                self._waiting.append((topic, number, content, place))
+        if self._index is None and self._headers:
+            with suppress(InputError):
+                self._index = _Index(self._path, self._data, self.header)
+        if self._index is not None:
+            for message in self._waiting:
+                self._index.add(*message)
+            self._waiting = []
+
+    @property
+    def header(self) -> Header:
+        """Usable header. Without one, the error of the first header is raised."""
+        return _header(self._path, list(self._headers))
+
+    @property
+    def index(self) -> _Index:
+        """Places of the samples."""
+        return self._index or _Index(self._path, self._data, self.header)
+
+
+class _Index:
+    """Places of the samples in a file, by topic."""
+
+    def __init__(self, path: Path, data: FileBytes, header: Header) -> None:
+        self._path = path
+        layout = header.layout
+        self._stores = {"/samples": Store(path, data, header.dtype, layout.width)}
+        self._topics = {"/samples": "/samples"}
+        for number, group in enumerate(layout.groups, FIRST_GROUP):
+            topic = f"/samples/{group.name}"
+            self._stores[topic] = Store(path, data, header.dtype, group.layout.width)
+            # Without the first chunk, a channel has only its number.
+            self._topics |= {topic: topic, str(number): topic}
+        self._spans: defaultdict[str, list[tuple[int, Span]]] = defaultdict(list)
+        self._bad: Counter[str] = Counter()
+        self._misfits: set[str] = set()
+
+    def add(self, topic: str, channel: int, content: bytes, place: slice) -> None:
+        """Add a message of the chunk at this place."""
+        if topic not in self._topics:
+            return
+        topic = self._topics[topic]
+        block = usable_block(content, self._stores[topic].dtype)
+        if block is None:
+            self._bad[topic] += 1
+        elif block.data.shape[1] != self._stores[topic].columns:
+            self._misfits.add(topic)
         else:
-            messages[topics.get(number, str(number))].append(content)
-    return messages
+            spans, first = self._spans[topic], block.first_sample
+            span = Span(channel, first, first, block.end, place.start, place.stop)
+            epoch, last = spans[-1] if spans else (-1, span)
+            if (epoch, last.channel, last.end) == (block.epoch, channel, first) and (
+                place.stop - last.start <= SPAN or place.stop == last.stop
+            ):
+                spans[-1] = epoch, last._replace(end=block.end, stop=place.stop)
+            else:
+                spans.append((block.epoch, span))
+
+    def stretches(self, topic: str) -> tuple[tuple[Block, ...], list[str]]:
+        """Return the unbroken samples of a topic, and descriptions of losses."""
+        store = self._stores[topic]
+        if topic in self._misfits:
+            raise InputError(
+                f"{self._path}: {topic} does not have the {store.columns} columns of the header's "
+                "layout: write the file again from its source"
+            )
+        try:
+            stretches, losses = join([Stretch(store, e, [span]) for e, span in self._spans[topic]])
+        except ValueError as error:
+            raise _merged(self._path, f"in {topic} {error}") from error
+        bad = self._bad[topic]
+        unusable = [f"{bad} messages hold no samples and were left out"] if bad else []
+        return stretches, [*unusable, *losses]
 
 
 def _header(path: Path, headers: list[bytes]) -> Header:
@@ -185,43 +266,6 @@ def _distinct_marks(path: Path, marks: Iterable[PinchMark]) -> tuple[PinchMark, 
         if one.label != other.label and 2 * (shared - 1) > longer:
             raise _merged(path, f"two labels for the samples from number {other.first_sample} on")
     return distinct
-
-
-def _stretches(
-    path: Path, topic: str, messages: list[bytes], header: Header, columns: int
-) -> tuple[tuple[Block, ...], list[str]]:
-    """Return the unbroken samples in the messages of a topic, and descriptions of losses."""
-    blocks = []
-    bad = 0
-    for data in messages:
-        try:
-            block = read_block(data, header.dtype)
-        except ValueError:
-            bad += 1
-            continue
-        if block.data.shape[1] != columns:
-            raise InputError(
-                f"{path}: {topic} does not have the {columns} columns of the header's layout: "
-                "write the file again from its source"
-            )
-        if block.end <= LAST_SAMPLE and _is_finite(block):
-            blocks.append(block)
-        else:
-            bad += 1
-    try:
-        stretches, losses = join(blocks)
-    except ValueError as error:
-        raise _merged(path, f"in {topic} {error}") from error
-    unusable = [f"{bad} messages hold no samples and were left out"] if bad else []
-    return stretches, [*unusable, *losses]
-
-
-def _is_finite(block: Block) -> bool:
-    """Return True if all values are finite and not too large, as integers always are."""
-    if block.data.dtype.kind != "f":
-        return True
-    with np.errstate(invalid="ignore"):
-        return bool((np.abs(block.data) <= LARGEST).all())
 
 
 def _read(
@@ -273,16 +317,16 @@ def _join_epoch(blocks: list[Block]) -> tuple[list[Block], list[str]]:
     for block in sorted(blocks, key=lambda b: b.first_sample):
         rest = block
         if farthest is not None and block.first_sample < farthest.end:
-            overlap = min(farthest.end - block.first_sample, len(block.data))
-            start = block.first_sample - farthest.first_sample
-            if not np.array_equal(farthest.data[start : start + overlap], block.data[:overlap]):
+            overlap = min(farthest.end, block.end) - block.first_sample
+            shared = block.first_sample, block.first_sample + overlap
+            if not np.array_equal(farthest.part(*shared).data, block.part(*shared).data):
                 raise ValueError(f"two values for samples from number {block.first_sample} on")
             doubled += overlap
-            rest = Block(block.data[overlap:], block.first_sample + overlap, block.epoch)
-        if len(rest.data):
+            rest = block.part(block.first_sample + overlap, block.end)
+        if rest.end > rest.first_sample:
             accepted.append(rest)
             farthest = block
-    stretches = merge_blocks(accepted)
+    stretches = merge(accepted)
     gaps = [b.first_sample - a.end for a, b in pairwise(stretches)]
     if doubled:
         trouble.append(f"{doubled} samples came twice; the first were kept")

@@ -60,8 +60,7 @@ def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
                     f"{file.name}: pinch {mark.number} has missing samples and is left out"
                 )
             else:
-                # A view would keep the whole recording in memory.
-                pinches.append(replace(pinch, data=pinch.data.copy()))
+                pinches.append(pinch)
     if first is None or not pinches:
         name = ", ".join(map(str, paths)) or "an empty list of recordings"
         reason = f" ({losses[0]})" if losses else ""
@@ -124,7 +123,7 @@ def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDA
     stretch = stretches[place - 1] if place else None
     if stretch is None or stretch.epoch != epoch or end > stretch.end:
         return None
-    return stretch.data[first - stretch.first_sample : end - stretch.first_sample]
+    return stretch.part(first, end).data
 
 
 def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple[Path, ...]:

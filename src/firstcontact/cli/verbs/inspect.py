@@ -99,7 +99,7 @@ def _lines(recording: Recording) -> Iterator[str]:
     yield f"channels    {layout.width} ({header.dtype}): {names}"
     for group in layout.groups:
         layout_of_group = group.layout
-        count = sum(len(s.data) for s in recording.groups[group.name])
+        count = sum(s.end - s.first_sample for s in recording.groups[group.name])
         width, samples = counted(layout_of_group.width, "channel"), counted(count, "sample")
         yield f"group       {group.name}: {width} at {layout_of_group.rate:g} Hz, {samples}"
     epochs = len({s.epoch for s in recording.stretches})

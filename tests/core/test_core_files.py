@@ -14,6 +14,7 @@ from firstcontact.core.files import (
     creating,
     displaced_folder,
     files_below,
+    given_path,
     open_regular,
     read_regular,
     replacing,
@@ -254,3 +255,37 @@ def test_files_and_working_folders_are_refused(out, tmp_path, monkeypatch):
         with pytest.raises(InputError):
             write_folder(place)
     assert content(out) == OLD
+
+
+def taken_meanwhile(new, out):
+    """Write a folder, and a file in the place that it shall have."""
+    write_text(new / "model.json", "made")
+    out.write_text("of another program")
+
+
+def test_content_is_kept_if_the_last_rename_is_refused(tmp_path):
+    out = tmp_path / "model"
+    with pytest.raises(InputError) as refused, replacing_folder(out) as new:
+        taken_meanwhile(new, out)
+    (kept,) = tmp_path.glob("model-*/model.json")
+    assert kept.read_text() == "made"
+    assert str(out) in str(refused.value)
+    assert str(kept.parent) in str(refused.value)
+
+
+@pytest.mark.parametrize("path", ["a" * 5000, "a/" * 3000, "\ud800"])
+def test_paths_that_no_disk_has_are_refused(path):
+    with pytest.raises(InputError) as refused:
+        given_path(path)
+    assert refused.value.parameter == "path"
+    assert len(str(refused.value)) < 200
+
+
+def test_a_user_without_a_home_is_asked_for_one():
+    code = "from firstcontact.core.files import cache_path; cache_path('x')"
+    nobody = f"import os, pwd; pwd.getpwuid = lambda n: pwd.getpwnam('no one'); {code}"
+    run = subprocess.run(
+        [sys.executable, "-c", nobody], env={}, capture_output=True, text=True, check=False
+    )
+    assert "InputError" in run.stderr
+    assert "XDG_CACHE_HOME" in run.stderr

@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from safetensors.numpy import save
 
 from firstcontact.core import InputError
-from firstcontact.models import Model, Task, WindowModel, WindowPredictor, make_estimator
+from firstcontact.models import (
+    Model,
+    Task,
+    WindowModel,
+    WindowPredictor,
+    load_model,
+    make_estimator,
+)
 from firstcontact.models.card import TrainingData, TrainingRecord, WindowCard
 from firstcontact.models.model_file import read_card
 from firstcontact.testing.synthetic import RATE, toy_windows
@@ -202,3 +209,13 @@ def test_digests_that_are_none(folder: Path, digests: NDArray[Any]) -> None:
     vouch(folder, save({**arrays, "pinches": digests}))
     with pytest.raises(InputError, match=WEIGHTS):
         load_window(folder)
+
+
+def test_a_model_whose_folder_refuses_it_is_written_elsewhere(folder: Path, tmp_path: Path) -> None:
+    model, gone = load_model(folder), tmp_path / ".gone.0123abcd.part" / "gone"
+    gone.parent.write_text("a file where a folder shall be")
+    with pytest.raises(InputError) as refused:
+        model.write(gone)
+    (kept,) = tmp_path.glob("gone-*")
+    assert str(kept) in str(refused.value)
+    assert load_model(kept).estimators == model.estimators

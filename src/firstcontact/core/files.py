@@ -17,6 +17,7 @@ import json
 import os
 import re
 import shutil
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -44,6 +45,16 @@ def given_path(path: object, parameter: str = "path") -> Path:
             f"{os.fspath(path)!r} contains a zero byte: remove it",
             parameter=parameter,
         )
+    try:
+        os.lstat(path)
+    except UnicodeEncodeError:
+        message = f"{path!r} has characters that no path can have: remove them"
+        raise InputError(message, parameter=parameter) from None
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            start = f"{str(path)[:60]}..."
+            message = f"a path is too long for this disk ({start!r}): give a shorter one"
+            raise InputError(message, parameter=parameter) from None
     return Path(path)
 
 
@@ -107,7 +118,9 @@ def temporary_path(path: Path) -> Iterator[Path]:
 
 def cache_path(name: str) -> Path:
     """Return a path in the user's cache, in ``XDG_CACHE_HOME`` or ``~/.cache``."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111
+    if base.startswith("~"):  # as in a container whose user has no entry
+        raise InputError("no folder of this user is known: set HOME or XDG_CACHE_HOME")
     return Path(base) / "firstcontact" / name
 
 
@@ -165,12 +178,34 @@ def replacing_folder(path: Path) -> Iterator[Path]:
                 shutil.rmtree(leftover, ignore_errors=True)
             new.mkdir()
             yield new
-            _swap(path, new)
+            try:
+                _swap(path, new)
+            except OSError as error:
+                raise written_elsewhere(
+                    path, error, lambda folder: shutil.copytree(new, folder, dirs_exist_ok=True)
+                ) from error
     except OSError as error:
         if error.filename is not None:
             raise
         # The error of a full disk holds no file name.
         raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def written_elsewhere(
+    path: Path, error: OSError, write: Callable[[Path], object]
+) -> OSError | InputError:
+    """Write a folder in another place if its own refuses it. Return the error that names both."""
+    if path.parent.suffix == ".part":  # this folder is temporary
+        path = path.parent.with_name(path.name)
+    for base in (path.parent, Path(tempfile.gettempdir()), Path.cwd()):
+        with suppress(OSError):
+            place = Path(tempfile.mkdtemp(prefix=f"{path.name}-", dir=base))
+            write(place)
+            return InputError(
+                f"{path} cannot be written ({error.strerror or error}): what belongs in it is in "
+                f"{place}: move it to another folder"
+            )
+    return error
 
 
 def displaced_folder(path: Path) -> Path | None:

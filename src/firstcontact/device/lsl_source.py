@@ -7,7 +7,6 @@ import os
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,7 +49,8 @@ def lsl_library() -> Any:
         raise InputError(f"LSL needs liblsl ({error}): {install_command('live')}") from error
     # Without a settings file of the user, liblsl prints its settings on standard error.
     files = ("lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
-    if "LSLAPICFG" not in os.environ and not any(Path(f).expanduser().exists() for f in files):
+    has_file = any(map(os.path.exists, map(os.path.expanduser, files)))
+    if "LSLAPICFG" not in os.environ and not has_file:
         with suppress(AttributeError, NotImplementedError):  # liblsl before 1.17.7
             pylsl.set_config_content("[log]\nlevel = -1\n")
     return pylsl

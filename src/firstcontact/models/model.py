@@ -16,7 +16,7 @@ import numpy as np
 from firstcontact.contact import Detector, load_detector, save_detector
 from firstcontact.contact.detector_file import pretrained_detector
 from firstcontact.core import Contact, Dataset, InputError
-from firstcontact.core.files import given_path, replacing_folder
+from firstcontact.core.files import given_path, replacing_folder, written_elsewhere
 from firstcontact.core.weights import DETECTOR_CARD
 from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models._regressor import class_name
@@ -220,7 +220,16 @@ class Model:
         return folder
 
     def write(self, folder: Path) -> None:
-        """Write the files of the model into an empty folder, as :meth:`save` does."""
+        """Write the files of the model into an empty folder, as :meth:`save` does.
+
+        If its disk refuses them, they are in another folder, which the InputError names.
+        """
+        try:
+            self._write(folder)
+        except OSError as error:
+            raise written_elsewhere(folder, error, self._write) from error
+
+    def _write(self, folder: Path) -> None:
         if self.detector is not None:
             save_detector(self.detector, folder, self.detector_data)
         if self.predictors:

@@ -46,11 +46,11 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.models import Touches, load_model
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.anytime import Predictor, PredictorLadder
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.svm import SvmModel, shape_and_level, svm_machine
 from firstcontact.signal import contact_windows, samples_in
 from firstcontact.streaming import PinchDone, Pipeline
-from firstcontact.streaming.predictors import AnytimePredictor, Predictor, WindowLadder
 from firstcontact.streaming.twin import twin_model
 from firstcontact.twin import TwinStream
 from firstcontact.twin.sensor import DeviceFilter
@@ -76,7 +76,7 @@ def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[Pinch
     return time.perf_counter() - begin, pinches
 
 
-def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
+def one_answer(model: RigModel, seed: int, times: int = 5000) -> str:
     """Return the wall-clock time and the processor time of one prediction of an any-time model."""
     rng = np.random.default_rng(seed)
     samples = samples_in(Touches.LONGEST, LAYOUT.rate)
@@ -281,10 +281,10 @@ def main() -> dict[str, float]:
         trained = load_model(folder)
         detector, model = trained.own_detector, trained.windows[0].model
         assert trained.network is not None
-        anytime = trained.network.model
+        anytime = trained.network
         predictors: tuple[Predictor, ...] = (
-            AnytimePredictor(anytime),
-            WindowLadder(trained.windows),
+            anytime,
+            PredictorLadder(trained.windows),
         )
         assert isinstance(model, SvmModel)
         twin = TwinStream("paper-rig", None, settings.seed)

@@ -79,7 +79,7 @@ def gain(blocks: Pinches, objects: Pinches, count: int) -> float:
         each = {finger: rig for finger, (rig, _) in known.items()}
         for place, rigs in enumerate(({Rig.ANY: each[Rig.ANY]}, each)):
             model = pretrained().conditioned_on(rigs)
-            squares[place] += np.mean((model.predict(asked).value - truth) ** 2)
+            squares[place] += np.mean((model.predict_touches(asked).value - truth) ** 2)
     one, each = np.sqrt(squares / DRAWS)
     return float(each - one)
 

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from firstcontact.contact.finder import find_onsets
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Rig, Touches
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import resample, samples_in
 from firstcontact_lab.report.tables import fill, markdown_table
 
@@ -157,10 +157,12 @@ def joined(parts: Iterator[Touches]) -> Touches:
     return cut_touches([signal for part in parts for signal in part.signals])
 
 
-def count_out_of_range(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
+def count_out_of_range(model: RigModel, touches: Touches) -> NDArray[np.float64]:
     """Return the number of contacts out of range at each of ``TIMES``."""
     longest = [samples_in(1e-3 * ms, touches.rate) for ms in TIMES]
-    return np.array([model.predict(touches.until(n)).out_of_range.sum() for n in longest], float)
+    return np.array(
+        [model.predict_touches(touches.until(n)).out_of_range.sum() for n in longest], float
+    )
 
 
 def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:

@@ -9,8 +9,9 @@ from typing import Any
 
 from safetensors.numpy import load_file, save
 
-from firstcontact.models import Model, RigPredictor, WindowModel, WindowPredictor, load_model
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models import Model, WindowModel, WindowPredictor, load_model
+from firstcontact.models.card import TrainingRecord
+from firstcontact.models.rig_model import RigModel
 
 CARD, WEIGHTS = "model.json", "weights.safetensors"
 
@@ -25,16 +26,16 @@ def load_window(folder: Path) -> WindowModel:
     return load_model(folder).windows[0].model
 
 
-def save_network(model: InContextModel, folder: Path, **fields: Any) -> Path:
-    """Save a folder with only a network. `fields` are the fields of its predictor's card."""
-    return Model(predictors=(RigPredictor(model, **fields),)).save(folder)
+def save_network(model: RigModel, folder: Path, record: TrainingRecord = RigModel.record) -> Path:
+    """Save a folder with only a network."""
+    return Model(predictors=(model.with_record(record),)).save(folder)
 
 
-def load_network(folder: Path) -> InContextModel:
+def load_network(folder: Path) -> RigModel:
     """Load the network of a folder."""
     network = load_model(folder).network
     assert network is not None
-    return network.model
+    return network
 
 
 def edit(folder: Path, card: str = CARD, **changes: Any) -> None:

@@ -29,7 +29,7 @@ from firstcontact.export.budget import forms, microseconds
 from firstcontact.export.hand_image import hand_image
 from firstcontact.export.parts import NamedModel
 from firstcontact.models import ESTIMATORS, Interval, Task, Touches, WindowModel, adapt
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.training import labelled_windows, train_final_model
 from firstcontact.recording import load_dataset
 from firstcontact.twin import TwinStream, simulate
@@ -128,7 +128,7 @@ def of_chain(sets: list[Dataset], out: Path) -> tuple[Numbers, Numbers]:
     made = adapt(learn, seed=SEED)
     made.save(out / "adapted")
     assert made.network is not None
-    model = made.network.model
+    model = made.network
     image = Image(hand_image(out / "adapted").data)
     layout = sets[0].layout
     streams: list[parity.Samples] = [(p.data, None) for dataset in sets for p in dataset.pinches]
@@ -153,12 +153,12 @@ def _touches(dataset: Dataset) -> tuple[Touches, NDArray[np.intp]]:
     return touches.take(long_enough), indices[long_enough]
 
 
-def _running(model: InContextModel, held_out: Dataset, objects: Dataset) -> Numbers:
+def _running(model: RigModel, held_out: Dataset, objects: Dataset) -> Numbers:
     """Return error, width and coverage of the last prediction before the second contact."""
     scores: Numbers = {}
     for name, dataset in (("blocks", held_out), ("objects", objects)):
         touches, indices = _touches(dataset)
-        answers, truth = model.predict(touches), dataset.shore_a[indices]
+        answers, truth = model.predict_touches(touches), dataset.shore_a[indices]
         scores[name] = rmse(answers.value - truth)
         scores[f"{name}_width"] = float((answers.high - answers.low).mean())
         inside = (answers.low <= truth) & (truth <= answers.high)

@@ -27,9 +27,9 @@ from firstcontact.chain.touch import (
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Rig, load_model
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig import RigSpeeds
+from firstcontact.models.rig_model import RigModel
 from firstcontact.streaming.twin import SHIPPED
 from ringing import ringing
 
@@ -37,7 +37,7 @@ LEAD, SAMPLES = 197, 74
 
 
 @cache
-def models() -> dict[str, InContextModel]:
+def models() -> dict[str, RigModel]:
     """Return the network with an unknown rig, with a known one, and with a regression."""
     network = load_model(SHIPPED).network
     assert network is not None
@@ -49,7 +49,7 @@ def models() -> dict[str, InContextModel]:
         "deaf": pretrained().conditioned_on({Rig.ANY: replace(rig, pitch=None)}),
         "alone": pretrained().conditioned_on({Rig.ANY: rig}),
         "speeds": pretrained().conditioned_on({Rig.ANY: quick, 1: replace(quick, sign=-1.0)}),
-        "combined": network.model,
+        "combined": network,
     }
 
 
@@ -216,7 +216,7 @@ def test_each_kind_of_number_gives_the_same_prediction(kind: str) -> None:
 def test_a_model_that_was_used_can_be_pickled() -> None:
     model, signal = models()["combined"], contact(1)
     expected = ask(model.image, signal, 20)
-    again: InContextModel = pickle.loads(pickle.dumps(model))
+    again: RigModel = pickle.loads(pickle.dumps(model))
     np.testing.assert_array_equal(ask(again.image, signal, 20), expected)
 
 

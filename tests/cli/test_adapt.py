@@ -60,7 +60,7 @@ def test_recordings_make_a_model_that_knows_the_rig(
     dataset = load_dataset(blocks)
     touches, which = Touches.cut(dataset, [p.first for p in dataset.pinches])
     mine, unknown = (
-        np.nanmean(np.abs(model.predict(touches).value - dataset.shore_a[which]))
+        np.nanmean(np.abs(model.predict_touches(touches).value - dataset.shore_a[which]))
         for model in (load_network(out), pretrained())
     )
     assert mine < unknown

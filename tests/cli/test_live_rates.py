@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Label
-from firstcontact.models import RigPredictor, load_model
+from firstcontact.models import load_model
 from firstcontact.models.model_file import pretrained
 from firstcontact.recording import Header, read_recording, write_dataset
 from firstcontact.signal import resample_dataset
@@ -100,7 +100,7 @@ def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
     path = recorded(resample_dataset(pinches, FAST), tmp_path / "fast")
     alone = LiveOutput(capsys, path, "--model", fast_model)
     model = load_model(fast_model)
-    network = RigPredictor(pretrained())
+    network = pretrained()
     folder = replace(model, predictors=(network, *model.predictors)).save(tmp_path / "both")
     both = LiveOutput(capsys, path, "--model", folder)
     assert (alone.code, both.code) == (0, 0), both.messages

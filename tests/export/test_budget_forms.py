@@ -17,7 +17,7 @@ from firstcontact.testing import closings
 from firstcontact.testing.synthetic import RATE, toy_windows
 
 if TYPE_CHECKING:
-    from firstcontact.models.in_context import InContextModel
+    from firstcontact.models.rig_model import RigModel
 
 
 def test_a_smaller_form_has_a_wider_interval() -> None:
@@ -55,5 +55,5 @@ def test_window_models_are_held_to_the_budget() -> None:
 
 
 def test_a_network_is_left_as_it_is() -> None:
-    network = cast("InContextModel", object())  # what touches it fails
+    network = cast("RigModel", object())  # what touches it fails
     assert small_enough(Trained(anytime=network), closings(8), 30.0).anytime is network

@@ -17,8 +17,8 @@ def test_default_model_with_a_rig_of_each_finger_fits_and_gives_the_events_of_th
     folder = twin_model("paper-rig", 0)
     model = load_model(folder)
     assert model.network is not None
-    network = model.network.model
-    assert (network.kind, set(network.regressions)) == ("combined", {-1, 0, 1})
+    network = model.network
+    assert (network.name, set(network.regressions)) == ("combined", {-1, 0, 1})
     data = hand_image(folder).data
     assert len(data) < 256 * 1024
     whole = build_image(

@@ -28,9 +28,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     model = learned(ESTIMATORS.default, Task.REGRESSION)
     shipped = shipped_model()
     assert shipped.network is not None
-    MODEL_EXPORTERS["c"].write(
-        Trained((model,), shipped.own_detector, shipped.network.model), folder
-    )
+    MODEL_EXPORTERS["c"].write(Trained((model,), shipped.own_detector, shipped.network), folder)
     return folder
 
 

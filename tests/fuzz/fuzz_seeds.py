@@ -189,7 +189,7 @@ def _models(folder: Path, seeds: Seeds) -> None:
 def _anytime(folder: Path, seeds: Seeds) -> None:
     """Write models conditioned on a random rig, with a detector."""
     from firstcontact.contact import load_detector
-    from firstcontact.models import Model, Rig, RigPredictor
+    from firstcontact.models import Model, Rig
     from firstcontact.models.model_file import pretrained
 
     rng = np.random.default_rng(3)
@@ -199,7 +199,7 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
     model = pretrained().conditioned_on({Rig.ANY: rig, 0: rig})
     detector = load_detector(seeds.models[0])
     out = folder / "in_context"
-    seeds.models.append(Model(detector, (RigPredictor(model),)).save(out))
+    seeds.models.append(Model(detector, (model,)).save(out))
 
 
 def _wav(folder: Path) -> None:

@@ -9,13 +9,13 @@ import pytest
 
 from firstcontact.core import InputError
 from firstcontact.models import Rig, Touches
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import (
     LEAST_OF_FINGER,
     MOST_OF_LEVEL,
     adapt_network,
 )
+from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import samples_in
 from ringing import ringing
 
@@ -83,10 +83,10 @@ def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
     assert f"{made.mean_rmse:.1f}" in made.refusal
 
 
-def coverage(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
+def coverage(model: RigModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
     """Return the share of truths in the intervals at each time."""
     by_time = [
-        model.predict(touches.until(samples_in(1e-3 * ms, touches.rate)))
+        model.predict_touches(touches.until(samples_in(1e-3 * ms, touches.rate)))
         for ms in Touches.SCORED_MS
     ]
     return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])

@@ -13,8 +13,8 @@ import pytest
 from firstcontact.core import InputError
 from firstcontact.models import Rig
 from firstcontact.models.card import TrainingRecord
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained, pretrained_folder, read_card
+from firstcontact.models.rig_model import RigModel
 from ringing import ringing
 from saved import CARD, WEIGHTS, edit, load_arrays, load_network, replace_arrays, save_network
 
@@ -28,8 +28,8 @@ def folder(tmp_path: Path) -> Path:
     return save_network(MODEL, tmp_path / "model", record=TrainingRecord(pinches=40))
 
 
-def _same(one: InContextModel, other: InContextModel) -> bool:
-    first, second = (m.predict(KNOWN) for m in (one, other))
+def _same(one: RigModel, other: RigModel) -> bool:
+    first, second = (m.predict_touches(KNOWN) for m in (one, other))
     return all(
         np.allclose(getattr(first, n), getattr(second, n), atol=1e-3)
         for n in ("value", "spread", "low", "high", "out_of_range")
@@ -127,4 +127,4 @@ def test_a_prediction_that_is_no_number_is_never_silent() -> None:
     signals = KNOWN.signals.copy()
     signals[3] = np.nan
     with pytest.raises(InputError, match="contact 3"), np.errstate(invalid="ignore"):
-        MODEL.predict(replace(KNOWN, signals=signals))
+        MODEL.predict_touches(replace(KNOWN, signals=signals))

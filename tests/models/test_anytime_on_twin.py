@@ -16,8 +16,8 @@ import pytest
 from firstcontact.core.layout import ADC_VOLTS
 from firstcontact.core.layout import FINGERTIP_RATE as RATE
 from firstcontact.models import Predictions, Rig, Touches
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
@@ -35,7 +35,7 @@ def made(name: str) -> RigSet:
 
 
 @cache
-def knowing(name: str) -> InContextModel:
+def knowing(name: str) -> RigModel:
     rig_set = made(name)
     blocks = rig_set.indices(Use.BLOCKS)
     rig = Rig.fit(rig_set.touches.take(blocks), rig_set.windows.y[blocks])
@@ -56,7 +56,7 @@ def width(answers: Predictions) -> float:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("samples", TIMES)
 def test_intervals_lie_on_the_scale_around_their_answers(name: str, samples: int) -> None:
-    answers = knowing(name).predict(objects(name)[0].until(samples))
+    answers = knowing(name).predict_touches(objects(name)[0].until(samples))
     assert (answers.low >= 0).all()
     assert (answers.high <= 100).all()
     assert ((answers.low <= answers.value) & (answers.value <= answers.high)).all()
@@ -66,7 +66,10 @@ def test_intervals_lie_on_the_scale_around_their_answers(name: str, samples: int
 @pytest.mark.parametrize("name", NAMES)
 def test_a_rig_that_is_not_known_has_wider_intervals(name: str) -> None:
     touches, truth = objects(name)
-    conditioning, unknown = knowing(name).predict(touches), pretrained().predict(touches)
+    conditioning, unknown = (
+        knowing(name).predict_touches(touches),
+        pretrained().predict_touches(touches),
+    )
     assert width(unknown) > 1.2 * width(conditioning)
     error, blind = (np.mean((a.value - truth) ** 2) for a in (conditioning, unknown))
     assert error < blind
@@ -77,14 +80,16 @@ def test_most_truths_lie_in_their_intervals(name: str) -> None:
     """The bound is far below the nominal level, because coverage is defined over many rigs."""
     touches, truth = objects(name)
     for samples in TIMES:
-        answers = knowing(name).predict(touches.until(samples))
+        answers = knowing(name).predict_touches(touches.until(samples))
         assert np.mean((answers.low <= truth) & (truth <= answers.high)) > 0.7
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("samples", [*TIMES, 20, 45, 62, 70])  # at stages, and between them
 def test_the_twins_own_contacts_are_rarely_strange(name: str, samples: int) -> None:
-    assert knowing(name).predict(objects(name)[0].until(samples)).out_of_range.mean() <= 0.05
+    assert (
+        knowing(name).predict_touches(objects(name)[0].until(samples)).out_of_range.mean() <= 0.05
+    )
 
 
 def _dead(signals: np.ndarray, lead: int, level: float) -> None:
@@ -126,7 +131,7 @@ def test_what_is_like_nothing_is_strange(
     fault(signals, touches.lead, knowing(name).rigs[Rig.ANY].level)
     valid_lengths = np.full(len(touches), LONGEST)
     faulty = replace(touches, signals=signals.astype(np.float32), valid=valid_lengths)
-    assert knowing(name).predict(faulty.until(samples)).out_of_range.mean() >= least
+    assert knowing(name).predict_touches(faulty.until(samples)).out_of_range.mean() >= least
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -138,7 +143,7 @@ def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
     """Without a known rig, predictions do not depend on the gain."""
     touches, _ = objects(name)
     louder = replace(touches, signals=np.float32(gain) * touches.signals)
-    assert pretrained().predict(louder.until(samples)).out_of_range.mean() <= 0.05
+    assert pretrained().predict_touches(louder.until(samples)).out_of_range.mean() <= 0.05
 
 
 def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Touches:
@@ -173,4 +178,4 @@ def hiss(t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def test_a_signal_unlike_a_touch_is_strange(name: str, make: Any) -> None:
     model = pretrained() if name == "no rig" else knowing(name)
     for samples in TIMES[2:]:  # the first half of a wave looks like a touch
-        assert model.predict(foreign(make).until(samples)).out_of_range.mean() >= 0.95
+        assert model.predict_touches(foreign(make).until(samples)).out_of_range.mean() >= 0.95

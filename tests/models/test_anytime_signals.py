@@ -11,8 +11,8 @@ from firstcontact.chain.touch import HINTS
 from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Rig, Touches
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.window_model import Values
 from ringing import LONGEST, SHORTEST, ringing
 
@@ -21,7 +21,7 @@ ASKED, TRUTH, _ = ringing(40, seed=2, levels=(15.0, 25.0, 50.0))
 ENDS = np.random.default_rng(1).integers(SHORTEST, LONGEST + 1, len(ASKED))
 
 
-def knowing(touches: Touches, shore_a: Values = SHORE_A) -> InContextModel:
+def knowing(touches: Touches, shore_a: Values = SHORE_A) -> RigModel:
     return pretrained().conditioned_on({Rig.ANY: Rig.fit(touches, shore_a)})
 
 
@@ -38,16 +38,16 @@ def spoilt(touches: Touches, with_: float) -> Touches:
 
 @pytest.mark.parametrize("gain", [0.5, 20.0])
 def test_answers_do_not_depend_on_the_gain_of_the_rig(gain: float) -> None:
-    plain = knowing(KNOWN).predict(ASKED)
-    loud = knowing(scaled(KNOWN, gain)).predict(scaled(ASKED, gain))
+    plain = knowing(KNOWN).predict_touches(ASKED)
+    loud = knowing(scaled(KNOWN, gain)).predict_touches(scaled(ASKED, gain))
     # What the converter could not tell from silence is added to spectra: they are near, not equal.
     assert np.allclose(plain.value, loud.value, atol=0.5)
     assert np.allclose(plain.spread, loud.spread, atol=0.5)
 
 
 def test_a_disc_that_is_wired_backwards_gives_the_same_answers() -> None:
-    plain = knowing(KNOWN).predict(ASKED)
-    backwards = knowing(scaled(KNOWN, -1.0)).predict(scaled(ASKED, -1.0))
+    plain = knowing(KNOWN).predict_touches(ASKED)
+    backwards = knowing(scaled(KNOWN, -1.0)).predict_touches(scaled(ASKED, -1.0))
     assert np.allclose(plain.value, backwards.value)
     assert np.array_equal(plain.out_of_range, backwards.out_of_range)
 
@@ -56,8 +56,8 @@ def test_a_disc_that_is_wired_backwards_gives_the_same_answers() -> None:
 def test_samples_after_the_valid_ones_are_never_used(with_: float) -> None:
     conditioning = replace(KNOWN, valid=np.resize(ENDS, len(KNOWN)))
     queries = replace(ASKED, valid=ENDS)
-    plain = knowing(conditioning).predict(queries)
-    other = knowing(spoilt(conditioning, with_)).predict(spoilt(queries, with_))
+    plain = knowing(conditioning).predict_touches(queries)
+    other = knowing(spoilt(conditioning, with_)).predict_touches(spoilt(queries, with_))
     for name in ("value", "spread", "low", "high", "out_of_range"):
         assert np.array_equal(getattr(plain, name), getattr(other, name))
         assert np.isfinite(getattr(plain, name)).all()
@@ -65,9 +65,9 @@ def test_samples_after_the_valid_ones_are_never_used(with_: float) -> None:
 
 def test_another_rate_and_too_few_samples_are_refused() -> None:
     with pytest.raises(InputError, match="resample"):
-        knowing(KNOWN).predict(replace(ASKED, rate=2000.0))
+        knowing(KNOWN).predict_touches(replace(ASKED, rate=2000.0))
     with pytest.raises(InputError, match="wait for more"):
-        knowing(KNOWN).predict(ASKED.until(SHORTEST - 1))
+        knowing(KNOWN).predict_touches(ASKED.until(SHORTEST - 1))
     with pytest.raises(InputError, match="Shore A"):
         Rig.fit(KNOWN.take(np.zeros(len(KNOWN), np.bool_)), SHORE_A[:0])
 

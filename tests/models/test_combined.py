@@ -12,9 +12,10 @@ import firstcontact as fc
 from firstcontact.core import Dataset, InputError
 from firstcontact.export.parts import exported_parts
 from firstcontact.models import LabelledTouches, Rig
-from firstcontact.models.combined import CombinedEstimator, CombinedModel, adapt_combined
+from firstcontact.models.combined import CombinedEstimator, adapt_combined
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import Adapted, adapt_network
+from firstcontact.models.rig_model import RigModel
 from firstcontact.recording import load_dataset
 from trainings import recordings
 
@@ -39,13 +40,13 @@ def adapted(labelled: LabelledTouches) -> Adapted:
 
 
 @pytest.fixture(scope="module")
-def model(adapted: Adapted) -> CombinedModel:
-    assert isinstance(adapted.model, CombinedModel)
+def model(adapted: Adapted) -> RigModel:
+    assert adapted.model.regressions
     return adapted.model
 
 
 def test_far_from_the_rigs_pinches_the_network_counts_more(
-    model: CombinedModel, labelled: LabelledTouches
+    model: RigModel, labelled: LabelledTouches
 ) -> None:
     _, near = model.regress(labelled.touches)
     strange = replace(labelled.touches, signals=-30 * labelled.touches.signals[:, ::-1])
@@ -56,7 +57,7 @@ def test_far_from_the_rigs_pinches_the_network_counts_more(
 def test_a_folder_holds_both(data: Dataset, tmp_path: Path) -> None:
     trained = fc.train(data, "combined")
     assert trained.network is not None
-    assert trained.network.model.kind == "combined"
+    assert trained.network.name == "combined"
     read = fc.load_model(trained.save(tmp_path / "m"))
     np.testing.assert_allclose(read.predict(data).value, trained.predict(data).value, atol=1e-3)
     parts = [exported_parts(m).anytime for m in (trained, read)]
@@ -74,7 +75,7 @@ def test_the_network_can_be_taken_out_of_the_model(data: Dataset) -> None:
     assert adapted.network is not None
     alone = adapted.only("network").network
     assert alone is not None
-    assert (adapted.network.model.kind, alone.model.kind) == ("combined", "network")
+    assert (adapted.network.name, alone.name) == ("combined", "network")
     expected = fc.train(data, "network").predict(data)
     predictions = adapted.predict(data, estimator="network")
     np.testing.assert_array_equal(predictions.value, expected.value)
@@ -90,8 +91,8 @@ def test_the_network_alone_keeps_the_widths_of_its_own_intervals(
     narrow = pretrained().widened(np.full(len(Rig.STAGES), 0.2))
     given = labelled.touches, labelled.shore_a, labelled.named_sessions
     network, combined = adapt_network(narrow, *given).model, adapt_combined(narrow, *given).model
-    assert isinstance(combined, CombinedModel)
-    restored = CombinedModel.from_arrays(combined.to_arrays(), combined.level)
+    assert combined.regressions
+    restored = RigModel.from_arrays(combined.to_arrays(), combined.level)
     assert not np.allclose(network.factors, combined.factors)
     for made in (combined, restored):
         np.testing.assert_allclose(made.network_alone().factors, network.factors, rtol=1e-6)
@@ -110,14 +111,14 @@ def test_a_network_that_scored_better_is_named(
 ) -> None:
     scores = {**adapted.scores, "combined": adapted.mean_rmse - 0.01, "network": 0.01}
     made = replace(adapted, scores=scores)
-    monkeypatch.setattr(CombinedEstimator, "fit_contacts", lambda *_: made)
+    monkeypatch.setattr(CombinedEstimator, "fit_touches", lambda *_: made)
     assert any(
         "the network alone had a lower error" in note for note in fc.train(data, "combined").notes
     )
 
 
 def test_a_pinch_without_a_first_swing_changes_other_predictions_little(
-    labelled: LabelledTouches, model: CombinedModel
+    labelled: LabelledTouches, model: RigModel
 ) -> None:
     touches = labelled.touches
     signals = touches.signals.copy()
@@ -125,7 +126,7 @@ def test_a_pinch_without_a_first_swing_changes_other_predictions_little(
     made = adapt_combined(
         pretrained(), replace(touches, signals=signals), labelled.shore_a, labelled.named_sessions
     ).model
-    moved = made.predict(touches).value - model.predict(touches).value
+    moved = made.predict_touches(touches).value - model.predict_touches(touches).value
     assert np.abs(moved[1:]).mean() < 1.0
 
 
@@ -133,6 +134,6 @@ def test_too_few_pinches_are_noted(data: Dataset) -> None:
     few = data[:18]
     trained = fc.train(few, "combined")
     assert trained.network is not None
-    assert trained.network.model.kind == "network"
+    assert trained.network.name == "network"
     assert "fewer than 20 pinches or 3 levels: the network predicts alone" in trained.notes
     assert not any("predicts alone" in note for note in fc.train(few, "network").notes)

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from firstcontact.chain.touch import HINTS
 from firstcontact.core import InputError
 from firstcontact.models import Rig, Touches
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig import RigSpeeds
+from firstcontact.models.rig_model import RigModel
 from ringing import ringing
 
 KNOWN, SHORE_A, _ = ringing(60)
@@ -116,7 +116,7 @@ def test_each_contact_has_its_own_measurement() -> None:
 def test_the_speeds_of_a_rig_are_in_its_file() -> None:
     rig = Rig.fit(with_speeds(KNOWN, 0.1, 0.02), SHORE_A)
     model = pretrained().conditioned_on({Rig.ANY: rig})
-    again = InContextModel.from_arrays(model.to_arrays(), model.level)
+    again = RigModel.from_arrays(model.to_arrays(), model.level)
     assert again.rigs[Rig.ANY].speeds == rig.speeds
 
 
@@ -127,4 +127,4 @@ def test_a_file_with_impossible_speeds_is_refused(scalars: tuple[float, float]) 
     arrays = model.to_arrays()
     (name,) = (name for name in arrays if name.endswith(".speeds"))
     with pytest.raises(InputError, match=name):
-        InContextModel.from_arrays({**arrays, name: np.array(scalars, float)}, model.level)
+        RigModel.from_arrays({**arrays, name: np.array(scalars, float)}, model.level)

@@ -92,5 +92,7 @@ def test_a_shorter_window_stands_in_and_before_the_first_there_is_none(
     ):
         touched = with_second(data, second_delay)
         predictions = model.predict(touched, contacts=contacts, estimator="peak")
-        np.testing.assert_array_equal(predictions.elapsed, np.full(len(data), length))
+        rate = data.layout.rate
+        elapsed = length if np.isnan(length) else samples_in(length, rate) / rate
+        np.testing.assert_array_equal(predictions.elapsed, np.full(len(data), elapsed))
         assert np.isnan(predictions.value).all() == np.isnan(length)

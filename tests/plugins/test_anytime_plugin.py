@@ -10,66 +10,53 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.cli.main import main
-from firstcontact.contact.detector_file import pretrained_detector
-from firstcontact.core import Block, Dataset, InputError
-from firstcontact.models import ESTIMATORS, Model, Predictions, RigPredictor, Touches
-from firstcontact.models.in_context import InContextModel
-from firstcontact.models.model_file import pretrained
-from firstcontact.streaming import Pipeline
-from firstcontact.streaming.predictors import live_predictor
+from firstcontact.core import InputError
+from firstcontact.models import ESTIMATORS
+from firstcontact.testing import check_anytime
 from trainings import recordings
 
 pytestmark = pytest.mark.usefixtures("stored_detectors")
 
 
-def test_adapt_makes_saves_and_loads_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(ESTIMATORS._own, "one_rig", "more_estimators.one_rig:OneRig")
+def test_adapt_makes_saves_and_loads_it(tmp_path: Path) -> None:
+    check_anytime(ESTIMATORS["rise_time"])
     pinches, folder = recordings(tmp_path / "p"), tmp_path / "model"
     data = fc.load(pinches)
-    model = fc.adapt(data, estimator="one_rig")
-    model.save(folder)
-    loaded = fc.load_model(folder)
-    assert loaded.network is not None
-    assert loaded.network.name == "one_rig"
+    model = fc.adapt(data, estimator="rise_time")
+    loaded = fc.load_model(model.save(folder))
+    assert loaded.estimators == ("rise_time",)
     values = loaded.predict(data).value
     assert np.isfinite(values).any()
-    np.testing.assert_array_equal(values, model.predict(data).value)
-    np.testing.assert_array_equal(values, fc.train(data, "one_rig").predict(data).value)
-    monkeypatch.delitem(ESTIMATORS._own, "one_rig")
-    ESTIMATORS._loaded.pop("one_rig")
-    with pytest.raises(InputError, match="one_rig"):
-        fc.load_model(folder)
-
-
-class HalvedModel(InContextModel):
-    """Network whose predictions Python halves."""
-
-    kind = "halved"
-
-    def predict(self, touches: Touches) -> Predictions:
-        made = super().predict(touches)
-        return replace(made, value=made.value / 2)
-
-
-def test_a_prediction_in_python_is_the_same_live_and_cannot_run_on_a_hand(tmp_path: Path) -> None:
-    base = pretrained()
-    own = HalvedModel(base.network, base.familiar, base.factors, base.level, base.rigs, base.mixed)
-    model = Model(pretrained_detector(), (RigPredictor(own),))
-    data = fc.simulate(tmp_path / "p", pinches_per_block=2, pinches_per_object=0)
-    compared = 0
-    for pinch in data.pinches:
-        one, predictor = Dataset((pinch,)), live_predictor(model)
-        live = Pipeline(pinch.layout, model.own_detector, predictor, real_time=False)
-        events = list(live.update(Block(pinch.data, pinch.first_sample), 0.0)) + live.finish()
-        for event in events:
-            if isinstance(event, fc.Estimate):
-                offline = model.predict(one, event.elapsed + 9e-5, [event.contact])
-                if offline.elapsed[0] == event.elapsed:
-                    assert (event.value, event.low) == (offline.value[0], offline.low[0])
-                    compared += 1
-    assert compared > 20
-    with pytest.raises(InputError, match="halved predicts in Python"):
+    np.testing.assert_array_equal(values, fc.train(data, "rise_time").predict(data).value)
+    assert fc.evaluate(loaded, data)[0].scored == np.isfinite(values).sum()
+    with pytest.raises(InputError, match="rise_time predicts in Python"):
         fc.export_model(model, tmp_path / "c")
+
+
+@pytest.mark.parametrize("estimator", ["network", "combined"])
+def test_estimators_of_the_package_pass_the_check(estimator: str) -> None:
+    check_anytime(ESTIMATORS[estimator])
+
+
+class Broken(ESTIMATORS["rise_time"].model):
+    """Model that predicts recordings in another way."""
+
+    def predict_pinches(self, data, contacts, at=1.0):
+        made = super().predict_pinches(data, contacts, at)
+        return replace(made, value=made.value + 1.0)
+
+
+def test_a_model_that_differs_offline_fails_the_check() -> None:
+    kind = ESTIMATORS["rise_time"]
+    broken = type("Other", (kind,), {"model": Broken})
+
+    def fit(self, *args, **kwargs):
+        made, notes = kind.fit(self, *args, **kwargs)
+        return Broken(made.line, made.error), notes
+
+    broken.fit = fit
+    with pytest.raises(AssertionError, match="live"):
+        check_anytime(broken)
 
 
 def test_the_verb_adapts_with_a_named_estimator(tmp_path: Path) -> None:

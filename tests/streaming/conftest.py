@@ -12,8 +12,8 @@ from page_feed import DESCRIPTOR, LANDMARKS, Requests
 from firstcontact.contact import Detector, SvmDetector, detect
 from firstcontact.core import Dataset, Label, Pinch
 from firstcontact.models import Rig, Task, Touches, WindowPredictor, make_estimator
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import contact_windows
 from firstcontact.streaming.page.sink import PageSink
 from firstcontact.twin import BLOCKS, CONDITIONS, draw_pinch, simulate_pinch
@@ -74,7 +74,7 @@ def models(training: Dataset, detector: Detector) -> list[WindowPredictor]:
 
 
 @pytest.fixture(scope="session")
-def anytime(training: Dataset, detector: Detector) -> InContextModel:
+def anytime(training: Dataset, detector: Detector) -> RigModel:
     """Network of the package, conditioned on the rig of these pinches."""
     contacts = [next(iter(detect(detector, p)), None) for p in training.pinches]
     touches, rows = Touches.cut(training, contacts)

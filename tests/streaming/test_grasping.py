@@ -19,6 +19,7 @@ from firstcontact.grasp import Grip, Policy
 from firstcontact.grasp._printing import PrintHand
 from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.models import WindowPredictor
+from firstcontact.models.anytime import PredictorLadder
 from firstcontact.streaming import (
     ClosingStart,
     ContactEvent,
@@ -29,7 +30,6 @@ from firstcontact.streaming import (
 )
 from firstcontact.streaming.events import Estimate
 from firstcontact.streaming.grasping import Grasping, PositionTrack
-from firstcontact.streaming.predictors import WindowLadder
 
 LAYOUT = fingertip_layout()
 FRAME = 5
@@ -70,7 +70,7 @@ def test_every_policy_closes_first_and_stays_within_its_grip(
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy(name, grip), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models), clock=still)
+    pipeline = Pipeline(LAYOUT, detector, PredictorLadder(models), clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
         predictions = list(hand.commands)
@@ -88,7 +88,7 @@ def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=still)
+    pipeline = Pipeline(LAYOUT, detector, PredictorLadder(models[-1:]), clock=still)
     with hand:
         for event in drive(fresh.take([0]), pipeline, grasping, still):
             if isinstance(event, ContactEvent) and event.first:
@@ -124,7 +124,7 @@ def test_samples_that_came_late_make_an_estimate_late(
         delay = TransportDelay(RATE)
         grasping = Grasping(live_policy("first_contact"), hand, LAYOUT, transport=delay)
         arrival = 0.0
-        pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=lambda: arrival)  # noqa: B023
+        pipeline = Pipeline(LAYOUT, detector, PredictorLadder(models[-1:]), clock=lambda: arrival)  # noqa: B023
         with hand:
             for pinch in fresh.pinches[:1]:
                 for i in range(0, len(pinch.data), FRAME):

@@ -24,12 +24,12 @@ from streams import cut
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Contact, Dataset
 from firstcontact.models import WindowPredictor
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.anytime import PredictorLadder
+from firstcontact.models.rig_model import RigModel
 from firstcontact.streaming import PinchDone, Pipeline
 from firstcontact.streaming._delays import delay_cause
 from firstcontact.streaming.json_lines import json_line
 from firstcontact.streaming.ledger import Ledger, ledger_lines
-from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
 from firstcontact.streaming.text import pinch_line
 
 RATE = DESCRIPTOR.layout.rate
@@ -134,7 +134,7 @@ def test_it_is_the_hosts_clock_that_decides(
     fresh: Dataset,
     detector: Detector,
     models: list[WindowPredictor],
-    anytime: InContextModel,
+    anytime: RigModel,
     data: st.DataObject,
 ) -> None:
     """Delays of blocks and of computing are included, by the host's clock."""
@@ -142,7 +142,7 @@ def test_it_is_the_hosts_clock_that_decides(
     edges = data.draw(st.lists(st.integers(1, len(one.data) - 1), max_size=40))
     compute = data.draw(st.sampled_from((0.0, 0.001, 0.02)))
     now = 0.0
-    predictor = data.draw(st.sampled_from((WindowLadder(models), AnytimePredictor(anytime))))
+    predictor = data.draw(st.sampled_from((PredictorLadder(models), anytime)))
     pipeline = Pipeline(DESCRIPTOR.layout, detector, predictor, clock=lambda: now + compute)
     taken, free = 1000.0, 0.0  # host time of sample 0, and when the line is free again
     collected = []

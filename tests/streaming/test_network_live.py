@@ -18,18 +18,18 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.models import Touches, WindowPredictor
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.anytime import PredictorLadder
 from firstcontact.models.rig import RigSpeeds
+from firstcontact.models.rig_model import RigModel
 from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline
 from firstcontact.streaming.events import Estimate
-from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate
 
 
-def pipeline(detector: Detector, anytime: InContextModel, **more: object) -> Pipeline:
-    return Pipeline(LAYOUT, detector, AnytimePredictor(anytime), **more)  # type: ignore[arg-type]
+def pipeline(detector: Detector, anytime: RigModel, **more: object) -> Pipeline:
+    return Pipeline(LAYOUT, detector, anytime, **more)  # type: ignore[arg-type]
 
 
 def count_samples(estimate: Estimate) -> int:
@@ -53,7 +53,7 @@ def touched(pinch: Pinch, first: Contact, second: Contact | None) -> Pinch:
     return replace(pinch, truth=tuple(contact for contact in (first, second) if contact))
 
 
-def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: InContextModel) -> None:
+def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: RigModel) -> None:
     events = run(pipeline(detector, anytime), cut_frames(fresh))
     pinches = [e for e in events if isinstance(e, PinchDone)]
     assert len(pinches) == len(fresh)
@@ -65,7 +65,7 @@ def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: InContextM
         assert [count_samples(e) for e in finished.estimates] == expected
         assert [e.final for e in finished.estimates] == [n == expected[-1] for n in expected]
         for estimate in finished.estimates:
-            offline = anytime.predict(touches.until(count_samples(estimate)))
+            offline = anytime.predict_touches(touches.until(count_samples(estimate)))
             assert estimate.value == pytest.approx(offline.value[0], abs=1e-3)
             assert estimate.low == pytest.approx(offline.low[0], abs=1e-3)
             assert estimate.high == pytest.approx(offline.high[0], abs=1e-3)
@@ -73,7 +73,7 @@ def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: InContextM
 
 
 def test_a_measured_speed_is_used_live_as_offline(
-    fresh: Dataset, detector: Detector, anytime: InContextModel
+    fresh: Dataset, detector: Detector, anytime: RigModel
 ) -> None:
     knowing = anytime.conditioned_on(
         {finger: replace(rig, speeds=RigSpeeds(0.13, 0.3)) for finger, rig in anytime.rigs.items()}
@@ -92,7 +92,7 @@ def test_a_measured_speed_is_used_live_as_offline(
         measured = replace(touched(pinch, first, second), closing_speed=speed)
         touches, _ = Touches.cut(Dataset((measured,)), [first])
         for estimate in pinch_event.estimates:
-            offline = knowing.predict(touches.until(count_samples(estimate)))
+            offline = knowing.predict_touches(touches.until(count_samples(estimate)))
             assert estimate.value == pytest.approx(offline.value[0], abs=1e-3)
     assert any(
         abs(pinch_event.estimates[-1].value - other.estimates[-1].value) > 0.1
@@ -102,7 +102,7 @@ def test_a_measured_speed_is_used_live_as_offline(
 
 
 def test_it_stops_at_the_second_contact(
-    fresh: Dataset, detector: Detector, anytime: InContextModel
+    fresh: Dataset, detector: Detector, anytime: RigModel
 ) -> None:
     events = run(pipeline(detector, anytime), cut_frames(fresh))
     short = withdrawn = 0
@@ -137,7 +137,7 @@ def test_it_stops_at_the_second_contact(
 def test_a_second_contact_near_the_last_moment_leaves_one_final_estimate(
     fresh: Dataset,
     detector: Detector,
-    anytime: InContextModel,
+    anytime: RigModel,
     models: list[WindowPredictor],
     offset: int,
 ) -> None:
@@ -148,7 +148,7 @@ def test_a_second_contact_near_the_last_moment_leaves_one_final_estimate(
         data = pinch.data.copy()
         data[:, column] = np.roll(data[:, column], first.sample + offset - second.sample)
         moved.append(replace(pinch, data=data))
-    for predictor in (AnytimePredictor(anytime), WindowLadder(models)):
+    for predictor in (anytime, PredictorLadder(models)):
         events = run(Pipeline(LAYOUT, detector, predictor), cut_frames(Dataset(tuple(moved))))
         pinches = [e for e in events if isinstance(e, PinchDone)]
         finals = [e for e in events if isinstance(e, Estimate) and e.final]
@@ -158,7 +158,7 @@ def test_a_second_contact_near_the_last_moment_leaves_one_final_estimate(
 
 
 def test_a_shape_is_the_models_input_from_the_next_contact_on(
-    fresh: Dataset, detector: Detector, anytime: InContextModel
+    fresh: Dataset, detector: Detector, anytime: RigModel
 ) -> None:
     live = pipeline(detector, anytime)
     first, second = as_blocks(fresh.take([0, 1]))
@@ -175,11 +175,13 @@ def test_a_shape_is_the_models_input_from_the_next_contact_on(
             Dataset((touched(pinch, entry.contacts[0], None),)), entry.contacts[:1]
         )
         touches = replace(touches, radii=np.array([radius])).until(count_samples(entry.final))
-        assert entry.final.value == pytest.approx(anytime.predict(touches).value[0], abs=1e-3)
+        assert entry.final.value == pytest.approx(
+            anytime.predict_touches(touches).value[0], abs=1e-3
+        )
 
 
 def test_a_speed_that_no_estimate_needs_is_asked_for_afterwards(
-    fresh: Dataset, detector: Detector, anytime: InContextModel
+    fresh: Dataset, detector: Detector, anytime: RigModel
 ) -> None:
     speed, live = ClosingSpeed(0.2, 0.01), pipeline(detector, anytime)
     seen: list[int] = []

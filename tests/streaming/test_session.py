@@ -24,11 +24,11 @@ from firstcontact.device.replay import ReplaySource
 from firstcontact.grasp._printing import PrintHand
 from firstcontact.grasp.registry import live_policy
 from firstcontact.models import WindowPredictor
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.anytime import PredictorLadder
+from firstcontact.models.rig_model import RigModel
 from firstcontact.recording import Header, Marker, RecordingWriter, load_dataset, read_recording
 from firstcontact.streaming import Event, Pipeline, Update
 from firstcontact.streaming.grasping import Grasping
-from firstcontact.streaming.predictors import AnytimePredictor, WindowLadder
 from firstcontact.streaming.session import LiveSession
 from firstcontact.twin import TwinStream
 from firstcontact.twin.sensor import DeviceFilter
@@ -92,7 +92,7 @@ def run(
     keeper = Keeper()
     with source:
         pipeline = Pipeline(
-            LAYOUT, detector, WindowLadder(models) if models else None, source.calibration
+            LAYOUT, detector, PredictorLadder(models) if models else None, source.calibration
         )
         session = LiveSession(source, pipeline, **more)  # type: ignore[arg-type]
         session.run([keeper])
@@ -122,7 +122,7 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
     keeper = Keeper()
     with source:
         pipeline = Pipeline(
-            LAYOUT, detector, WindowLadder(models) if models else None, source.calibration
+            LAYOUT, detector, PredictorLadder(models) if models else None, source.calibration
         )
         session = LiveSession(
             source, pipeline, recordings=tmp_path / "made", calibration=calibration
@@ -262,10 +262,10 @@ def test_a_failed_output_is_told_to_the_others_once(recorded: Path, detector: De
 
 
 def test_a_shape_that_a_viewer_tells_holds_for_one_object(
-    recorded: Path, detector: Detector, anytime: InContextModel
+    recorded: Path, detector: Detector, anytime: RigModel
 ) -> None:
     with ReplaySource(recorded, float("inf")) as source:
-        pipeline = Pipeline(LAYOUT, detector, AnytimePredictor(anytime))
+        pipeline = Pipeline(LAYOUT, detector, anytime)
         session = LiveSession(source, pipeline, shape="flat")
         assert pipeline.radius == np.inf
         assert session.set_shape("40") == "radius 40 mm"

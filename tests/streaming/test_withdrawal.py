@@ -17,7 +17,8 @@ from firstcontact.grasp import Grip
 from firstcontact.grasp._printing import PrintHand
 from firstcontact.grasp.registry import live_policy
 from firstcontact.models import WindowPredictor
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.anytime import Predictor, PredictorLadder
+from firstcontact.models.rig_model import RigModel
 from firstcontact.streaming import (
     ContactEvent,
     ContactWithdrawn,
@@ -29,7 +30,6 @@ from firstcontact.streaming import (
 from firstcontact.streaming.events import Estimate
 from firstcontact.streaming.grasping import Grasping
 from firstcontact.streaming.page._state import State
-from firstcontact.streaming.predictors import AnytimePredictor, Predictor, WindowLadder
 
 LAYOUT = fingertip_layout()
 CLICK = 400
@@ -46,8 +46,8 @@ def clicked(request: pytest.FixtureRequest, fresh: Dataset) -> Pinch:
     return replace(pinch, data=data)
 
 
-def predictors(models: list[WindowPredictor], anytime: InContextModel) -> list[Predictor]:
-    return [WindowLadder(models), AnytimePredictor(anytime)]
+def predictors(models: list[WindowPredictor], anytime: RigModel) -> list[Predictor]:
+    return [PredictorLadder(models), anytime]
 
 
 def live(pinch: Pinch, predictor: Predictor, size: int) -> list[Event]:
@@ -61,7 +61,7 @@ def live(pinch: Pinch, predictor: Predictor, size: int) -> list[Event]:
 
 @pytest.mark.parametrize("index", [0, 1])
 def test_true_contact_gets_the_estimates_that_it_gets_offline(
-    index: int, clicked: Pinch, models: list[WindowPredictor], anytime: InContextModel
+    index: int, clicked: Pinch, models: list[WindowPredictor], anytime: RigModel
 ) -> None:
     rows_by_size = {}
     contacts = detect(ThresholdDetector(8.0), clicked)
@@ -97,7 +97,7 @@ def test_hand_closes_on_as_before_the_withdrawn_contact(
     with PrintHand(out=io.StringIO()) as hand:
         grasping = Grasping(live_policy(name, Grip()), hand, LAYOUT)
         at_withdrawal = []
-        for event in live(clicked, WindowLadder(models), 5):
+        for event in live(clicked, PredictorLadder(models), 5):
             command = grasping.last
             grasping.on_event(event)
             if isinstance(event, ContactWithdrawn):

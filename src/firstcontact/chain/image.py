@@ -171,6 +171,18 @@ class ModelConstants:
     rigs: Sequence[RigConstants]
 
 
+@dataclass(frozen=True, slots=True)
+class ProgramConstants:
+    """Model in Python, which the chain calls. Lengths are in samples."""
+
+    #: Longest signal before a contact that the model uses.
+    before: int
+    #: Samples after the contact that each prediction uses, ascending.
+    moments: Sequence[int]
+    #: Further samples that the model's filter needs.
+    lookahead: int = 0
+
+
 @dataclass(frozen=True, eq=False)
 class Image:
     """Constants of a contact detector and a model as bytes, which are checked on first use."""
@@ -198,7 +210,7 @@ class Image:
 def build_image(
     rate: float,
     detector: DetectorConstants = NO_DETECTOR,
-    model: ModelConstants | None = None,
+    model: ModelConstants | ProgramConstants | None = None,
     *,
     after: float = 0.2,
     floors: Sequence[float] = (),
@@ -223,16 +235,22 @@ def build_image(
     """
     w = _Writer()
     w.put([rate], "f8")
-    w.put(_timing(rate, after, detector), "i4")
+    needed = 0 if model is None else model.before + model.moments[-1]
+    needed += model.lookahead if isinstance(model, ProgramConstants) else 0
+    w.put(_timing(rate, after, detector, needed), "i4")
     d = detector
     numbers = [d.kind, d.window, d.step, d.steady, d.search, d.looks, *d.lengths, 0, 0]
     w.put(numbers, "i4")
     w.put([d.threshold, d.floor, *d.line], "f8")
     w.put([*floors, *[0.0] * (CHANNELS_MOST - len(floors))], "f8")
     raw = text.encode("ascii")
-    w.put([len(raw), model is not None], "i4")
+    w.put([len(raw), _model_kind(model)], "i4")
     w.put(np.frombuffer(raw, np.uint8), "u1")
-    if model is not None:
+    if isinstance(model, ProgramConstants):
+        sizes = [model.before, 0, 0, len(model.moments), 0, 0, 0, model.lookahead]
+        w.put(sizes, "i4")
+        w.put(np.add(model.moments, model.lookahead), "i4")
+    elif model is not None:
         _put_model(w, model, rate)
     body = w.data
     head = struct.pack("<4sIII", b"FCCH", VERSION, len(body) + 16, zlib.crc32(body))
@@ -261,12 +279,17 @@ class _Writer:
         return b"".join(self._parts)
 
 
-def _timing(rate: float, after: float, detector: DetectorConstants) -> list[int]:
+def _model_kind(model: ModelConstants | ProgramConstants | None) -> int:
+    """Return the number of a model's kind, as in ``fc_touch.h``."""
+    return 0 if model is None else 2 if isinstance(model, ProgramConstants) else 1
+
+
+def _timing(rate: float, after: float, detector: DetectorConstants, needed: int) -> list[int]:
     def samples(duration: float) -> int:
         return max(1, samples_in(duration, rate))
 
     age = samples_in(SETTLED, rate)
-    longest = max(samples_in(REMEMBERED, rate), detector.steady + age, detector.window) + 1
+    longest = max(samples_in(REMEMBERED, rate), detector.steady + age, detector.window, needed) + 1
     return [
         samples(GATE_STEP),
         samples_in(REARM, rate),

@@ -15,11 +15,13 @@ from firstcontact.core.layout import FINGERTIP_SMOOTHING
 
 #: Speed (m/s; 0 if unknown), its relative error, and the object's radius (m; NaN if unknown).
 Hints = tuple[float, float, float]
-#: Function of a signal, the samples after the contact, the number of the finger, and the hints. It
-#: returns value, low, high, half width, spread, and True if the contact is out of range.
+#: Function of a signal (float64, as bytes), the number of samples in it before the contact, the
+#: number after it that a prediction may use, the number of the finger, and the hints. It returns
+#: value, low, high, half width, spread, and True if the contact is out of range; or None if the
+#: signal is unusable.
 Predict = Callable[
-    [memoryview, int, int, float, float, float],
-    tuple[float, float, float, float, float, bool],
+    [bytes, int, int, int, float, float, float],
+    tuple[float, float, float, float, float, bool] | None,
 ]
 
 
@@ -51,7 +53,7 @@ class Chain:
     detector
         Detector in Python, for an image whose detector has the kind PROGRAM.
     predict
-        Function that predicts in place of the image's model.
+        Function that predicts, for an image whose model is in Python.
     contact
         Function that is called with the sample number of each first contact, before its estimates,
         and returns the closing speed and the radius of the object (:data:`Hints`).

@@ -106,8 +106,7 @@ class RestMeter:
 
     def obstacles(self) -> list[str]:
         """Return one message for each finger that is not at rest: the reason and the remedy."""
-        messages: list[str] = []
-        silent: list[str] = []
+        messages = []
         for column, finger in enumerate(self._fingers):
             faults = self._faults()[:, :, column]
             flat, strip, force, loud = faults.mean(axis=1) if faults.size else np.zeros(4)
@@ -117,7 +116,7 @@ class RestMeter:
             # Report the most basic fault first: a closed strip also explains a loud piezo.
             if flat > 0.5:
                 number = self._vibration[column] + 1
-                silent.append(
+                messages.append(
                     f"{sensor_name} (channel {number}) is silent or constant: check its plug and "
                     "buffer, or leave the channel out"
                 )
@@ -131,12 +130,9 @@ class RestMeter:
                     else "stop the motor and keep the hand still"
                 )
                 messages.append(f"{sensor_name} is not at rest: {remedy}")
-        # While a sensor is silent, no part is at rest, so the others need no remedy.
-        return (
-            silent
-            or messages
-            or ["too few samples: check the connection, or that the recording is long enough"]
-        )
+        return messages or [
+            "too few samples: check the connection, or that the recording is long enough"
+        ]
 
     def _faults(self) -> NDArray[np.bool_]:
         """Return whether a part is flat, closed, loaded or loud; shape (4, parts, fingers)."""

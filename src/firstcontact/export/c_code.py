@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain import build_image
-from firstcontact.chain.image import work_memory
+from firstcontact.chain.image import ProgramConstants, work_memory
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.export.budget import instructions, require_svm
@@ -133,12 +133,13 @@ def write_chain(trained: Trained) -> CUnit:
             f"the detector {detector.name!r} cannot be written in C: train with the default "
             "--detector-type"
         )
-    if network is not None and not network.is_compiled:
+    constants_of_model = None if network is None else network.constants()
+    if network is not None and isinstance(constants_of_model, ProgramConstants):
         raise InputError(
-            f"{network.kind} predicts in Python, so it cannot be written in C: adapt with another "
+            f"{network.name} predicts in Python, so it cannot be written in C: adapt with another "
             "estimator"
         )
-    image = build_image(rate, constants, None if network is None else network.constants())
+    image = build_image(rate, constants, constants_of_model)
     size, memory = len(image.data), work_memory(image, CHANNELS)
     words = ", ".join(f"{word:#x}u" for word in np.frombuffer(image.data, "<u8"))
     parts = ", ".join(trained.parts[len(trained.models) :])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from firstcontact.chain import build_image
-from firstcontact.chain.image import DetectorKind, ModelConstants
+from firstcontact.chain.image import DetectorKind, ModelConstants, ProgramConstants
 from firstcontact.core import Calibration, Finger, InputError, fingertip_layout
 from firstcontact.core.weights import digest
 from firstcontact.models import load_model
@@ -31,14 +31,15 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImag
     """Return the image of a model folder for a hand."""
     model = load_model(folder)
     layout = fingertip_layout()
-    if model.network is None:
+    if model.anytime is None:
         raise InputError(
             f"{folder}: the folder has no network: name a folder that `firstcontact adapt` wrote"
         )
-    network, detector = model.network.model, model.own_detector
-    if not network.is_compiled:
+    network, detector = model.anytime, model.own_detector
+    model_constants = network.constants()
+    if isinstance(model_constants, ProgramConstants):
         raise InputError(
-            f"{folder}: {network.kind} predicts in Python, so it cannot run on a hand: adapt with "
+            f"{folder}: {network.name} predicts in Python, so it cannot run on a hand: adapt with "
             "another estimator"
         )
     if network.rate != layout.rate:
@@ -47,7 +48,7 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImag
             f"{layout.rate:g}: adapt it to recordings of the hand"
         )
     fingers = layout.vibration_fingers
-    constants = detector.constants(network.rate), _of_fingers(network.constants(), fingers)
+    constants = detector.constants(network.rate), _of_fingers(model_constants, fingers)
     if constants[0].kind not in IN_C:
         raise InputError(
             f"{folder}: the detector {detector.name!r} cannot run on a hand: train with the "
@@ -56,7 +57,7 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImag
     floors = [calibration.noise(f) if calibration else None for f in fingers]
     known = [0.0 if noise is None else noise for noise in floors]
     identity = digest(build_image(network.rate, *constants).data)[:16]
-    text = {"model": identity, "detector": detector.name, "anytime": network.kind, "floors": known}
+    text = {"model": identity, "detector": detector.name, "anytime": network.name, "floors": known}
     data = build_image(
         network.rate, *constants, floors=known, text=json.dumps(text, separators=(",", ":"))
     ).data

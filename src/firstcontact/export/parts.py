@@ -11,8 +11,7 @@ from firstcontact.core import Registry
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
-    from firstcontact.models import Interval, Model, WindowModel
-    from firstcontact.models.in_context import InContextModel
+    from firstcontact.models import AnytimeModel, Interval, Model, WindowModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +29,7 @@ class Trained:
 
     models: tuple[NamedModel, ...] = ()
     detector: Detector | None = None
-    anytime: InContextModel | None = None
+    anytime: AnytimeModel | None = None
 
     @property
     def rate(self) -> float | None:
@@ -50,7 +49,7 @@ class Trained:
         descriptions = [f"{m.name}: {m.model.name}, {m.model.spec.task}" for m in self.models]
         if self.detector is not None:
             descriptions.append(f"detector: {self.detector.name}")
-        return descriptions + ([] if self.anytime is None else [f"anytime: {self.anytime.kind}"])
+        return descriptions + ([] if self.anytime is None else [f"anytime: {self.anytime.name}"])
 
 
 def exported_parts(model: Model) -> Trained:
@@ -63,7 +62,7 @@ def exported_parts(model: Model) -> Trained:
         )
         for window in model.windows
     )
-    return Trained(models, model.detector, None if model.network is None else model.network.model)
+    return Trained(models, model.detector, model.anytime)
 
 
 def _length(duration: float) -> str:

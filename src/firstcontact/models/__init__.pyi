@@ -3,8 +3,11 @@
 from ._evaluate import Evaluation as Evaluation
 from ._evaluate import GroupScores as GroupScores
 from ._evaluate import evaluate as evaluate
-from ._predictors import RigPredictor as RigPredictor
-from ._predictors import WindowPredictor as WindowPredictor
+from .anytime import AnytimeModel as AnytimeModel
+from .anytime import Hints as Hints
+from .anytime import Prediction as Prediction
+from .anytime import Predictor as Predictor
+from .estimator import AnytimeEstimator as AnytimeEstimator
 from .estimator import Estimator as Estimator
 from .estimator import training_spec as training_spec
 from .interval import Interval as Interval
@@ -24,3 +27,4 @@ from .window_model import Spec as Spec
 from .window_model import Task as Task
 from .window_model import WindowModel as WindowModel
 from .window_model import Windows as Windows
+from .window_predictor import WindowPredictor as WindowPredictor

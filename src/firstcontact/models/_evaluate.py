@@ -19,7 +19,6 @@ from firstcontact.core.installation import require_modules
 from firstcontact.core.plot import described
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import counted
-from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models.alignment import (
     Alignment,
     Contacts,
@@ -27,8 +26,10 @@ from firstcontact.models.alignment import (
     detect_alignment,
     label_alignment,
 )
-from firstcontact.models.card import Digests, TrainingData, pinch_digests
+from firstcontact.models.anytime import AnytimeModel
+from firstcontact.models.card import Digests, Target, TrainingData, pinch_digests
 from firstcontact.models.model import Model, load_model, require_dataset
+from firstcontact.models.model_file import SavedPredictor
 from firstcontact.models.plots import draw_evaluation
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.scores import (
@@ -41,12 +42,12 @@ from firstcontact.models.scores import (
 )
 from firstcontact.models.touches import Touches
 from firstcontact.models.training import (
-    Target,
     distinct_specimens,
     full_specimen,
     resampling_clusters,
 )
 from firstcontact.models.window_model import Values
+from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.signal import resample_dataset
 
 if TYPE_CHECKING:
@@ -275,8 +276,7 @@ def evaluate(
     overlap = overlap_groups(data, model.trained_on, model.digests)
     with progress_steps(progress, len(model.predictors), "model", "scoring") as step:
         for predictor in model.predictors:
-            is_network = isinstance(predictor, RigPredictor)
-            target: Target = "shore_a" if is_network else model.trained_on.target
+            target = model.target_of(predictor)
             at = aligned(predictor.rate)
             out.append(_evaluation(predictor, target, overlap, trained_at, *at))
             step(1)
@@ -292,7 +292,7 @@ def evaluate(
 
 
 def _evaluation(
-    predictor: Predictor,
+    predictor: SavedPredictor,
     target: Target,
     overlap: Mapping[str, Mask],
     trained_at: str,
@@ -301,9 +301,9 @@ def _evaluation(
 ) -> Evaluation:
     """Score one predictor on the pinches for which it predicts."""
     scored_at: Sequence[float] = predictor.moments
-    if isinstance(predictor, RigPredictor):
+    if len(scored_at) > len(Touches.SCORED_MS):
         scored_at = [ms / 1000 for ms in Touches.SCORED_MS]
-    predictions = {at: predictor.predict(dataset, aligned.contacts, at) for at in scored_at}
+    predictions = {at: predictor.predict_pinches(dataset, aligned.contacts, at) for at in scored_at}
     truth = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
     values = np.array([p.value for p in predictions.values()])
     has_both = np.isfinite(values).all(axis=0) & np.isfinite(truth)
@@ -340,7 +340,7 @@ def _evaluation(
 
 def _group(
     title: str,
-    predictor: Predictor,
+    predictor: SavedPredictor,
     predictions: Mapping[float, Predictions],
     truth: Values,
     dataset: Dataset,
@@ -358,7 +358,7 @@ def _group(
         if predictor.level is not None:
             coverage[at] = float(((answer.low <= truth) & (truth <= answer.high)).mean())
             width[at] = float((answer.high - answer.low).mean())
-        if isinstance(predictor, RigPredictor):
+        if isinstance(predictor, AnytimeModel):
             out_of_range[at] = float(answer.out_of_range.mean())
     return GroupScores(
         title=title,

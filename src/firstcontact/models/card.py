@@ -28,6 +28,10 @@ Classes = Annotated[tuple[float, ...], msgspec.Meta(max_length=1000)]
 ShoreA = Annotated[float, msgspec.Meta(ge=0, le=100)]
 
 
+#: Label that a model predicts.
+Target = Literal["shore_a", "hardness_rank"]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingData:
     """Pinches that a model was trained on."""
@@ -38,7 +42,7 @@ class TrainingData:
     #: Distinct names. A specimen's name that several objects share is followed by object and level.
     sessions: tuple[Name, ...] = ()
     specimens: tuple[Name, ...] = ()
-    target: Literal["shore_a", "hardness_rank"] = "shore_a"
+    target: Target = "shore_a"
     levels: tuple[float, ...] = ()
     #: Mean Shore A of each named object.
     objects: Mapping[Name, ShoreA] = field(default_factory=dict)
@@ -86,10 +90,10 @@ class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
     interval: Interval | None = None
 
 
-class NetworkCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
-    """Section of a card for the network: level of its intervals."""
+class AnytimeCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
+    """Section of a card for an any-time model: level of its intervals."""
 
-    level: Annotated[float, msgspec.Meta(gt=0, lt=1)]
+    level: Annotated[float, msgspec.Meta(gt=0, lt=1)] | None = None
 
 
 class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
@@ -97,7 +101,7 @@ class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
 
     sha256: Sha256 | None = None
     trained_on: TrainingData = TrainingData()
-    predictors: Annotated[tuple[WindowCard | NetworkCard, ...], msgspec.Meta(max_length=100)]
+    predictors: Annotated[tuple[WindowCard | AnytimeCard, ...], msgspec.Meta(max_length=100)]
     detector: Sha256 | None = None
     versions: Mapping[Name, Name] = msgspec.field(default_factory=dict)
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.touch import predict_touches
-from firstcontact.core.weights import take_array
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import (
     Adapted,
@@ -22,8 +18,9 @@ from firstcontact.models.network_estimator import (
     score_held_out,
 )
 from firstcontact.models.rig import MOST_PINCHES, REGRESSED, Rig, RigRegression, level_groups
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.touches import Touches
-from firstcontact.models.window_model import Arrays, Values
+from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 
 #: Smallest numbers of pinches and of Shore A levels for a regression. With fewer pinches or levels,
@@ -33,90 +30,22 @@ LEAST_PINCHES, LEAST_LEVELS = 20, 3
 _SCALES = 0.1, 10.0
 
 
-class CombinedModel(InContextModel):
-    """Network that is averaged with a regression on the pinches of the rig.
-
-    Each prediction is a mixture of the network's prediction and the regression's, weighted by the
-    inverse of their variances. The spread of a prediction is the standard deviation of the mixture,
-    so it grows where network and regression differ. The regression dominates for contacts like
-    those of the rig's pinches, the network for others.
-    """
-
-    kind: ClassVar[str] = "combined"
-
-    def __init__(
-        self,
-        alone: InContextModel,
-        factors: NDArray[np.float64],
-        regressions: Mapping[int, RigRegression],
-    ) -> None:
-        super().__init__(
-            alone.network, alone.familiar, factors, alone.level, alone.rigs, alone.mixed
-        )
-        self._alone = alone
-        self._regressions = dict(regressions)
-
-    @classmethod
-    def fit(
-        cls,
-        base: InContextModel,
-        touches: Touches,
-        shore_a: Values,
-        seed: int,
-        scale: NDArray[np.float64],
-    ) -> Self:
-        """Return a model of a rig, from the network and a regression."""
-        rigs = known_rigs(touches, shore_a, seed)
-        regressions = {}
-        for finger, (rig, members) in rigs.items():
-            members = members[balanced_choice(shore_a[members], MOST_PINCHES, seed)]
-            model = base.conditioned_on({Rig.ANY: rig})
-            inputs = _stage_inputs(model, touches.take(members))
-            regressions[finger] = RigRegression(inputs, shore_a[members], scale)
-        networks = {finger: rig for finger, (rig, _) in rigs.items()}
-        return cls(base.conditioned_on(networks), base.mixed, regressions)
-
-    def network_alone(self) -> InContextModel:
-        """Return the network without the regression, with its own interval widths."""
-        return self._alone
-
-    def with_network(self, alone: InContextModel) -> CombinedModel:
-        """Return the model with ``alone`` as its network, conditioned on the same rigs."""
-        return CombinedModel(alone, self.factors, self._regressions)
-
-    def widened(self, scales: NDArray[np.float64]) -> CombinedModel:
-        """Return the model with intervals widened by a factor for each stage, shape (stages,)."""
-        return CombinedModel(self._alone, self.factors * scales, self._regressions)
-
-    @property
-    def regressions(self) -> Mapping[int, RigRegression]:
-        """Regression of each rig, by finger number."""
-        return self._regressions
-
-    def regress(self, touches: Touches) -> tuple[Values, Values]:
-        """Return the regression's predictions and their spreads, shape (n,) each."""
-        out = predict_touches(self.image, *touches.arrays, is_regression=True)
-        return out[:, 0], out[:, 4]
-
-    def to_arrays(self) -> Arrays:
-        """Return the network's arrays, and each regression's arrays as ``own.FINGER.NAME``."""
-        arrays = super().to_arrays()
-        arrays["own.factors"] = self._alone.factors
-        for finger, regression in self._regressions.items():
-            for name, array in regression.to_arrays().items():
-                arrays[f"own.{finger}.{name}"] = array
-        return arrays
-
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
-        """Build the model from the arrays that :meth:`to_arrays` returned."""
-        own_factors = take_array(arrays, "own.factors", len(Rig.STAGES))
-        alone = InContextModel.from_arrays({**arrays, "factors": own_factors}, level)
-        regressions = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in alone.rigs}
-        factors = take_array(arrays, "factors", len(Rig.STAGES)).astype(np.float64)
-        made = cls(alone, factors, regressions)
-        made.image.handle  # noqa: B018 - refuse numbers that could overflow
-        return made
+def average_with_regressions(
+    base: RigModel,
+    touches: Touches,
+    shore_a: Values,
+    seed: int,
+    scale: NDArray[np.float64],
+) -> RigModel:
+    """Return a model of a rig: the network, averaged with a regression on the rig's pinches."""
+    rigs = known_rigs(touches, shore_a, seed)
+    regressions = {}
+    for finger, (rig, members) in rigs.items():
+        members = members[balanced_choice(shore_a[members], MOST_PINCHES, seed)]
+        inputs = _stage_inputs(base.conditioned_on({Rig.ANY: rig}), touches.take(members))
+        regressions[finger] = RigRegression(inputs, shore_a[members], scale)
+    network = base.conditioned_on({finger: rig for finger, (rig, _) in rigs.items()})
+    return network.with_regressions(regressions, base.mixed)
 
 
 @dataclass(frozen=True)
@@ -126,9 +55,9 @@ class CombinedEstimator(NetworkEstimator):
     With too few pinches or levels the network predicts alone.
     """
 
-    name: ClassVar[str] = CombinedModel.kind
+    name: ClassVar[str] = RigModel.COMBINED
     title: ClassVar[str] = "Network and own pinches"
-    model: ClassVar[Any] = CombinedModel
+    model: ClassVar[Any] = RigModel
 
     def fit_touches(
         self,
@@ -142,7 +71,7 @@ class CombinedEstimator(NetworkEstimator):
 
 
 def adapt_combined(
-    base: InContextModel,
+    base: RigModel,
     touches: Touches,
     shore_a: Values,
     sessions: NDArray[np.str_] | None = None,
@@ -158,20 +87,21 @@ def adapt_combined(
         return replace(adapted, notes=(f"{few}: the network predicts alone",))
     scale = spread_scale(base, touches, shore_a, seed)
 
-    def condition(touches: Touches, shore_a: Values) -> CombinedModel:
-        return CombinedModel.fit(base, touches, shore_a, seed, scale)
+    def condition(touches: Touches, shore_a: Values) -> RigModel:
+        return average_with_regressions(base, touches, shore_a, seed, scale)
 
     held_out = score_held_out(condition, touches, shore_a, sessions, seed)
     if held_out is None:
         return replace(adapted, notes=("no pinch can be held out: the network predicts alone",))
     check = held_out.check(base.level, touches.rate)
-    model = condition(touches, shore_a).widened(check.scales).with_network(adapted.model)
-    scores = {**adapted.scores, model.kind: root_mean_square(held_out.errors)}
+    average = condition(touches, shore_a).widened(check.scales)
+    model = adapted.model.with_regressions(average.regressions, average.factors)
+    scores = {**adapted.scores, model.name: root_mean_square(held_out.errors)}
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
 
 
 def spread_scale(
-    base: InContextModel, touches: Touches, shore_a: Values, seed: int
+    base: RigModel, touches: Touches, shore_a: Values, seed: int
 ) -> NDArray[np.float64]:
     """Return the factor of the regression's spread at each stage, shape (stages,)."""
     ones = np.ones(len(Rig.STAGES))
@@ -181,12 +111,14 @@ def spread_scale(
         is_asked = groups == group
         if len(np.unique(shore_a[~is_asked])) < 2:
             continue
-        model = CombinedModel.fit(base, touches.take(~is_asked), shore_a[~is_asked], seed, ones)
+        model = average_with_regressions(
+            base, touches.take(~is_asked), shore_a[~is_asked], seed, ones
+        )
         alone, truth = model.network_alone(), shore_a[is_asked]
         queries = touches.take(is_asked)
         for place, ms in enumerate(Touches.SCORED_MS):
             early = queries.until(samples_in(1e-3 * ms, touches.rate))
-            network = alone.predict(early)
+            network = alone.predict_touches(early)
             for row, (values, spreads) in enumerate(
                 ((network.value, network.spread), model.regress(early))
             ):
@@ -210,7 +142,7 @@ def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
     return chosen
 
 
-def _stage_inputs(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
+def _stage_inputs(model: RigModel, touches: Touches) -> NDArray[np.float64]:
     """Return the regression's inputs for n contacts, shape (stages, n, inputs)."""
     cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in Rig.STAGES]
     return np.stack(cuts).astype(np.float64)

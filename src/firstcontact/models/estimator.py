@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,10 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.core.display import SKY
 from firstcontact.models.window_model import Spec, Task, Values, WindowModel, Windows
+
+if TYPE_CHECKING:
+    from firstcontact.models.anytime import AnytimeModel
+    from firstcontact.models.touches import Touches
 
 #: Windows, targets and sessions (or None) that a model is fitted to.
 TrainingSet = tuple[Windows, Values, NDArray[Any] | None]
@@ -86,6 +90,48 @@ class Estimator(EstimatorInfo, ABC):
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
         """Fit a model to each set, a tuple (X, y, groups); by default one after the other."""
         return [self.fit(*each, seed=seed) for each in sets]
+
+
+@dataclass(frozen=True)
+class AnytimeEstimator(EstimatorInfo, ABC):
+    """Base class of estimators that make an any-time model from whole contacts.
+
+    To add an estimator, write a subclass with the class attributes of :class:`EstimatorInfo` in a
+    new file, and add a line to :mod:`firstcontact.models.registry`. ``name`` must be the ``kind``
+    of its models, a subclass of :class:`AnytimeModel`. :func:`firstcontact.testing.check_anytime`
+    tests it.
+    """
+
+    tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
+
+    @abstractmethod
+    def fit(
+        self,
+        touches: Touches,
+        shore_a: Values,
+        sessions: NDArray[np.str_] | None = None,
+        seed: int = 0,
+    ) -> tuple[AnytimeModel, Sequence[str]]:
+        """Make a model from contacts with objects of known Shore A.
+
+        Parameters
+        ----------
+        touches
+            Contacts with their signals.
+        shore_a
+            Shore A of each contact's object, shape (n,).
+        sessions
+            Session of each contact, shape (n,), or None. Hold out whole sessions.
+        seed
+            Random seed. The same seed and data give the same model.
+
+        Returns
+        -------
+        model : AnytimeModel
+            Model with its record of the training.
+        notes : sequence of str
+            Sentences for the user, such as scores on held-out contacts.
+        """
 
 
 def target_scale(task: Task, y: Values) -> NDArray[np.float64]:

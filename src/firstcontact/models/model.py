@@ -17,12 +17,14 @@ from firstcontact.contact import Detector, load_detector, save_detector
 from firstcontact.contact.detector_file import pretrained_detector
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.core.files import given_path, replacing_folder, written_elsewhere
+from firstcontact.core.physics import is_same_rate
 from firstcontact.core.weights import DETECTOR_CARD
-from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
 from firstcontact.models._regressor import class_name
 from firstcontact.models.alignment import Contacts, at_known_contacts, detect_alignment
-from firstcontact.models.card import Digests, TrainingData
+from firstcontact.models.anytime import AnytimeModel, Predictor, PredictorLadder
+from firstcontact.models.card import Digests, Target, TrainingData
 from firstcontact.models.model_file import (
+    SavedPredictor,
     check_replaceable,
     has_model,
     model_folder,
@@ -31,6 +33,8 @@ from firstcontact.models.model_file import (
     write_model,
 )
 from firstcontact.models.predictions import Predictions
+from firstcontact.models.rig_model import RigModel
+from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.signal import resample_dataset
 from firstcontact.signal.resampling import resample_contacts, restore_contacts
 
@@ -68,7 +72,7 @@ class Model:
     """
 
     detector: Detector | None = None
-    predictors: tuple[Predictor, ...] = ()
+    predictors: tuple[SavedPredictor, ...] = ()
     trained_on: TrainingData = field(default_factory=TrainingData)
     digests: Digests = field(default_factory=lambda: np.zeros(0, np.uint64))
     notes: tuple[str, ...] = ()
@@ -87,8 +91,10 @@ class Model:
     def __repr__(self) -> str:
         parts = [f"detector={None if self.detector is None else self.detector.name!r}"]
         for p in self.predictors:
-            at = f"at {1e3 * p.duration:.3g}" if isinstance(p, WindowPredictor) else "from 2 to 15"
-            parts.append(f"{p.name!r} {at} ms")
+            first, last = (f"{1e3 * p.moments[k]:.3g}" for k in (0, -1))
+            parts.append(
+                f"{p.name!r} " + (f"from {first} to " if first != last else "at ") + f"{last} ms"
+            )
         return f"Model({', '.join(parts)})"
 
     @property
@@ -97,9 +103,14 @@ class Model:
         return tuple(p for p in self.predictors if isinstance(p, WindowPredictor))
 
     @property
-    def network(self) -> RigPredictor | None:
-        """Predictor with the network, adapted to your rig; None if the model has no network."""
-        return next((p for p in self.predictors if isinstance(p, RigPredictor)), None)
+    def anytime(self) -> AnytimeModel | None:
+        """Model that predicts at any time, such as the network; None if there is none."""
+        return next((p for p in self.predictors if isinstance(p, AnytimeModel)), None)
+
+    @property
+    def network(self) -> RigModel | None:
+        """The network, adapted to your rig; None if the model has no network."""
+        return next((p for p in self.predictors if isinstance(p, RigModel)), None)
 
     @property
     def rate(self) -> float:
@@ -119,8 +130,30 @@ class Model:
     @property
     def moments(self) -> tuple[float, ...]:
         """Times after a contact at which the default estimator predicts, s, ascending."""
-        chosen = [p for p in self.predictors if p.name == self.estimators[0]]
-        return tuple(sorted({moment for p in chosen for moment in p.moments}))
+        return () if not self.predictors else self.default().moments
+
+    def default(self, estimator: str | None = None, rate: float | None = None) -> Predictor:
+        """Return the one object that predicts, in recordings, live sessions and exports alike.
+
+        Parameters
+        ----------
+        estimator
+            Name of an estimator, by default the first of :attr:`estimators`.
+        rate
+            Sampling rate that its signals must have, Hz. By default any rate will do.
+        """
+        chosen = self if estimator is None else self.only(estimator)
+        fitting = [p for p in chosen.predictors if rate is None or is_same_rate(p.rate, rate)]
+        if not fitting:
+            reason = (
+                "the model has a detector, but no predictor: train or adapt one"
+                if not chosen.predictors
+                else f"the detector needs samples at {rate:g} Hz, but no model in its folder does: "
+                f"train both together, with `firstcontact train --rate {rate:g}` or another rate"
+            )
+            raise InputError(reason, parameter="model")
+        steps = [p for p in fitting if p.name == fitting[0].name]
+        return steps[0] if len(steps) == 1 else PredictorLadder(steps)
 
     def predict(
         self,
@@ -157,33 +190,30 @@ class Model:
             ``at`` is out of range, ``contacts`` do not fit ``data``, or the model cannot predict.
         """
         require_dataset(data)
-        if len(self.estimators) > 1 or estimator is not None:
-            return self.only(estimator or self.estimators[0]).predict(data, at, contacts)
         given = _given_contacts(contacts, data)
-        if not self.moments:
-            raise InputError(
-                "the model has a detector, but no predictor: train or adapt one", parameter="model"
-            )
-        latest = self.moments[-1] if at is None else at
-        first, last = self.moments[0], self.moments[-1]
+        predictor = self.default(estimator)
+        first, last = predictor.moments[0], predictor.moments[-1]
+        latest = last if at is None else at
         if not first - 1e-9 <= latest <= 1.0:
             raise InputError(
                 f"{latest:g} s is outside {first:.3g} to 1 s: give a time in this range (after "
                 f"{last:.3g} s the prediction stays the same)",
                 parameter="at",
             )
-        resampled = resample_dataset(data, self.rate)
+        resampled = resample_dataset(data, predictor.rate)
         firsts: Sequence[Contact | None]
         if given is None:
             firsts = detect_alignment(resampled, self.own_detector).contacts
-            given = restore_contacts(firsts, data, self.rate)
+            given = restore_contacts(firsts, data, predictor.rate)
         else:
-            firsts = resample_contacts(given, data, self.rate)
-        out = Predictions.empty(firsts)
-        for predictor in self.predictors:
-            out = predictor.predict(resampled, firsts, latest).filled(out)
-        target = "shore_a" if self.network else self.trained_on.target
-        return replace(out, contacts=given, estimator=self.estimators[0], target=target)
+            firsts = resample_contacts(given, data, predictor.rate)
+        out = predictor.predict_pinches(resampled, firsts, latest)
+        target = self.target_of(predictor)
+        return replace(out, contacts=given, estimator=predictor.name, target=target)
+
+    def target_of(self, predictor: Predictor) -> Target:
+        """Return the label that a predictor of this model predicts."""
+        return "shore_a" if isinstance(predictor, AnytimeModel) else self.trained_on.target
 
     def only(self, estimator: str) -> Model:
         """Return a copy of the model with only the predictors of this estimator.
@@ -192,7 +222,7 @@ class Model:
         network alone if the model averages it with a regression.
         """
         network, estimator = self.network, class_name(estimator)
-        parts = () if network is None else (replace(network, model=network.model.network_alone()),)
+        parts = () if network is None else (network.network_alone(),)
         predictors = tuple(p for p in self.predictors if p.name == estimator)
         predictors = predictors or tuple(p for p in parts if p.name == estimator)
         if not predictors:
@@ -308,4 +338,4 @@ def require_dataset(data: object) -> None:
 
 def shipped_model() -> Model:
     """Return the package's model. It was trained on the twin and is not conditioned on a rig."""
-    return Model(pretrained_detector(), (RigPredictor(pretrained()),))
+    return Model(pretrained_detector(), (pretrained(),))

@@ -22,19 +22,20 @@ from firstcontact.core.weights import (
     write_weights,
 )
 from firstcontact.core.weights import read_card as read_checked
-from firstcontact.models._predictors import Predictor, RigPredictor, WindowPredictor
+from firstcontact.models.anytime import AnytimeModel
 from firstcontact.models.card import (
+    AnytimeCard,
     Digests,
     ModelCard,
-    NetworkCard,
     TrainingData,
     WindowCard,
     from_array,
     to_array,
 )
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.registry import model_class
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.window_model import Arrays
+from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.signal import samples_in
 
 FORMAT = "firstcontact-model"
@@ -46,17 +47,21 @@ WEIGHTS = "weights.safetensors"
 PINCHES = "pinches"
 
 
+#: Predictor with an entry in the card.
+SavedPredictor = WindowPredictor | AnytimeModel
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedModel:
     """Content of a model folder, except the detector."""
 
-    predictors: tuple[Predictor, ...]
+    predictors: tuple[SavedPredictor, ...]
     trained_on: TrainingData
     digests: Digests
 
 
 def write_model(
-    folder: Path, predictors: Sequence[Predictor], trained_on: TrainingData, digests: Digests
+    folder: Path, predictors: Sequence[SavedPredictor], trained_on: TrainingData, digests: Digests
 ) -> None:
     """Write card and weights into a folder. The detector, if any, must already be in it."""
     card = ModelCard(
@@ -67,7 +72,7 @@ def write_model(
     arrays = {
         f"{number}.{name}": array
         for number, predictor in enumerate(predictors)
-        for name, array in predictor.model.to_arrays().items()
+        for name, array in predictor.to_arrays().items()
     }
     if len(digests):
         arrays[PINCHES] = to_array(digests)
@@ -120,13 +125,14 @@ def model_folder(path: AnyPath) -> Path:
     return folder.parent if folder.name == CARD else folder
 
 
-def _predictor(folder: Path, part: WindowCard | NetworkCard, arrays: Arrays) -> Predictor:
+def _predictor(folder: Path, part: WindowCard | AnytimeCard, arrays: Arrays) -> SavedPredictor:
     remedy = "train again"
     try:
         if isinstance(part, WindowCard):
             return WindowPredictor.from_card(part, arrays)
         remedy = "make it again with `firstcontact adapt`"
-        return RigPredictor.from_card(part, arrays)
+        kind: type[AnytimeModel] = model_class(part.kind, of_windows=False)
+        return kind.from_arrays(arrays, part.level).with_record(part.record)
     except KeyError as error:
         reason = f"the array '{error}' is missing"
     except InputError as error:
@@ -152,11 +158,11 @@ def _check_detector(folder: Path, card: ModelCard) -> None:
         )
 
 
-def pretrained() -> InContextModel:
+def pretrained() -> RigModel:
     """Return the network of the package, which is not conditioned on a rig yet."""
     [predictor] = read_model(pretrained_folder()).predictors
-    assert isinstance(predictor, RigPredictor)
-    return predictor.model
+    assert isinstance(predictor, RigModel)
+    return predictor
 
 
 def pretrained_folder() -> Path:

@@ -10,22 +10,19 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, Finger, InputError
+from firstcontact.core import Finger, InputError
 from firstcontact.core.display import GREEN
-from firstcontact.core.physics import is_same_rate
 from firstcontact.core.text import counted, percent
-from firstcontact.models._predictors import RigPredictor
-from firstcontact.models.alignment import Alignment
+from firstcontact.models.anytime import AnytimeModel
 from firstcontact.models.card import TrainingRecord
-from firstcontact.models.estimator import EstimatorInfo
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.estimator import AnytimeEstimator
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.registry import ESTIMATORS
 from firstcontact.models.rig import Rig
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.splits import inner_folds
 from firstcontact.models.touches import Touches
-from firstcontact.models.training import DURATION, LabelledTouches
-from firstcontact.models.window_model import Task, Values
+from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 
 #: Smallest number of pinches with which a finger is a rig of its own. With 15 of each finger, all
@@ -43,7 +40,7 @@ FOLDS = 3
 class Adapted:
     """Model conditioned on a rig, with its held-out scores."""
 
-    model: InContextModel
+    model: RigModel
     scores: Mapping[str, float]
     mean_rmse: float = float("nan")
     check: IntervalCheck | None = None
@@ -53,8 +50,8 @@ class Adapted:
     @property
     def rmse(self) -> float:
         """Return the RMSE of the model on held-out pinches; NaN without any."""
-        alone = self.scores.get(InContextModel.kind, float("nan"))
-        return self.scores.get(self.model.kind, alone)
+        alone = self.scores.get(RigModel.kind, float("nan"))
+        return self.scores.get(self.model.name, alone)
 
     @property
     def by_finger(self) -> bool:
@@ -66,7 +63,7 @@ class Adapted:
         """Return the reason why the model is useless for this rig; "" if it is useful."""
         if not self.scores:
             return ""
-        rmse = max(self.rmse, self.scores[InContextModel.kind])
+        rmse = max(self.rmse, self.scores[RigModel.kind])
         if rmse < self.mean_rmse:
             return ""
         return (
@@ -87,7 +84,7 @@ class IntervalCheck:
 
 
 def adapt_network(
-    base: InContextModel,
+    base: RigModel,
     touches: Touches,
     shore_a: Values,
     sessions: NDArray[np.str_] | None = None,
@@ -103,7 +100,7 @@ def adapt_network(
             f"{len(longest)} and {len(np.unique(shore_a))}: record pinches of more flat blocks"
         )
 
-    def condition(touches: Touches, shore_a: Values) -> InContextModel:
+    def condition(touches: Touches, shore_a: Values) -> RigModel:
         rigs = known_rigs(touches, shore_a, seed)
         return base.conditioned_on({finger: rig for finger, (rig, _) in rigs.items()})
 
@@ -113,12 +110,12 @@ def adapt_network(
         return replace(made, split="held out: random pinches, because each session has one level")
     check = held_out.check(base.level, touches.rate)
     model = condition(longest, shore_a).widened(check.scales)
-    scores = {model.kind: root_mean_square(held_out.errors)}
+    scores = {model.name: root_mean_square(held_out.errors)}
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
 
 
 #: Function from contacts and their Shore A to a model of the rig.
-Condition = Callable[[Touches, Values], InContextModel]
+Condition = Callable[[Touches, Values], RigModel]
 
 
 def known_rigs(
@@ -180,11 +177,11 @@ def score_held_out(
             continue
         model = condition(touches.take(learn), shore_a[learn])
         test_touches, truth = touches.take(ask), shore_a[ask]
-        errors = model.predict(test_touches).value - truth
+        errors = model.predict_touches(test_touches).value - truth
         ratios = []
         for ms in Touches.SCORED_MS:
             early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
-            predictions = model.predict(early)
+            predictions = model.predict_touches(early)
             half = model.half_widths(predictions.spread, early.valid)
             ratios.append(np.abs(predictions.value - truth) / half)
         parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios), ask))
@@ -199,22 +196,37 @@ def root_mean_square(errors: Values) -> float:
 
 
 @dataclass(frozen=True)
-class NetworkEstimator(EstimatorInfo):
+class NetworkEstimator(AnytimeEstimator):
     """Network that was trained on simulated rigs and is conditioned on one rig.
 
     It learns from whole contacts instead of windows, and no weights are trained: the pinches of the
     rig become an input of the network.
     """
 
-    name: ClassVar[str] = InContextModel.kind
+    name: ClassVar[str] = RigModel.kind
     title: ClassVar[str] = "Network"
     colour: ClassVar[str] = GREEN
-    tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
-    model: ClassVar[Any] = InContextModel
+    model: ClassVar[Any] = RigModel
 
-    def fit_contacts(self, labelled: LabelledTouches, seed: int = 0) -> Adapted:
-        """Condition the network on labelled contacts; ``seed`` chooses the held-out ones."""
-        return self.fit_touches(labelled.touches, labelled.shore_a, labelled.named_sessions, seed)
+    def fit(
+        self,
+        touches: Touches,
+        shore_a: Values,
+        sessions: NDArray[np.str_] | None = None,
+        seed: int = 0,
+    ) -> tuple[AnytimeModel, Sequence[str]]:
+        """Condition the network on contacts; see :meth:`AnytimeEstimator.fit`."""
+        made = self.fit_touches(touches, shore_a, sessions, seed)
+        if made.refusal:
+            raise InputError(made.refusal)
+        usable = touches.take(touches.answerable)
+        record = TrainingRecord(pinches=len(usable), scores=_held_out_scores(made))
+        return made.model.with_record(record), [
+            _rig_sentence(shore_a[touches.answerable], made),
+            *_speed_sentences(usable, made),
+            *made.notes,
+            *_check_sentences(pretrained(), made),
+        ]
 
     def fit_touches(
         self,
@@ -228,65 +240,8 @@ class NetworkEstimator(EstimatorInfo):
 
 
 def rig_estimators() -> dict[str, type[NetworkEstimator]]:
-    """Return the registered estimators that learn from whole contacts, by name."""
+    """Return the registered estimators that condition the network, by name."""
     return {n: entry for n, entry in ESTIMATORS.items() if issubclass(entry, NetworkEstimator)}
-
-
-class UnknownRigError(InputError):
-    """Error for pinches that are too few to describe a rig."""
-
-
-def check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Refuse options that the network does not support. The InputError names the parameter."""
-    base = pretrained()
-    is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
-    refusals = {
-        "task": (task != Task.REGRESSION, "regression"),
-        "windows": (tuple(windows) != (DURATION,), "predictions from 2 to 15 ms after a contact"),
-        "level": (level != base.level, f"intervals of the level {base.level:g}"),
-        "rate": (is_other_rate, f"samples at {base.rate:g} Hz"),
-    }
-    for parameter, (is_refused, supported) in refusals.items():
-        if is_refused:
-            raise InputError(
-                f"the network supports only {supported}: leave out the {parameter}",
-                parameter=parameter,
-            )
-
-
-def condition(
-    dataset: Dataset, seed: int, contacts: Alignment, kind: type[NetworkEstimator]
-) -> tuple[RigPredictor, list[str]]:
-    """Return the network conditioned on the rig of these pinches, and remarks."""
-    base = pretrained()
-    if not is_same_rate(dataset.layout.rate, base.rate):
-        raise UnknownRigError(
-            f"the network needs samples at {base.rate:g} Hz, but these pinches have "
-            f"{dataset.layout.rate:g} Hz: train at the network's rate",
-            parameter="data",
-        )
-    if not np.isfinite(dataset.shore_a).any():
-        raise UnknownRigError(
-            "no pinch has a Shore A, which the network needs: record with --shore-a, or with a "
-            "plan that has a column shore, or import labels with a column shore_a",
-            parameter="data",
-        )
-    labelled = LabelledTouches.cut(dataset, contacts.contacts)
-    try:
-        made = kind(Task.REGRESSION, base.rate).fit_contacts(labelled, seed)
-    except InputError as error:
-        raise UnknownRigError(error.message, parameter="data") from None
-    if made.refusal:
-        raise UnknownRigError(made.refusal, parameter="data")
-    usable = labelled.take(labelled.touches.answerable)
-    record = TrainingRecord(pinches=len(usable), scores=_held_out_scores(made))
-    sentences = [
-        _rig_sentence(usable.shore_a, made),
-        *_speed_sentences(usable.touches, made),
-        *made.notes,
-        *_check_sentences(base, made),
-    ]
-    return RigPredictor(made.model, record), sentences
 
 
 def _rig_sentence(shore_a: Values, made: Adapted) -> str:
@@ -328,18 +283,18 @@ def _held_out_scores(made: Adapted) -> dict[str, float]:
     return {name: round(score, 3) for name, score in scores.items()}
 
 
-def _check_sentences(base: InContextModel, made: Adapted) -> list[str]:
+def _check_sentences(base: RigModel, made: Adapted) -> list[str]:
     """Return sentences on the held-out errors and intervals."""
     if made.check is None:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
-    alone = made.scores[InContextModel.kind]
+    alone = made.scores[RigModel.kind]
     one_for = "each finger is" if made.by_finger else "all fingers together are"
     sentences = [made.split] if made.split else []
     sentences.append(
         f"held-out pinches: rmse of the network {alone:.2f} Shore A, {made.mean_rmse:.2f} if the "
         f"mean is always predicted; {one_for} one rig"
     )
-    if (kind := made.model.kind) != InContextModel.kind:
+    if (kind := made.model.name) != RigModel.kind:
         advice = (
             f"; the network alone had a lower error ({alone:.2f}): make the model with `train ... "
             "--estimator network`, or use `live --estimator network`"

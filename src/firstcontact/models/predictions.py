@@ -113,6 +113,17 @@ class Predictions:
         for column, new in zip(self.columns, predictions.columns, strict=True):
             column[rows] = new
 
+    def put_one(self, row: int, prediction: Sequence[float], elapsed: float) -> None:
+        """Overwrite one prediction by a :class:`Prediction`, rounded to float32 as in the chain."""
+        value, low, high, _, spread, is_out = prediction
+        numbers = (
+            *np.array([value, spread, low, high], np.float32).tolist(),
+            bool(is_out),
+            elapsed,
+        )
+        for column, number in zip(self.columns, numbers, strict=True):
+            column[row] = number
+
     def take(self, rows: NDArray[Any]) -> Predictions:
         """Return some predictions (positions or a boolean mask). Their ``contacts`` are empty."""
         return _of_columns([column[rows] for column in self.columns], ())
@@ -124,10 +135,10 @@ class Predictions:
         return _of_columns([np.where(missing, b, a) for a, b in pairs], self.contacts)
 
 
-class ContactPredictor(Protocol):
-    """Interface of models that predict stiffness from the signal after contacts."""
+class TouchPredictor(Protocol):
+    """Interface of models that predict stiffness from many contacts at once."""
 
-    def predict(self, touches: Touches) -> Predictions:
+    def predict_touches(self, touches: Touches) -> Predictions:
         """Return a prediction for each contact, from its samples before the second contact."""
         ...
 

@@ -46,7 +46,8 @@ def model_class(kind: str, *, of_windows: bool) -> Any:
         return RegressorModel
     # The package's own kinds come first, so that no plug-in is imported for them.
     for entry in ESTIMATORS.values():
-        if issubclass(entry, Estimator) is of_windows and entry.model.kind == kind:
+        named = entry.model.kind if of_windows else entry.name
+        if issubclass(entry, Estimator) is of_windows and named == kind:
             return entry.model
     raise InputError(f"the kind of model {kind!r} is unknown: install the package that made it")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from firstcontact.core import Contact, Dataset, InputError, Label
 from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_WINDOW
 from firstcontact.core.text import counted, percent
+from firstcontact.models.card import Target
 from firstcontact.models.interval import (
     SHORE_A,
     Interval,
@@ -301,7 +302,6 @@ def _held_out(
     return [(m.predict(X), m.spread(X)) for m, X in zip(models, asked, strict=True)]
 
 
-Target = Literal["shore_a", "hardness_rank"]
 #: Unit of the errors of each target.
 UNITS: dict[Target, str] = {"shore_a": "Shore A", "hardness_rank": "ranks"}
 #: Smallest number of pinches for training and held-out scores.

@@ -16,9 +16,9 @@ from firstcontact.core import Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.installation import require_extra
 from firstcontact.core.jobs import Runner, parallel, worker_count
+from firstcontact.core.physics import is_same_rate
 from firstcontact.core.records import LONGEST_NAME, to_tree
 from firstcontact.core.text import counted
-from firstcontact.models._predictors import Predictor, WindowPredictor
 from firstcontact.models.alignment import (
     Alignment,
     Contacts,
@@ -26,22 +26,18 @@ from firstcontact.models.alignment import (
     choose_detector,
     fit_detector,
 )
-from firstcontact.models.card import Digests, TrainingData, TrainingRecord, pinch_digests
+from firstcontact.models.anytime import AnytimeModel
+from firstcontact.models.card import Digests, Target, TrainingData, TrainingRecord, pinch_digests
 from firstcontact.models.combined import CombinedEstimator
-from firstcontact.models.estimator import Estimator, EstimatorInfo
+from firstcontact.models.estimator import AnytimeEstimator, Estimator, EstimatorInfo
 from firstcontact.models.model import Model, require_dataset, shipped_model
-from firstcontact.models.model_file import pretrained
-from firstcontact.models.network_estimator import (
-    NetworkEstimator,
-    UnknownRigError,
-    check_network,
-    condition,
-)
+from firstcontact.models.model_file import SavedPredictor, pretrained
+from firstcontact.models.network_estimator import NetworkEstimator
 from firstcontact.models.registry import ESTIMATORS, find_estimator
 from firstcontact.models.training import (
     DURATION,
+    LabelledTouches,
     LabelledWindows,
-    Target,
     distinct_specimens,
     interval_in_words,
     labelled_windows,
@@ -49,6 +45,7 @@ from firstcontact.models.training import (
     train_final_model,
 )
 from firstcontact.models.window_model import Task, Values
+from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.recording.settings import check_rate
 from firstcontact.signal import resample_dataset, samples_in
 
@@ -145,7 +142,7 @@ def train(
         chosen, aligned, reason = choose_detector(dataset, detector, is_known, seed, runner)
         step(2)
         windowed, sentences = _train_windows(plan, dataset, aligned, runner, step)
-        networks, remarks = _condition_network(plan, dataset, aligned)
+        networks, remarks = _fit_anytime(plan, dataset, aligned)
         step(1)
     predictors = [*windowed, *networks] if plan.is_explicit else [*networks, *windowed]
     digests = pinch_digests(recorded.pinches)
@@ -210,7 +207,7 @@ def _make_plan(
     if task not in tuple(Task):
         raise InputError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
     if not issubclass(kind, Estimator):
-        check_network(task, durations, level, rate)
+        _check_network(task, durations, level, rate)
         durations = []
     lengths = tuple(sorted(durations))
     return _Plan(estimator, kind, Task(task), lengths, level, rate, seed, is_explicit)
@@ -218,10 +215,10 @@ def _make_plan(
 
 def _train_windows(
     plan: _Plan, dataset: Dataset, aligned: Alignment, runner: Runner, step: Callable[[int], object]
-) -> tuple[list[Predictor], list[str]]:
+) -> tuple[list[SavedPredictor], list[str]]:
     """Train a model for each window length. Return predictors, and sentences on their scores."""
     cuts = [(length, _cut(dataset, aligned, length)) for length in plan.durations]
-    predictors: list[Predictor] = []
+    predictors: list[SavedPredictor] = []
     sentences = []
     for length, cut in cuts:
         target, _ = _target(dataset)
@@ -244,25 +241,72 @@ def _train_windows(
     return predictors, sentences
 
 
-def _condition_network(
+class UnknownRigError(InputError):
+    """Error for pinches from which no any-time model can be made."""
+
+
+def _check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
+    """Refuse options that the network does not support. The InputError names the parameter."""
+    base = pretrained()
+    is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
+    refusals = {
+        "task": (task != Task.REGRESSION, "regression"),
+        "windows": (tuple(windows) != (DURATION,), "predictions from 2 to 15 ms after a contact"),
+        "level": (level != base.level, f"intervals of the level {base.level:g}"),
+        "rate": (is_other_rate, f"samples at {base.rate:g} Hz"),
+    }
+    for parameter, (is_refused, supported) in refusals.items():
+        if is_refused:
+            raise InputError(
+                f"the network supports only {supported}: leave out the {parameter}",
+                parameter=parameter,
+            )
+
+
+def _fit_anytime(
     plan: _Plan, dataset: Dataset, aligned: Alignment
-) -> tuple[list[Predictor], list[str]]:
-    """Condition the network on pinches with Shore A labels."""
+) -> tuple[list[SavedPredictor], list[str]]:
+    """Make the any-time model of pinches with Shore A labels, and notes on it."""
     if plan.learns_windows and not _has_shore_a(dataset):
         return [], []
-    rig_kind = plan.kind if issubclass(plan.kind, NetworkEstimator) else RIG_ESTIMATOR
+    kind = plan.kind if issubclass(plan.kind, AnytimeEstimator) else RIG_ESTIMATOR
     try:
-        network, sentences = condition(dataset, plan.seed, aligned, rig_kind)
+        model, sentences = _fitted(kind, dataset, aligned, plan.seed)
     except UnknownRigError as error:
         if not plan.learns_windows:
             raise
         _log.info("no network: %s", error.message)
         return [], [f"no network: {error.message}"]
     prefix = "network: " if plan.learns_windows else ""
-    return [network], [prefix + line for line in sentences]
+    return [model], [prefix + line for line in sentences]
 
 
-def _closing_notes(predictors: Sequence[Predictor], digests: Digests) -> list[str]:
+def _fitted(
+    kind: type[AnytimeEstimator], dataset: Dataset, aligned: Alignment, seed: int
+) -> tuple[AnytimeModel, Sequence[str]]:
+    rate = pretrained().rate
+    if not is_same_rate(dataset.layout.rate, rate):
+        raise UnknownRigError(
+            f"the network needs samples at {rate:g} Hz, but these pinches have "
+            f"{dataset.layout.rate:g} Hz: train at the network's rate",
+            parameter="data",
+        )
+    if not _has_shore_a(dataset):
+        raise UnknownRigError(
+            "no pinch has a Shore A, which the network needs: record with --shore-a, or with a "
+            "plan that has a column shore, or import labels with a column shore_a",
+            parameter="data",
+        )
+    labelled = LabelledTouches.cut(dataset, aligned.contacts)
+    try:
+        return kind(Task.REGRESSION, rate).fit(
+            labelled.touches, labelled.shore_a, labelled.named_sessions, seed
+        )
+    except InputError as error:
+        raise UnknownRigError(error.message, parameter="data") from None
+
+
+def _closing_notes(predictors: Sequence[SavedPredictor], digests: Digests) -> list[str]:
     """Return notes on the default predictor, and on pinches that occur twice."""
     notes = []
     if len(names := list(dict.fromkeys(p.name for p in predictors))) > 1:

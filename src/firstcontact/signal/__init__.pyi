@@ -7,7 +7,5 @@ from ._filters import SavitzkyGolay as SavitzkyGolay
 from .resampling import CausalResampler as CausalResampler
 from .resampling import resample as resample
 from .resampling import resample_dataset as resample_dataset
-from .windowing import ContactWindow as ContactWindow
-from .windowing import WindowStream as WindowStream
 from .windowing import contact_windows as contact_windows
 from .windowing import samples_in as samples_in

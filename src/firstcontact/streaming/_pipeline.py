@@ -13,6 +13,7 @@ import numpy as np
 
 from firstcontact.chain import Chain, ChainEvent, EventKind, Flag, Reason, build_image
 from firstcontact.chain.image import DetectorKind
+from firstcontact.chain.stream import Predict
 from firstcontact.contact import Detector
 from firstcontact.contact.closing_start import RecordedClosing
 from firstcontact.core import (
@@ -27,6 +28,7 @@ from firstcontact.core import (
 )
 from firstcontact.core.physics import radius_text
 from firstcontact.device.clock import TransportDelay
+from firstcontact.models import Hints, Predictor
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
 from firstcontact.streaming._delays import delay_cause, processor_wait
@@ -39,7 +41,6 @@ from firstcontact.streaming.events import (
     PinchDone,
 )
 from firstcontact.streaming.ledger import Ledger
-from firstcontact.streaming.predictors import NOT_FINITE, Predictor, WindowPredictions
 
 #: Time after the first contact at which a pinch is over, s, or 1.5 times the last moment of the
 #: model if that is longer: all offsets between the contacts are shorter.
@@ -62,7 +63,7 @@ REASONS = {
     Reason.TOO_EARLY: "there is too little signal before the contact",
     Reason.NO_SIGNAL: "the piezo gives no signal",
     Reason.SECOND_TOUCHED: "the second finger touched before there was an estimate",
-    Reason.NOT_FINITE: NOT_FINITE,
+    Reason.NOT_FINITE: "the model's prediction is not a finite number",
 }
 
 #: Function that returns the closing speed before a contact. It takes the contact's sample, epoch,
@@ -136,16 +137,13 @@ class Pipeline:
         self._image = build_image(
             layout.rate,
             constants,
-            None if predictor is None else predictor.constants,
+            None if predictor is None else predictor.constants(),
             after=max(AFTER, 1.5 * longest),
         )
         self._plugin: Any = detector if constants.kind is DetectorKind.PROGRAM else None
         self._fingers = layout.vibration_fingers
-        #: Number of samples by which a second contact lies at most before the newest one.
-        self._search = constants.search if len(self._fingers) > 1 else 0
         self._idle = samples_in(IDLE[0], layout.rate)
         self._strips = Strips(layout)
-        self._windows: WindowPredictions | None = None
         self._pinch: OpenClosing | None = None
         self._number = 0
         self._waiting: list[Block] = []
@@ -168,7 +166,7 @@ class Pipeline:
             self.layout,
             calibration,
             detector=self._plugin,
-            predict=None if self.predictor is None else self.predictor.predict,
+            predict=None if self.predictor is None else _called(self.predictor),
             contact=self._touch,
             keeps_first_state=not self._resettles,
         )
@@ -263,14 +261,13 @@ class Pipeline:
         self._now = self._clock()
         for event in events:
             yield from self._live(event)
-        yield from self._hear(block.end)
+        self._watch_strips(block.end)
         self._touched.clear()
         if self._pinch is None:
             self._warn_of_load()
         else:
             self._measure_speed(self._pinch)
-        due = None if self._windows is None else self._windows.due
-        self._lot = self._chain.due(self._idle if due is None else min(self._idle, max(due, 1)))
+        self._lot = self._chain.due(self._idle)
         if self._pinch is not None and self.real_time and not self.is_predicting:
             self._queued, self.poll_gap = processor_wait(), 0.0
         self.ledger.worked(self._clock() - start, len(block.data))
@@ -313,14 +310,13 @@ class Pipeline:
         """Yield the live events of an event of the chain."""
         if e.kind == EventKind.CLOSING_BEGAN:
             self._pinch = OpenClosing(e.sample, self._block.epoch, e.sample)
-            self._windows = None if self.predictor is None else self.predictor.start(self.layout)
             self._strips.begin()
             yield ClosingStart(e.sample, self._block.epoch)
             return
         pinch = self._pinch
         if pinch is None:
             return
-        yield from self._hear(e.sample if e.kind == EventKind.CLOSING_ENDED else e.known)
+        self._watch_strips(e.sample if e.kind == EventKind.CLOSING_ENDED else e.known)
         match e.kind:
             case EventKind.CONTACT_FOUND:
                 yield from self._add_contact(pinch, e)
@@ -328,19 +324,10 @@ class Pipeline:
                 _log.info("the contact at sample %d is withdrawn", pinch.contacts[0].sample)
                 yield ContactWithdrawn(pinch.contacts[0], e.known, pinch.epoch)
                 pinch.withdraw()
-                if self._windows is not None:
-                    self._windows.withdraw()
             case EventKind.ESTIMATED if e.flags & Flag.FINAL:
-                yield self._settle(pinch, e.sample + e.samples - 1, e.known, "")
+                yield self._settle(pinch, self._last_used(e), e.known, "")
             case EventKind.ESTIMATED:
-                yield self._add_estimate(
-                    pinch,
-                    e.sample + e.samples - 1,
-                    e.samples / self.layout.rate,
-                    (e.value, e.low, e.high),
-                    half_width=e.half_width,
-                    out_of_range=bool(e.flags & Flag.OUT_OF_RANGE),
-                )
+                yield self._add_estimate(pinch, e)
             case EventKind.NOT_ESTIMATED:
                 yield self._settle(pinch, -1, e.known, REASONS[Reason(e.reason)])
             case EventKind.CLOSING_ENDED:
@@ -355,24 +342,15 @@ class Pipeline:
             pinch.shape = radius_text(radius)
             pinch.unmeasured = contact if pinch.closing_speed is None else None
         yield ContactEvent(contact, is_first, pinch.epoch, self._now)
-        if pinch.second is contact and self._windows is not None:
-            yield from self._hear(e.known + 1)
-            if not pinch.is_settled:
-                reason = pinch.reason or self._windows.reason or REASONS[Reason.SECOND_TOUCHED]
-                yield self._settle(pinch, contact.sample - 1, e.known, reason)
 
-    def _add_estimate(
-        self,
-        pinch: OpenClosing,
-        last: int,
-        elapsed: float,
-        numbers: tuple[float, float, float],
-        level: float | None = None,
-        half_width: float | None = None,
-        *,
-        out_of_range: bool = False,
-    ) -> Estimate:
+    def _last_used(self, e: ChainEvent) -> int:
+        """Return the number of the last sample that an estimate needs."""
         assert self.predictor is not None
+        return e.sample + e.samples + self.predictor.lookahead - 1
+
+    def _add_estimate(self, pinch: OpenClosing, e: ChainEvent) -> Estimate:
+        assert self.predictor is not None
+        last = self._last_used(e)
         first, block, rate = pinch.contacts[0], self._block, self.layout.rate
         complete = max(last, first.decided)
         waited = (block.end - 1 - complete) / rate + self._delay
@@ -382,15 +360,14 @@ class Pipeline:
         compute = self._now - self._host
         if not pinch.made:
             pinch.stalled = compute - (time.thread_time() - self._thread_start)
-        value, low, high = numbers
         estimate = Estimate(
-            value=value,
-            low=low,
-            high=high,
-            level=self.predictor.level if level is None else level,
-            elapsed=elapsed,
+            value=e.value,
+            low=e.low,
+            high=e.high,
+            level=self.predictor.level or 0.0,
+            elapsed=e.samples / rate,
             available=(complete - first.sample) / rate + waited + transport + compute,
-            out_of_range=out_of_range,
+            out_of_range=bool(e.flags & Flag.OUT_OF_RANGE),
             model=self.predictor.name,
             contact=first,
             complete=complete,
@@ -400,7 +377,7 @@ class Pipeline:
             waited=waited,
             transport=transport,
             shape=pinch.shape,
-            half_width=half_width,
+            half_width=None if math.isnan(e.half_width) else e.half_width,
         )
         pinch.made.append((last, estimate))
         self.ledger.add(estimate)
@@ -417,38 +394,15 @@ class Pipeline:
         pinch.reason = reason if final is None else ""
         return final or NoEstimate(pinch.contacts[0], reason, complete, pinch.epoch)
 
-    def _hear(self, stop: int) -> Iterator[Event]:
-        """Pass the samples of the closing before ``stop`` to strips and window models."""
+    def _watch_strips(self, stop: int) -> None:
+        """Pass the samples of the closing before ``stop`` to the strips."""
         pinch, block = self._pinch, self._block
         if pinch is None or pinch.epoch != block.epoch:
             return
         start, pinch.heard = max(pinch.heard, block.first_sample), max(pinch.heard, stop)
-        if stop <= start or not (self._strips.exist or self._windows):
-            return
-        data = block.data[start - block.first_sample : stop - block.first_sample]
-        part = Block(data, start, block.epoch)
-        self._strips.watch(part)
-        windows, first = self._windows, pinch.contacts[0] if pinch.contacts else None
-        if windows is None:
-            return
-        for window in windows.update(part, first):
-            second = pinch.second
-            if second is not None and (pinch.is_settled or window.complete >= second.sample):
-                continue
-            try:
-                *numbers, level = windows.predict(window)
-            except InputError as error:
-                pinch.reason = str(error)
-                continue
-            self._now = self._clock()
-            value, low, high = numbers
-            yield self._add_estimate(
-                pinch, window.complete, window.duration, (value, low, high), level
-            )
-        # A second contact that is detected after the final estimate must not lie within it.
-        due = pinch.made[-1][0] + self._search if pinch.made else stop
-        if windows.ended and not pinch.is_settled and pinch.second is None and stop >= due:
-            yield self._settle(pinch, stop, stop - 1, pinch.reason or windows.reason)
+        if stop > start and self._strips.exist:
+            data = block.data[start - block.first_sample : stop - block.first_sample]
+            self._strips.watch(Block(data, start, block.epoch))
 
     def _ask_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
         """Measure the closing speed before a contact. This may take milliseconds."""
@@ -463,13 +417,10 @@ class Pipeline:
             pinch.closing_speed = self._ask_speed(contact.sample, pinch.epoch)
 
     def _end(self, pinch: OpenClosing, e: ChainEvent) -> Iterator[Event]:
-        windows, self._pinch, self._windows = self._windows, None, None
+        self._pinch = None
         if not pinch.contacts:
             return
         self._measure_speed(pinch)
-        if windows is not None and not pinch.is_settled:
-            reason = pinch.reason or windows.reason or REASONS[Reason(e.reason)]
-            yield self._settle(pinch, e.sample, e.known, reason)
         self._number += 1
         first, second = pinch.contacts[0], pinch.second
         offset = None if second is None else (second.sample - first.sample) / self.layout.rate
@@ -494,3 +445,18 @@ class Pipeline:
         )
         self.ledger.close(finished_pinch)
         yield finished_pinch
+
+
+def _called(predictor: Predictor) -> Predict:
+    """Return the function with which the chain calls a predictor in Python."""
+
+    def predict(
+        signal: bytes, lead: int, samples: int, finger: int, *hints: float
+    ) -> tuple[float, float, float, float, float, bool] | None:
+        try:
+            return predictor.predict(np.frombuffer(signal), samples, finger, Hints(*hints))
+        except InputError as error:
+            _log.info("no prediction: %s", error)
+            return math.nan, math.nan, math.nan, math.nan, math.nan, False
+
+    return predict

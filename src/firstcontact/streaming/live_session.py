@@ -25,10 +25,9 @@ from firstcontact.device.resampled import ResampledSource
 from firstcontact.grasp import HANDS, POLICIES, Hand, HandError, Policy, open_hand
 from firstcontact.grasp.hand import Begins
 from firstcontact.grasp.registry import find_hand, find_policy, live_policy, make_hand
-from firstcontact.models import Model, load_model
+from firstcontact.models import Model, Predictor, load_model
 from firstcontact.streaming._pipeline import MeasureSpeed, Pipeline
 from firstcontact.streaming.grasping import Grasping
-from firstcontact.streaming.predictors import Predictor, live_predictor
 from firstcontact.streaming.session import LiveSession
 from firstcontact.streaming.twin import default_model
 
@@ -77,7 +76,10 @@ def live_session(
             stack.enter_context(threadpool_limits(1))
             device = source.descriptor.predictor
             used = model if is_given or device is None or model.folder is not None else None
-            predictor = None if used is None else live_predictor(used, estimator)
+            predictor = None
+            if used is not None and used.predictors:
+                fitted = None if used.detector is None else used.detector.rate
+                predictor = used.default(estimator, fitted)
             detector = detector if used is None else used.own_detector
             for line in _remarks(source, used, predictor, estimator, is_given=is_given):
                 notify(line)

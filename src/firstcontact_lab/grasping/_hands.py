@@ -15,8 +15,8 @@ from firstcontact.grasp import Grip, Hand, HandLimits
 from firstcontact.models import Touches
 from firstcontact.models.alignment import choose_detector
 from firstcontact.models.combined import adapt_combined
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig_model import RigModel
 from firstcontact.twin import BLOCKS, draw_pinch
 from firstcontact.twin.draw import condition, draw_specimen
 from firstcontact.twin.drive import Drive
@@ -66,7 +66,7 @@ class SlipWatch:
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnHand:
     detector: Detector
-    model: InContextModel
+    model: RigModel
     pinches: int
     rmse: float
 

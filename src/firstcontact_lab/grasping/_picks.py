@@ -12,7 +12,6 @@ from firstcontact.grasp.policy import Truth
 from firstcontact.grasp.registry import make_policy
 from firstcontact.streaming import ContactEvent, ContactWithdrawn, Pipeline
 from firstcontact.streaming.grasping import Grasping
-from firstcontact.streaming.predictors import AnytimePredictor
 from firstcontact.twin import TwinObject, draw_pinch
 from firstcontact.twin.draw import condition
 from firstcontact.twin.drive import Drive
@@ -57,7 +56,7 @@ def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> Gra
 
 
 def make_pipeline(hand: OwnHand) -> Pipeline:
-    return Pipeline(LAYOUT, hand.detector, AnytimePredictor(hand.model), clock=lambda: 0.0)
+    return Pipeline(LAYOUT, hand.detector, hand.model, clock=lambda: 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,12 +16,12 @@ from firstcontact.models import Rig, Touches
 from firstcontact.models.combined import (
     LEAST_LEVELS,
     LEAST_PINCHES,
-    CombinedModel,
+    average_with_regressions,
     spread_scale,
 )
 from firstcontact.models.context_network import ContextNetwork, Familiar
-from firstcontact.models.in_context import InContextModel
 from firstcontact.models.predictions import combine
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._batches import cut, draw_batch
@@ -42,7 +42,7 @@ _SHRINK = 1e-3
 
 
 def answers(
-    model: InContextModel, examples: Examples, samples: int, seed: int = 0
+    model: RigModel, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
     """Return the prediction and its spread for each contact, two arrays of shape (n,)."""
     rng = np.random.default_rng([seed, samples])
@@ -60,27 +60,23 @@ def answers(
     return values, spreads
 
 
-def finished(network: ContextNetwork, examples: Examples, seed: int) -> InContextModel:
+def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel:
     """Return the network as a model with calibrated intervals, not conditioned on a rig."""
     familiar = _familiar([_traits(examples, stage, seed) for stage in Rig.STAGES])
     ones = np.ones(len(Rig.STAGES))
-    plain = InContextModel(network, familiar, ones, LEVEL, {Rig.ANY: Rig.unknown()}, ones)
+    plain = RigModel(network, familiar, ones, LEVEL, {Rig.ANY: Rig.unknown()}, ones)
     return plain.widened(np.array([_factor(plain, examples, stage, seed) for stage in Rig.STAGES]))
 
 
-def calibrated(
-    model: InContextModel, numbers: Sequence[int], seed: int, runner: Runner
-) -> InContextModel:
+def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runner) -> RigModel:
     """Return the model with calibrated intervals of averages with a regression on other rigs."""
     errors, spreads = object_errors(model, numbers, seed, runner)[1]
     factors = np.array([_quantile(of_stage) for of_stage in errors / spreads])
-    return InContextModel(
-        model.network, model.familiar, model.factors, model.level, model.rigs, factors
-    )
+    return RigModel(model.network, model.familiar, model.factors, model.level, model.rigs, factors)
 
 
 def object_errors(
-    model: InContextModel, numbers: Sequence[int], seed: int, runner: Runner, family: str = ""
+    model: RigModel, numbers: Sequence[int], seed: int, runner: Runner, family: str = ""
 ) -> NDArray[np.float64]:
     """Return errors on rigs' objects and their spreads, of the network and of the average.
 
@@ -91,18 +87,16 @@ def object_errors(
     return np.concatenate([errors for errors in of_rigs if errors.size], axis=3)
 
 
-def _object_errors(
-    number: int, seed: int, model: InContextModel, family: str
-) -> NDArray[np.float64]:
+def _object_errors(number: int, seed: int, model: RigModel, family: str) -> NDArray[np.float64]:
     blocks, levels, objects, shore_a = labelled_touches(number, seed, family)
     if len(blocks) < LEAST_PINCHES or len(np.unique(levels)) < LEAST_LEVELS:
         return np.zeros((2, 2, len(Rig.STAGES), 0))
     scale = spread_scale(model, blocks, levels, seed)
-    average = CombinedModel.fit(model, blocks, levels, seed, scale)
+    average = average_with_regressions(model, blocks, levels, seed, scale)
     out = np.empty((2, 2, len(Rig.STAGES), len(objects)))
     for place, stage in enumerate(Rig.STAGES):
         for row, one in enumerate((average.network_alone(), average)):
-            predicted = one.predict(objects.until(stage))
+            predicted = one.predict_touches(objects.until(stage))
             error = np.abs(predicted.value - shore_a)
             out[row, :, place] = np.where(objects.valid >= stage, error, np.nan), predicted.spread
     return out
@@ -123,7 +117,7 @@ def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
     return Familiar(np.array(means), np.array(whitenings), np.array(limits))
 
 
-def _factor(model: InContextModel, examples: Examples, samples: int, seed: int) -> float:
+def _factor(model: RigModel, examples: Examples, samples: int, seed: int) -> float:
     """Return half width / spread of intervals that hold the truth in the share ``LEVEL``."""
     values, spreads = answers(model, examples, samples, seed)
     is_object = examples.object_ids >= 0
@@ -155,7 +149,7 @@ PINCHES = 5
 
 
 def object_estimates(
-    model: InContextModel, examples: Examples, samples: int, seed: int
+    model: RigModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
     """Return predictions, half widths of their intervals, and the Shore A of the objects."""
     values, spreads = answers(model, examples, samples, seed)
@@ -185,7 +179,7 @@ def coverage(values: Values, half_widths: Values, truth: Values, pinches: int) -
 
 
 def same_object(
-    model: InContextModel,
+    model: RigModel,
     calibration: Examples,
     test: Examples,
     samples: Mapping[str, int],

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.models import Model, Rig, RigPredictor, Touches
+from firstcontact.models import Model, Rig, Touches
 from firstcontact.models.card import TrainingRecord
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._calibration import (
     LEVEL,
@@ -62,7 +62,7 @@ class Size:
 
 def pretrain(
     out: Path, work: Path, size: Size, seed: int, runner: Runner, say: Callable[[str], object]
-) -> InContextModel:
+) -> RigModel:
     """Pre-train the network, or resume a stopped pre-training."""
 
     def made(first: int, rigs: int, again: int = 0) -> Examples:
@@ -98,7 +98,7 @@ def pretrain(
     scores["same object"] = same_object(model, calibration, test, SAMPLES, seed + 1)
     trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
     record = TrainingRecord(scores=scores, training={"trained": trained, "size": asdict(size)})
-    Model(predictors=(RigPredictor(model, record),)).write(out)
+    Model(predictors=(model.with_record(record),)).write(out)
     return model
 
 

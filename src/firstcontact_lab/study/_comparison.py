@@ -15,7 +15,7 @@ from firstcontact.core.physics import gent_shore_a
 from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.interval import SHORE_A
 from firstcontact.models.network_estimator import rig_estimators
-from firstcontact.models.predictions import ContactPredictor
+from firstcontact.models.predictions import TouchPredictor
 from firstcontact.models.training import fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.twin.draw import Condition
@@ -70,7 +70,7 @@ def rig_sets(
     return runner.map(rig_set, list(seeds), condition, sizes, late)
 
 
-def fit_on_set(competitor: Competitor, rigs: RigSet, learn: Index, seed: int) -> ContactPredictor:
+def fit_on_set(competitor: Competitor, rigs: RigSet, learn: Index, seed: int) -> TouchPredictor:
     touches, name = rigs.touches.take(learn), competitor.options["estimator"]
     shore_a, groups = rigs.windows.y[learn], rigs.windows.sessions[learn]
     if competitor.method == "in context":
@@ -106,7 +106,7 @@ def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
     touches = rigs.touches.take(ask)
     if competitor.options.get("radii"):
         touches = replace(touches, radii=rigs.radii[ask])
-    return fit_on_set(competitor, rigs, learn, seed).predict(touches).value
+    return fit_on_set(competitor, rigs, learn, seed).predict_touches(touches).value
 
 
 def compared(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Record
 from firstcontact.models import Predictions, Touches
-from firstcontact.models.predictions import ContactPredictor
+from firstcontact.models.predictions import TouchPredictor
 from firstcontact.models.scores import Ends, SpecimenErrors, cluster_intervals, share_interval
 from firstcontact.models.splits import Group, Split
 from firstcontact.models.window_model import Values
@@ -107,10 +107,13 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 
 
 def predictions_by_time(
-    model: ContactPredictor, touches: Touches, times: Sequence[int] = Touches.SCORED_MS
+    model: TouchPredictor, touches: Touches, times: Sequence[int] = Touches.SCORED_MS
 ) -> dict[int, Predictions]:
     """Return predictions by time after the contact, ms, without samples of the second contact."""
-    return {ms: model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
+    return {
+        ms: model.predict_touches(touches.until(samples_in(1e-3 * ms, touches.rate)))
+        for ms in times
+    }
 
 
 def anytime_scores(

@@ -49,7 +49,7 @@ class LadderModel:
     def lengths(self) -> tuple[int, ...]:
         return tuple(rung.samples for rung in self._rungs)
 
-    def predict(self, touches: Touches) -> Predictions:
+    def predict_touches(self, touches: Touches) -> Predictions:
         n, shortest = len(touches), self._rungs[0]
         # Of constant signals and too early second contacts: the mean in training, out of range.
         out = Predictions(

@@ -66,7 +66,7 @@ def test_scores_are_those_of_the_last_estimate_of_each_pinch(
         answered.append(n > 0)
         if n and pinch.label.role is Role.TEST:
             touches, _ = Touches.cut(Dataset((pinch,)), [contact])
-            value = conditioned.adapted.model.predict(touches.until(n)).value[0]
+            value = conditioned.adapted.model.predict_touches(touches.until(n)).value[0]
             errors.append(value - (pinch.label.shore_a or 0.0))
             lengths.append(n / RATE)
     assert (result.share, result.with_second) == (np.mean(answered), len(answered))

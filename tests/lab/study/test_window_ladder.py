@@ -38,14 +38,14 @@ def test_samples_after_the_valid_ones_do_not_matter() -> None:
 def test_a_contact_is_answered_for_by_the_longest_window_that_it_fills() -> None:
     model = fitted()
     for samples, shorter in ((24, 15), (25, 25), (73, 39)):
-        sample = model.predict(TOUCHES.until(samples))
-        assert np.array_equal(sample.value, model.predict(TOUCHES.until(shorter)).value)
+        sample = model.predict_touches(TOUCHES.until(samples))
+        assert np.array_equal(sample.value, model.predict_touches(TOUCHES.until(shorter)).value)
 
 
 def test_what_is_too_short_or_constant_is_strange_with_the_whole_scale() -> None:
     dead = replace(TOUCHES, signals=np.zeros_like(TOUCHES.signals))
     for queries in (TOUCHES.until(SHORTEST - 1), dead):
-        answers = fitted().predict(queries)
+        answers = fitted().predict_touches(queries)
         assert answers.out_of_range.all()
         assert (answers.low == 0).all()
         assert (answers.high == 100).all()
@@ -54,7 +54,7 @@ def test_what_is_too_short_or_constant_is_strange_with_the_whole_scale() -> None
 
 def test_intervals_hold_what_was_promised_of_alike_contacts() -> None:
     remaining, truth, _ = ringing(400, seed=9)
-    answers = fitted().predict(remaining)
+    answers = fitted().predict_touches(remaining)
     share = np.mean((answers.low <= truth) & (truth <= answers.high))
     # 120 calibrate, 400 are predicted: three standard deviations of both.
     assert abs(share - LEVEL) < 3 * np.sqrt(LEVEL * (1 - LEVEL) * (1 / 120 + 1 / 400)) + 0.03
@@ -63,7 +63,7 @@ def test_intervals_hold_what_was_promised_of_alike_contacts() -> None:
 def test_with_few_contacts_there_is_an_answer_and_no_interval() -> None:
     few = np.arange(20)
     model = fit_window_ladder("peak", TOUCHES.take(few), SHORE_A[few])
-    answers = model.predict(TOUCHES)
+    answers = model.predict_touches(TOUCHES)
     assert (answers.high - answers.low == 100).all()
     with pytest.raises(InputError, match="too few"):
         fit_window_ladder("peak", TOUCHES.take(few[:5]), SHORE_A[few[:5]])

@@ -121,7 +121,7 @@ static void emit_estimate(fc_chain *c, int32_t samples, int32_t flags, int64_t k
     event.channel = c->channel;
     event.sample = c->first;
     event.known = known;
-    event.samples = samples;
+    event.samples = samples - c->image->model.lookahead;
     event.estimate = *estimate;
     if (c->program.emit != NULL)
         c->program.emit(c->program.context, &event);
@@ -158,7 +158,7 @@ static void end_closing(fc_chain *c, int64_t sample, int32_t reason)
     if (!c->is_over) {
         if (c->is_put_off)
             estimate(c, false);
-        if (c->has_first && !c->is_settled && c->image->has_model)
+        if (c->has_first && !c->is_settled && c->image->model.kind != FC_MODEL_NONE)
             settle(c, sample - 1, reason);
         emit(c, FC_CLOSING_ENDED, reason, 0, sample, sample - 1);
     }
@@ -385,30 +385,80 @@ static bool extend_touch(fc_chain *c)
     return true;
 }
 
-/* Predict at a moment. Return false if the result is not finite. */
-static bool predict(fc_chain *c, int32_t samples)
+/* Make the signal of the first contact ready. Return FC_DONE, or the reason why it is unusable. */
+static int32_t prepare_touch(fc_chain *c)
 {
-    const int32_t k = moment_index(&c->image->model, samples);
+    int32_t reason;
+    if (c->image->model.kind != FC_MODEL_NETWORK)
+        return FC_DONE;
+    if (!c->is_touch_ready && !begin_touch(c, &reason))
+        return reason;
+    return extend_touch(c) && c->varies ? FC_DONE : FC_NO_SIGNAL;
+}
+
+/* Predict at a moment. Return FC_DONE, or the reason why there is no prediction. */
+static int32_t predict(fc_chain *c, int32_t samples)
+{
+    const fc_model *const m = &c->image->model;
+    const int32_t k = moment_index(m, samples);
     fc_estimate *const out = c->estimates + k;
-    fc_touch_hint(&c->touch, &c->hints);
-    if (c->program.predict != NULL
-            ? !c->program.predict(c->program.context, c, samples, out)
-            : !fc_touch_predict(&c->touch, samples, &c->room, out))
-        return false;
+    int32_t reason = FC_NOT_FINITE;
+    if (m->kind == FC_MODEL_NETWORK) {
+        fc_touch_hint(&c->touch, &c->hints);
+        if (fc_touch_predict(&c->touch, samples, &c->room, out))
+            reason = FC_DONE;
+    } else if (c->program.predict != NULL) {
+        const int64_t oldest = c->first - m->before;
+        const int64_t start = oldest > c->past.begin ? oldest : c->past.begin;
+        const int32_t lead = (int32_t)(c->first - start);
+        reason = c->program.predict(c->program.context, c, lead, samples, out);
+    }
+    if (reason != FC_DONE)
+        return reason;
     c->is_predicted[k] = true;
     c->predicted = samples > c->predicted ? samples : c->predicted;
     emit_estimate(c, samples, 0, c->past.end - 1);
-    return true;
+    return FC_DONE;
+}
+
+/* Return true if the estimate must wait for the next sample, because this one took long already. */
+static bool is_effort_spent(fc_chain *c, bool was_put_off)
+{
+    int32_t ignored;
+    bool is_long = c->detector.effort > EFFORT_MOST;
+    if (c->image->model.kind != FC_MODEL_NETWORK || was_put_off)
+        return false;
+    if (c->past.end - 1 == c->decided)
+        is_long |= begin_touch(c, &ignored) && c->touch.rig->has_pitch;
+    return is_long;
+}
+
+/* Compute the estimate of a moment, unless a later one is due with samples that wait already. Return
+   FC_DONE, or the reason why there is none. */
+static int32_t compute_estimate(fc_chain *c, int32_t moment, bool has_new_second)
+{
+    const fc_model *const m = &c->image->model;
+    const int32_t k = moment_index(m, moment);
+    const int32_t waiting = c->program.waiting != NULL && !has_new_second
+                                ? c->program.waiting(c->program.context) : 0;
+    const int32_t reason = prepare_touch(c);
+    if (reason != FC_DONE)
+        return reason;
+    if (has_new_second || newest_moment(m, c->past.end - c->first + waiting) <= moment)
+        return predict(c, moment);
+    if (!c->is_skipped[k])
+        emit(c, FC_SKIPPED, 0, 0, c->first, c->past.end - 1);
+    c->is_skipped[k] = true;
+    return FC_DONE;
 }
 
 /* Compute the estimates that are due with the newest sample. */
 static void estimate(fc_chain *c, bool has_new_second)
 {
     const fc_model *const m = &c->image->model;
-    const int64_t newest = c->past.end - 1, available = c->past.end - c->first;
+    const int64_t newest = c->past.end - 1;
     const bool was_put_off = c->is_put_off;
-    int64_t limit = available;
-    int32_t reason;
+    int64_t limit = c->past.end - c->first;
     has_new_second |= c->is_second_put_off;
     c->is_put_off = c->is_second_put_off = false;
     if (!c->has_first || c->is_settled)
@@ -419,32 +469,16 @@ static void estimate(fc_chain *c, bool has_new_second)
     const int32_t k = moment > 0 ? moment_index(m, moment) : 0;
     const bool is_due = moment > 0 && !c->is_predicted[k] && !c->failed
                         && (has_new_second || moment > c->predicted);
-    bool is_long = c->detector.effort > EFFORT_MOST;
-    if (newest == c->decided && !was_put_off)
-        is_long |= begin_touch(c, &reason) && c->touch.rig->has_pitch;
-    if (is_long && is_due && !was_put_off) {
+    if (is_effort_spent(c, was_put_off) && is_due) {
         c->is_put_off = true;
         c->is_second_put_off = has_new_second;
         return;
     }
-    if (is_due) {
-        const int32_t waiting = c->program.waiting != NULL && !has_new_second
-                                    ? c->program.waiting(c->program.context) : 0;
-        if (!c->is_touch_ready && !begin_touch(c, &reason)) {
-            c->failed = reason;
-        } else if (!extend_touch(c) || !c->varies) {
-            c->failed = FC_NO_SIGNAL;
-        } else if (newest_moment(m, available + waiting) > moment && !has_new_second) {
-            if (!c->is_skipped[k])
-                emit(c, FC_SKIPPED, 0, 0, c->first, newest);
-            c->is_skipped[k] = true;
-        } else if (!predict(c, moment)) {
-            c->failed = FC_NOT_FINITE;
-        }
-    }
-    const bool is_last = c->failed || c->predicted == m->moment[m->moments - 1];
+    if (is_due)
+        c->failed = compute_estimate(c, moment, has_new_second);
+    const bool is_last = c->failed != FC_DONE || c->predicted == m->moment[m->moments - 1];
     if (has_new_second || (is_last && newest + 1 >= final_from(c)))
-        settle(c, newest, c->failed ? c->failed : FC_SECOND_TOUCHED);
+        settle(c, newest, c->failed != FC_DONE ? c->failed : FC_SECOND_TOUCHED);
 }
 
 void fc_chain_take(fc_chain *c, const double *vibration, const double *loads)
@@ -453,7 +487,7 @@ void fc_chain_take(fc_chain *c, const double *vibration, const double *loads)
     c->detector.effort = 0;
     if (c->is_open && !c->is_over) {
         const bool has_new_second = detect(c, is_finite);
-        if (c->image->has_model)
+        if (c->image->model.kind != FC_MODEL_NONE)
             estimate(c, has_new_second);
         const int64_t end = c->first + c->image->timing->after;
         if (c->has_first && !c->is_waiting && c->next + 1 >= end && c->program.window == NULL)
@@ -488,12 +522,13 @@ int32_t fc_chain_due(const fc_chain *c, int32_t most)
                              ? c->detector.next : c->detector.settles + c->detector.constants->step;
     if (!(c->is_confirmed && all_latched(c)) && next - c->next < due)
         due = next - c->next;
-    if (c->has_first && !c->is_settled && c->image->has_model && final_from(c) - c->next < due
+    const bool is_estimating = c->has_first && !c->is_settled && m->kind != FC_MODEL_NONE;
+    if (is_estimating && final_from(c) - c->next < due
         && (c->failed || c->predicted == m->moment[m->moments - 1]))
         due = final_from(c) - c->next;
     if (c->is_waiting && c->first + c->image->timing->confirmed - c->next < due)
         due = c->first + c->image->timing->confirmed - c->next;
-    for (int32_t k = 0; c->has_first && !c->is_settled && c->image->has_model && k < m->moments; k++)
+    for (int32_t k = 0; is_estimating && k < m->moments; k++)
         if (m->moment[k] > c->predicted && c->first + m->moment[k] - c->next < due) {
             due = c->first + m->moment[k] - c->next;
             break;

@@ -11,10 +11,6 @@
 extern "C" {
 #endif
 
-enum {
-    FC_MOMENTS_MOST = 80    /* moments after a contact at which a model predicts */
-};
-
 /* Kinds of events. */
 enum {
     FC_CLOSING_BEGAN = 1,   /* sample: first sample of the closing */
@@ -64,8 +60,11 @@ typedef struct {
     void (*window)(void *context, int64_t end, const int64_t *onsets);
     /* Return the number of further samples that wait already. */
     int32_t (*waiting)(void *context);
-    /* Predict instead of the image's model. Return false if the result is not finite. */
-    bool (*predict)(void *context, const struct fc_chain *chain, int32_t samples, fc_estimate *out);
+    /* Predict for a model of the kind FC_MODEL_PROGRAM, from `volts`: the contact's channel, with
+       `lead` samples before the contact and `samples` after it, which include the lookahead. Return
+       FC_DONE, or FC_NO_SIGNAL or FC_NOT_FINITE without a prediction. */
+    int32_t (*predict)(void *context, const struct fc_chain *chain, int32_t lead, int32_t samples,
+                       fc_estimate *out);
     fc_judge judge;         /* for detectors of the kind FC_DETECTOR_PROGRAM */
 } fc_program;
 
@@ -111,7 +110,7 @@ typedef struct fc_chain {
     float before[FC_BEFORE_MOST];
     fc_touch_room room;
     bool varies;            /* the signal of the contact is not constant */
-    int32_t predicted;      /* samples of the newest estimate */
+    int32_t predicted;      /* samples that the newest estimate needed */
     int32_t failed;         /* reason why no further estimate follows; 0 if there is none */
     bool is_predicted[FC_MOMENTS_MOST], is_skipped[FC_MOMENTS_MOST];
     fc_estimate estimates[FC_MOMENTS_MOST];

@@ -180,11 +180,24 @@ static const char *read_rig(cursor *c, const fc_model *m, fc_rig *r)
     return c->is_cut ? CUT : NULL;
 }
 
+/* Read the moments of a model that the calling program computes. */
+static const char *read_program(cursor *c, fc_model *m)
+{
+    if (m->before < 0 || m->before > FC_CAPACITY_MOST || m->lookahead < 0
+        || m->lookahead > FC_CAPACITY_MOST || m->moments < 1 || m->moments > FC_MOMENTS_MOST)
+        return WRONG;
+    m->moment = integers(c, m->moments);
+    if (c->is_cut)
+        return CUT;
+    return ascend(m->moment, m->moments, m->lookahead + 1, FC_CAPACITY_MOST) ? NULL : WRONG;
+}
+
 static const char *read_model(cursor *c, fc_model *m)
 {
     const int32_t *const sizes = integers(c, 8);
     if (sizes == NULL)
         return CUT;
+    m->lookahead = sizes[7];
     m->before = sizes[0];
     m->guard = sizes[1];
     m->baseline = sizes[2];
@@ -192,7 +205,9 @@ static const char *read_model(cursor *c, fc_model *m)
     m->stages = sizes[4];
     m->rigs = sizes[5];
     m->pitch.samples = sizes[6];
-    if (m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->guard > m->before
+    if (m->kind == FC_MODEL_PROGRAM)
+        return read_program(c, m);
+    if (m->lookahead != 0 || m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->guard > m->before
         || m->baseline < 1 || m->baseline > m->before - m->guard || m->pitch.samples < 2 || m->pitch.samples > m->before
         || m->moments < 1 || m->stages < 1 || m->rigs < 1 || m->rigs > FC_RIGS_MOST)
         return WRONG;
@@ -245,9 +260,11 @@ static bool is_detector(const fc_detector_constants *d)
 static bool is_long_enough(const fc_image *image)
 {
     const int32_t capacity = image->timing->capacity;
+    const fc_model *const m = &image->model;
+    const int32_t points = m->kind == FC_MODEL_PROGRAM ? m->moment[m->moments - 1] : 2 * FC_POINTS;
     return image->detector->window <= capacity
            && image->detector->steady <= capacity - image->timing->age
-           && (!image->has_model || image->model.before + 2 * FC_POINTS <= capacity);
+           && (m->kind == FC_MODEL_NONE || m->before + points <= capacity);
 }
 
 static bool is_timing(const fc_timing *t)
@@ -288,8 +305,10 @@ const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
         || flags[0] > FC_IMAGE_TEXT)
         return WRONG;
     image->text = take(&c, flags[0], 1);
-    image->has_model = flags[1] != 0;
-    const char *const fault = image->has_model ? read_model(&c, &image->model) : NULL;
+    image->model.kind = flags[1];
+    if (flags[1] < FC_MODEL_NONE || flags[1] > FC_MODEL_PROGRAM)
+        return WRONG;
+    const char *const fault = flags[1] == FC_MODEL_NONE ? NULL : read_model(&c, &image->model);
     if (fault != NULL || c.is_cut)
         return fault != NULL ? fault : CUT;
     return c.left == 0 && is_long_enough(image) ? NULL : WRONG;

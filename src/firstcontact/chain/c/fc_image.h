@@ -32,7 +32,6 @@ typedef struct {
     const double *floors;       /* noise of each channel at rest, V; 0 if unknown */
     const char *text;           /* description, printable ASCII */
     uint32_t text_bytes;
-    bool has_model;
     fc_model model;
 } fc_image;
 

@@ -12,7 +12,8 @@
 #include "fc_pitch.h"
 
 enum {
-    FC_POINTS = 74,         /* most samples after the contact that a model uses */
+    FC_POINTS = 74,         /* most samples after the contact that the network uses */
+    FC_MOMENTS_MOST = 80,   /* moments after a contact at which a model predicts */
     FC_BEFORE_MOST = 256,   /* samples before the contact */
     FC_FEATURES = 14,       /* features of the signal after the contact */
     FC_TRAITS = FC_FEATURES + 2, /* features, noise before the contact, and share of repeated samples */
@@ -49,12 +50,22 @@ typedef struct {
     const uint8_t *processes; /* fc_process of each stage, one after the other */
 } fc_rig;
 
-/* Model that predicts at any time after a contact. Lengths are in samples. */
+/* Kinds of models. */
+enum {
+    FC_MODEL_NONE,
+    FC_MODEL_NETWORK,
+    FC_MODEL_PROGRAM          /* the calling program predicts */
+};
+
+/* Model that predicts at any time after a contact. Lengths are in samples. A model of the kind
+   FC_MODEL_PROGRAM has no fields below `moment`. */
 typedef struct {
+    int32_t kind;
     int32_t before;           /* signal before the contact */
+    int32_t lookahead;        /* samples after a moment that the model's filter needs */
     int32_t guard, baseline;  /* baseline: length of the quiet signal that ends `guard` before the contact */
     int32_t moments, stages;
-    const int32_t *moment;    /* numbers of samples after the contact at which the model predicts */
+    const int32_t *moment;    /* samples after the contact that each prediction needs, with lookahead */
     const int32_t *stage;     /* stages, ascending */
     fc_network network;
     const double *factors;    /* half width of an interval, in spreads (stages) */

@@ -125,30 +125,38 @@ static void on_judge(void *context, const double *windows, uint8_t *fired)
     Py_XDECREF(view);
 }
 
-static bool on_predict(void *context, const fc_chain *c, int32_t samples, fc_estimate *out)
+/* Call the function with the signal of a contact. It returns numbers, or None for an unusable signal. */
+static int32_t on_predict(void *context, const fc_chain *c, int32_t lead, int32_t samples,
+                          fc_estimate *out)
 {
     held_chain *const h = context;
     const fc_hints *const hints = &c->hints;
-    float signal[FC_BEFORE_MOST + FC_POINTS] = {0.0f};
-    const int32_t before = c->image->model.before;
-    if (PyErr_Occurred())
-        return false;
-    memcpy(signal, c->before, sizeof(float) * (size_t)before);
-    for (int32_t k = 0; k < c->touch.samples; k++)
-        signal[before + k] = (float)(c->touch.rig->sign * c->touch.volts[k]);
-    PyObject *const view = PyMemoryView_FromMemory(
-        (char *)signal, (before + FC_POINTS) * (Py_ssize_t)sizeof *signal, PyBUF_READ);
-    PyObject *const result = view == NULL ? NULL
-        : PyObject_CallFunction(h->functions[PREDICT], "Oiiddd", view, samples, c->stream.finger[c->channel],
-                                hints->speed, hints->error, hints->radius);
     int is_out = 0;
-    const bool is_right = result != NULL
-        && PyArg_ParseTuple(result, "fffffp", &out->value, &out->low, &out->high,
-                            &out->half_width, &out->spread, &is_out);
+    if (PyErr_Occurred())
+        return FC_NOT_FINITE;
+    PyObject *const signal
+        = PyBytes_FromStringAndSize(NULL, (lead + samples) * (Py_ssize_t)sizeof(double));
+    if (signal == NULL)
+        return FC_NOT_FINITE;
+    char *const bytes = PyBytes_AsString(signal);
+    for (int32_t k = 0; k < lead + samples; k++) {
+        const double volts = fc_past_at(&c->past, c->channel, c->first - lead + k);
+        memcpy(bytes + (size_t)k * sizeof volts, &volts, sizeof volts);
+    }
+    PyObject *const result = PyObject_CallFunction(
+        h->functions[PREDICT], "Oiiiddd", signal, lead, samples - c->image->model.lookahead,
+        (int)c->stream.finger[c->channel], hints->speed, hints->error, hints->radius);
+    Py_DECREF(signal);
+    if (result == NULL || result == Py_None) {
+        Py_XDECREF(result);
+        return FC_NO_SIGNAL;
+    }
+    const bool is_right = PyArg_ParseTuple(result, "fffffp", &out->value, &out->low, &out->high,
+                                           &out->half_width, &out->spread, &is_out);
     out->is_out_of_range = is_out != 0;
-    Py_XDECREF(result);
-    Py_XDECREF(view);
-    return is_right && isfinite(out->value) && isfinite(out->low) && isfinite(out->high);
+    Py_DECREF(result);
+    const bool is_finite = isfinite(out->value) && isfinite(out->low) && isfinite(out->high);
+    return is_right && is_finite ? FC_DONE : FC_NOT_FINITE;
 }
 
 static void free_chain(PyObject *capsule)
@@ -216,6 +224,8 @@ static PyObject *make_chain(PyObject *self, PyObject *const *args, Py_ssize_t n)
                 && (floors == 0 || floors == channels);
     for (Py_ssize_t k = 0; k < columns; k++)
         fits = fits && ((const int32_t *)views[3].buf)[k] >= 0 && ((const int32_t *)views[3].buf)[k] < width;
+    if (image->image.model.kind == FC_MODEL_PROGRAM)
+        fits = fits && functions[PREDICT] != Py_None;
     if (image->image.detector->kind == FC_DETECTOR_PROGRAM)
         fits = fits && functions[SETTLED] != Py_None && functions[JUDGE] != Py_None;
     if (!fits) {

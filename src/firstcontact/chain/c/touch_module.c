@@ -59,7 +59,7 @@ static const fc_model *take_contacts(rows *r, PyObject *const *args)
 {
     r->held = 0;
     const held_image *const held = PyCapsule_GetPointer(args[0], IMAGE);
-    if (held == NULL || !held->image.has_model)
+    if (held == NULL || held->image.model.kind != FC_MODEL_NETWORK)
         return refuse("the image has no model"), NULL;
     const fc_model *const m = &held->image.model;
     if (!take_rows(r, args[1], args[2], m->before) || !take_row_array(r, args[3], 1, I32, false)
@@ -159,7 +159,7 @@ static PyObject *network(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!has(n, 4))
         return NULL;
     const held_image *const of = PyCapsule_GetPointer(args[0], IMAGE);
-    if (of == NULL || !of->image.has_model)
+    if (of == NULL || of->image.model.kind != FC_MODEL_NETWORK)
         return refuse("the image has no model");
     const fc_network *const net = &of->image.model.network;
     const int32_t rank = net->layers[FC_RIG_LAYER].into.rows;

@@ -16,7 +16,7 @@ from firstcontact.core.text import counted, percent
 from firstcontact.models import ESTIMATORS, LabelledTouches, Predictions, Task, Touches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import Adapted, NetworkEstimator, rig_estimators
-from firstcontact.models.predictions import ContactPredictor
+from firstcontact.models.predictions import TouchPredictor
 from firstcontact.models.scores import Ends, regression_scores
 from firstcontact.models.splits import Split, by_session
 from firstcontact.models.training_runs import RIG_ESTIMATOR
@@ -152,7 +152,8 @@ def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> Labell
 
 
 def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapted:
-    return rig_estimators()[estimator](Task.REGRESSION, home.touches.rate).fit_contacts(home, seed)
+    kind = rig_estimators()[estimator](Task.REGRESSION, home.touches.rate)
+    return kind.fit_touches(home.touches, home.shore_a, home.named_sessions, seed)
 
 
 def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
@@ -174,7 +175,7 @@ def _predict(
     queries = home.take(split.test) if len(split.test) else objects
     adapted = conditioned_model(RIG_ESTIMATOR.name, learned, seed)
     # The default estimator contains the network, conditioned on the same contacts.
-    models: dict[str, ContactPredictor] = {
+    models: dict[str, TouchPredictor] = {
         NetworkEstimator.name: adapted.model.network_alone(),
         RIG_ESTIMATOR.name: adapted.model,
     }

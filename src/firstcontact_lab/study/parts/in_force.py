@@ -86,7 +86,7 @@ def in_force(subject: Subject, settings: StudySettings) -> PartResult:
     last = samples[objects.rows]
     value, elapsed = np.full((2, len(objects)), np.nan)
     for n in np.unique(last):
-        predicted = subject.adapted.model.predict(objects.touches.take(last == n).until(n))
+        predicted = subject.adapted.model.predict_touches(objects.touches.take(last == n).until(n))
         value[last == n], elapsed[last == n] = predicted.value, predicted.elapsed
     middle = np.array(0.5)
     results = InForce(

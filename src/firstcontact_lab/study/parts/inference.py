@@ -161,7 +161,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     first = Touches.moments(model.rate)[0]
     inputs = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
     with one_thread():
-        return time_calls(adapted.model.predict, inputs, settings.calls)
+        return time_calls(adapted.model.predict_touches, inputs, settings.calls)
 
 
 def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:

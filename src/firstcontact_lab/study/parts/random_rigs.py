@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from firstcontact.core import Record
 from firstcontact.core.jobs import Runner
 from firstcontact.models import Touches
-from firstcontact.models.combined import CombinedModel, adapt_combined
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.combined import adapt_combined
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.predictions import combine
+from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.findings import PartResult
@@ -118,16 +118,16 @@ def _block_pinches(rig: JudgedRig) -> tuple[Touches, Values, NDArray[np.str_]]:
     return rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
 
 
-def _adapted(rig: JudgedRig) -> CombinedModel:
+def _adapted(rig: JudgedRig) -> RigModel:
     model = adapt_combined(pretrained(), *_block_pinches(rig)).model
-    assert isinstance(model, CombinedModel)
+    assert model.regressions
     return model
 
 
-def _timed(model: InContextModel, radii: Values | None = None) -> Predict:
+def _timed(model: RigModel, radii: Values | None = None) -> Predict:
     def predict(touches: Touches, ms: int) -> Predicted:
         early = touches.until(samples_in(1e-3 * ms, touches.rate))
-        out = model.predict(early if radii is None else replace(early, radii=radii))
+        out = model.predict_touches(early if radii is None else replace(early, radii=radii))
         half = model.half_widths(out.spread, early.valid)
         return out.value, out.low, out.high, half
 
@@ -136,7 +136,7 @@ def _timed(model: InContextModel, radii: Values | None = None) -> Predict:
 
 def _windows(ladder: LadderModel) -> Predict:
     def predict(touches: Touches, ms: int) -> Predicted:
-        out = ladder.predict(touches.until(samples_in(1e-3 * ms, touches.rate)))
+        out = ladder.predict_touches(touches.until(samples_in(1e-3 * ms, touches.rate)))
         return out.value, out.low, out.high, np.maximum(out.high - out.low, 1e-6) / 2
 
     return predict

@@ -18,8 +18,7 @@ from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import adapt, train
 from firstcontact.models.alignment import fit_detector
-from firstcontact.models.combined import CombinedModel
-from firstcontact.models.in_context import InContextModel
+from firstcontact.models.rig_model import RigModel
 from firstcontact.models.scores import Ends, cluster_intervals
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
@@ -135,8 +134,8 @@ def _judge_rig(
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)
     objects, empty = draw_objects(rig, count), draw_empty(rig, EMPTY, LASTS)
-    combined = train(blocks, CombinedModel.kind)
-    models = (combined.only(InContextModel.kind), combined)
+    combined = train(blocks, RigModel.COMBINED)
+    models = (combined.only(RigModel.kind), combined)
     detectors = {"shipped": pretrained_detector(), "own": fit_detector(blocks)}
     chosen = "shipped" if is_pretrained(combined.own_detector) else "own"
     out = {}

@@ -6,7 +6,9 @@ the user's rig is one of its inputs, so users train nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -16,10 +18,11 @@ from numpy.typing import NDArray
 from firstcontact.chain import Image, build_image
 from firstcontact.chain.image import LINES, ModelConstants, RigConstants
 from firstcontact.chain.touch import predict_touches, rig_inputs
-from firstcontact.core import Finger, InputError
+from firstcontact.core import Contact, Dataset, Finger, InputError
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.core.physics import is_same_rate
+from firstcontact.core.physics import is_same_rate, parse_radius
 from firstcontact.core.weights import take_array
+from firstcontact.models.anytime import LONGEST, AnytimeModel, Hints, Prediction
 from firstcontact.models.context_network import ContextNetwork, Familiar
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.rig import STEP, MotorPitch, Rig, RigRegression, RigSpeeds, ear
@@ -31,11 +34,21 @@ from firstcontact.signal import samples_in
 LOUD = 1e-9, 1e9
 
 
-class InContextModel:
-    """Pre-trained network with the rigs that it is conditioned on, by finger number."""
+class RigModel(AnytimeModel):
+    """Pre-trained network with the rigs that it is conditioned on, by finger number.
 
-    #: Name of the runtime in model files.
+    Each rig may have a regression on its own pinches. Then a prediction is a mixture of the
+    network's prediction and the regression's, weighted by the inverse of their variances. Its
+    spread is the standard deviation of the mixture, so it grows where both differ. The regression
+    dominates for contacts like those of the rig's pinches, the network for others.
+    """
+
     kind: ClassVar[str] = "network"
+    #: Name of models with regressions.
+    COMBINED: ClassVar[str] = "combined"
+
+    uses_shape = True
+    level: float
 
     def __init__(
         self,
@@ -57,19 +70,52 @@ class InContextModel:
                 "the model file lacks the arrays for fingers without own examples: adapt the model "
                 "again"
             )
-        self.rate = FINGERTIP_RATE
         self.level = level
-        self.network, self.familiar, self.factors = network, familiar, factors
+        self.network, self.familiar = network, familiar
+        #: Factors of the intervals' widths: of all predictions, and of the network alone.
+        self.factors = self.network_factors = factors
         #: Factors of the intervals of a prediction that is averaged with a regression.
         self.mixed = mixed
-        self.rigs = dict(rigs)
+        self.rigs: Mapping[int, Rig] = dict(rigs)
+        #: Regression of each rig, by finger number; empty if the network predicts alone.
+        self.regressions: Mapping[int, RigRegression] = {}
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return self.COMBINED if self.regressions else self.kind
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the signals, Hz."""
+        return FINGERTIP_RATE
+
+    @property
+    def lengths(self) -> tuple[int, ...]:
+        """Numbers of samples after a contact with which the network predicts."""
+        return Touches.moments(self.rate)
+
+    @property
+    def before(self) -> int:
+        """Number of samples before a contact, which contain the motor's noise."""
+        return samples_in(Touches.BEFORE, self.rate)
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Elapsed times after a contact at which the network predicts, s, ascending."""
+        return tuple(n / 1000 for n in range(2, round(1000 * Touches.LONGEST) + 1))
+
+    @property
+    def uses_speed(self) -> bool:  # type: ignore[override]
+        """True if the rig's own pinches had measured speeds. Without them, speeds have no use."""
+        return any(rig.speeds is not None for rig in self.rigs.values())
 
     def constants(self) -> ModelConstants:
         """Return all constants with which the chain predicts."""
         network, familiar = self.network, self.familiar
         return ModelConstants(
-            before=samples_in(Touches.BEFORE, self.rate),
-            moments=Touches.moments(self.rate),
+            before=self.before,
+            moments=self.lengths,
             stages=Rig.STAGES,
             factors=self.factors,
             limit=familiar.limit,
@@ -106,11 +152,6 @@ class InContextModel:
         """Constants of the model, without a detector, as the chain reads them."""
         return build_image(self.rate, model=self.constants())
 
-    @property
-    def is_compiled(self) -> bool:
-        """True if the chain in C predicts, False if a subclass does so in Python."""
-        return type(self).predict is InContextModel.predict
-
     def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
         """Return the half widths of intervals for predictions from so many samples."""
         return spreads * self.factors[Rig.stage_index(samples)]
@@ -120,29 +161,74 @@ class InContextModel:
         """Smallest number of valid samples for a prediction."""
         return Touches.lengths(self.rate)[0]
 
-    def network_alone(self) -> InContextModel:
-        """Return the model without a regression that refines the network's predictions."""
-        return self
+    def network_alone(self) -> Self:
+        """Return the network without regressions, with its own interval widths."""
+        return self._changed(factors=self.network_factors, regressions={})
 
-    def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
-        """Return a model with the same network, conditioned on these rigs instead."""
-        return InContextModel(
-            self.network, self.familiar, self.factors, self.level, rigs, self.mixed
-        )
+    def conditioned_on(self, rigs: Mapping[int, Rig]) -> Self:
+        """Return a model with the same network, conditioned on these rigs, without regressions."""
+        return self.network_alone()._changed(rigs=dict(rigs))
 
-    def widened(self, scales: NDArray[np.float64]) -> InContextModel:
+    def with_regressions(
+        self, regressions: Mapping[int, RigRegression], factors: NDArray[np.float64]
+    ) -> Self:
+        """Return a model that averages this network with regressions.
+
+        ``factors`` are those of the average's intervals, shape (stages,).
+        """
+        return self._changed(regressions=dict(regressions), factors=factors)
+
+    def widened(self, scales: NDArray[np.float64]) -> Self:
         """Return the model with intervals widened by a factor for each stage, shape (stages,)."""
         factors = self.factors * scales
-        return InContextModel(
-            self.network, self.familiar, factors, self.level, self.rigs, self.mixed
-        )
+        alone = self.network_factors if self.regressions else factors
+        return self._changed(factors=factors, network_factors=alone)
+
+    def _changed(self, **attributes: Any) -> Self:
+        """Return a copy with other attributes."""
+        other = copy(self)
+        other.__dict__.pop("image", None)  # it is made again when it is needed
+        other.__dict__.update(attributes)
+        return other
 
     def inputs(self, touches: Touches) -> NDArray[np.float32]:
         """Return the inputs of the network for these contacts, shape (n, INPUTS)."""
         self._check(touches)
         return rig_inputs(self.image, *touches.arrays)
 
-    def predict(self, touches: Touches) -> Predictions:
+    def predict(
+        self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
+    ) -> Prediction | None:
+        """Predict from one contact; see :meth:`Predictor.predict`."""
+        cut = Touches.cut_signal(signal, len(signal) - samples, self.rate)
+        if cut is None:
+            return None
+        speed, error, radius = (np.array([hint]) for hint in hints)
+        speed[speed == 0.0] = np.nan
+        one = Touches(
+            cut[None], np.array([samples]), np.array([finger]), speed, error, radius, self.rate
+        )
+        p = self.predict_touches(one)
+        half_width = self.half_widths(p.spread, one.valid)
+        arrays = p.value, p.low, p.high, half_width, p.spread
+        value, low, high, half, spread = (float(array[0]) for array in arrays)
+        return Prediction(value, low, high, half, spread, bool(p.out_of_range[0]))
+
+    def predict_pinches(
+        self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST
+    ) -> Predictions:
+        """Predict all pinches at once; see :meth:`Predictor.predict_pinches`."""
+        out = Predictions.empty(contacts)
+        touches, rows = Touches.cut(data, contacts)
+        shapes = np.array([parse_radius(data[row].label.shape) for row in rows], np.float64)
+        samples = self.usable_lengths(data, contacts, at)[rows]
+        touches = replace(touches, radii=shapes, valid=samples)
+        touches, rows = touches.take(samples > 0), rows[samples > 0]
+        if len(rows):
+            out.put(rows, self.predict_touches(touches))
+        return out
+
+    def predict_touches(self, touches: Touches) -> Predictions:
         """Return a prediction for each contact, from its samples before the second contact."""
         self._check(touches)
         out = predict_touches(self.image, *touches.arrays)
@@ -155,10 +241,10 @@ class InContextModel:
         elapsed = touches.valid / touches.rate
         return Predictions(value, spread, low, high, is_out_of_range > 0, elapsed)
 
-    @property
-    def regressions(self) -> Mapping[int, RigRegression]:
-        """Regressions of rigs, with which the network's predictions are averaged, by finger."""
-        return {}
+    def regress(self, touches: Touches) -> tuple[Values, Values]:
+        """Return the regressions' predictions and their spreads, shape (n,) each."""
+        out = predict_touches(self.image, *touches.arrays, is_regression=True)
+        return out[:, 0], out[:, 4]
 
     def _check(self, touches: Touches) -> None:
         if not is_same_rate(touches.rate, self.rate):
@@ -173,16 +259,24 @@ class InContextModel:
             )
 
     def to_arrays(self) -> Arrays:
-        """Return the network's arrays, and each rig's arrays as ``rig.FINGER.NAME``."""
+        """Return the arrays of the network, and of each rig as ``rig.FINGER.NAME``.
+
+        Those of a regression are called ``own.FINGER.NAME``.
+        """
         arrays = {**self.network.to_arrays(), **self.familiar.to_arrays()}
         arrays |= {"factors": self.factors, "mixed": self.mixed}
         for finger, rig in self.rigs.items():
             for name, array in _rig_arrays(rig).items():
                 arrays[f"rig.{finger}.{name}"] = array
+        if self.regressions:
+            arrays["own.factors"] = self.network_factors
+        for finger, regression in self.regressions.items():
+            for name, array in regression.to_arrays().items():
+                arrays[f"own.{finger}.{name}"] = array
         return arrays
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float | None) -> Self:
         """Build the model from the arrays that :meth:`to_arrays` returned."""
         fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
         rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {Rig.ANY: Rig.unknown()}
@@ -190,8 +284,14 @@ class InContextModel:
             take_array(arrays, name, len(Rig.STAGES)).astype(np.float64)
             for name in ("factors", "mixed")
         )
+        if level is None:
+            raise InputError("the model file states no level of its intervals")
         network, familiar = ContextNetwork(arrays), Familiar.from_arrays(arrays)
         made = cls(network, familiar, factors, level, rigs, mixed)
+        if "own.factors" in arrays:
+            own = take_array(arrays, "own.factors", len(Rig.STAGES))
+            made.network_factors = own.astype(np.float64)
+            made.regressions = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in rigs}
         made.image.handle  # noqa: B018 - refuse numbers that could overflow
         return made
 

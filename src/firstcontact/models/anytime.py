@@ -1,0 +1,281 @@
+"""Base classes of everything that predicts stiffness after a contact."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from copy import copy
+from math import nan
+from typing import ClassVar, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.chain.image import ModelConstants, ProgramConstants
+from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Layout, Pinch
+from firstcontact.core.physics import is_same_rate, parse_radius
+from firstcontact.models.card import AnytimeCard, TrainingRecord, WindowCard
+from firstcontact.models.predictions import Predictions
+from firstcontact.models.touches import finger_number, speed_inputs, valid_samples
+from firstcontact.models.window_model import Arrays
+from firstcontact.signal import DeviceSmoothing, samples_in
+
+#: Longest signal that a prediction may use, s.
+LONGEST = 10.0
+
+
+class Hints(NamedTuple):
+    """Knowledge about a contact that its signal does not contain.
+
+    Parameters
+    ----------
+    speed
+        Closing speed that the hand measured, m/s; 0 if unknown.
+    error
+        Relative standard error of this speed.
+    radius
+        Radius of the object at the contact, m: infinite for a flat object, NaN if unknown.
+    """
+
+    speed: float = 0.0
+    error: float = 0.0
+    radius: float = nan
+
+
+class Prediction(NamedTuple):
+    """Stiffness that a model predicts for one contact.
+
+    Parameters
+    ----------
+    value, low, high
+        Prediction and ends of its interval, in Shore A, hardness ranks or classes. Without an
+        interval, both ends equal the value.
+    half_width
+        Half width of the interval before it was clipped to the scale; NaN if predictions for
+        several pinches of an object must not be averaged.
+    spread
+        Standard deviation of the prediction; NaN if the model predicts none.
+    out_of_range
+        True if the contact is unlike the training data.
+    """
+
+    value: float
+    low: float
+    high: float
+    half_width: float = nan
+    spread: float = nan
+    out_of_range: bool = False
+
+
+class Predictor(ABC):
+    """Predictor of stiffness at one or several moments after a contact.
+
+    Recordings, live sessions and exports ask the same object.
+    """
+
+    #: Number of samples after a moment that the predictor's filter needs.
+    lookahead: int = 0
+    #: True if a measured closing speed, or the shape of the object, is an input.
+    uses_speed: bool = False
+    uses_shape: bool = False
+    #: Classes that are predicted; empty for a regression.
+    classes: tuple[float, ...] = ()
+    #: Nominal coverage of the prediction intervals, such as 0.9; None without intervals.
+    level: float | None = None
+    #: Description of the training.
+    record: TrainingRecord = TrainingRecord()
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of the estimator."""
+
+    @property
+    @abstractmethod
+    def rate(self) -> float:
+        """Sampling rate of the signals, Hz."""
+
+    @property
+    @abstractmethod
+    def lengths(self) -> Sequence[int]:
+        """Numbers of samples after a contact with which the model predicts, ascending."""
+
+    @property
+    @abstractmethod
+    def before(self) -> int:
+        """Largest number of samples before a contact that the model uses."""
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Elapsed times after a contact at which the model predicts, s, ascending."""
+        return tuple(n / self.rate for n in self.lengths)
+
+    @abstractmethod
+    def predict(
+        self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
+    ) -> Prediction | None:
+        """Predict from the signal of one contact.
+
+        Parameters
+        ----------
+        signal
+            Vibration in V as the device sends it: at most ``before`` samples before the contact,
+            and ``samples + lookahead`` from the contact on.
+        samples
+            Number of samples after the contact that the prediction may use, one of ``lengths``.
+        finger
+            Finger that touched: 0 is the index finger, 1 the thumb, -1 unknown.
+        hints
+            Closing speed and object's radius, if known.
+
+        Returns
+        -------
+        Prediction or None
+            None if the signal is unusable, for example constant or too short before the contact.
+        """
+
+    def constants(self) -> ModelConstants | ProgramConstants:
+        """Return what the chain needs. By default, it calls :meth:`predict` in Python."""
+        return ProgramConstants(self.before, self.lengths, self.lookahead)
+
+    def check(self, layout: Layout) -> None:
+        """Raise InputError if the model cannot predict from samples with this layout."""
+        if not is_same_rate(layout.rate, self.rate):
+            raise InputError(
+                f"{self.name} needs samples at {self.rate:g} Hz, but these have {layout.rate:g} "
+                "Hz: resample them, or use a model for their rate"
+            )
+
+    def predict_pinches(
+        self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST
+    ) -> Predictions:
+        """Predict each pinch from the signal after its first contact, given in ``contacts``.
+
+        The prediction uses the longest of :attr:`lengths` that fits into ``at`` (s) and, with the
+        look-ahead, ends before the second finger's contact. It is NaN if none does.
+        """
+        out = Predictions.empty(contacts)
+        for row, samples in enumerate(self.usable_lengths(data, contacts, at).tolist()):
+            pinch, contact = data.pinches[row], contacts[row]
+            signal = None
+            if contact is not None and samples:
+                signal = contact_signal(pinch, contact, self.before, samples + self.lookahead)
+            if contact is None or signal is None:
+                continue
+            speed, error = np.nan_to_num(speed_inputs(pinch.closing_speed)).tolist()
+            hints = Hints(speed, error, parse_radius(pinch.label.shape))
+            made = self.predict(signal, samples, finger_number(contact.finger), hints)
+            if made is not None:
+                out.put_one(row, made, samples / self.rate)
+        return out
+
+    def usable_lengths(
+        self, data: Dataset, contacts: Sequence[Contact | None], at: float
+    ) -> NDArray[np.intp]:
+        """Return the length of signal with which each pinch is predicted, in samples, or 0."""
+        available = valid_samples(data, contacts) - self.lookahead
+        most = np.minimum(available, samples_in(at, data.layout.rate))
+        place = np.searchsorted(self.lengths, most, side="right")
+        return np.array([0, *self.lengths], np.intp)[place]
+
+
+class AnytimeModel(Predictor):
+    """Model that is saved in a model folder, and predicts at one or several moments.
+
+    A subclass sets ``kind``, and implements the abstract methods of both classes. An
+    :class:`AnytimeEstimator` makes it from labelled contacts.
+    """
+
+    #: Name of the kind of model. The name in model files is :attr:`name`.
+    kind: ClassVar[str]
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return self.kind
+
+    @abstractmethod
+    def to_arrays(self) -> Arrays:
+        """Return all arrays that predictions depend on."""
+
+    @classmethod
+    @abstractmethod
+    def from_arrays(cls, arrays: Arrays, level: float | None) -> Self:
+        """Restore a model from its arrays, and the level of its intervals.
+
+        Raise InputError if they do not fit together.
+        """
+
+    def with_record(self, record: TrainingRecord) -> Self:
+        """Return a copy with another description of the training."""
+        other = copy(self)
+        other.record = record
+        return other
+
+    def card(self) -> AnytimeCard | WindowCard:
+        """Return the model's entry in ``model.json``."""
+        return AnytimeCard(kind=self.name, rate_hz=self.rate, record=self.record, level=self.level)
+
+
+class PredictorLadder(Predictor):
+    """Predictors of one estimator, of which the one for the longest signal predicts."""
+
+    def __init__(self, steps: Sequence[Predictor]) -> None:
+        self._steps = {step.lengths[-1]: step for step in steps}
+        first = steps[0]
+        self._name, self._rate, self.lookahead = first.name, first.rate, first.lookahead
+        self.classes, self.level = first.classes, first.level
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return self._name
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the signals, Hz."""
+        return self._rate
+
+    @property
+    def lengths(self) -> Sequence[int]:
+        """Lengths of the signals of all predictors, in samples, ascending."""
+        return sorted(self._steps)
+
+    @property
+    def before(self) -> int:
+        """Largest number of samples before a contact that a predictor uses."""
+        return max(step.before for step in self._steps.values())
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Elapsed times after a contact at which a predictor predicts, s, ascending."""
+        return tuple(self._steps[n].moments[-1] for n in self.lengths)
+
+    def predict(
+        self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
+    ) -> Prediction | None:
+        """Predict from one contact; see :meth:`Predictor.predict`."""
+        return self._steps[samples].predict(signal, samples, finger, hints)
+
+    def check(self, layout: Layout) -> None:
+        """Raise InputError if a predictor cannot predict from samples with this layout."""
+        for step in self._steps.values():
+            step.check(layout)
+
+
+def contact_signal(
+    pinch: Pinch, contact: Contact, before: int, after: int
+) -> NDArray[np.float64] | None:
+    """Cut the vibration of a contact's finger, V, smoothed as the device does it.
+
+    Return at most ``before`` samples before the contact, and ``after`` from it on; None if the
+    finger has no sensor or the signal is shorter.
+    """
+    columns = pinch.layout.columns(ChannelKind.VIBRATION, contact.finger)
+    start = contact.sample - pinch.first_sample
+    if not columns or start < 0 or start + after > len(pinch.data):
+        return None
+    volts = pinch.layout.physical(pinch.data, columns)
+    smooth = DeviceSmoothing(pinch.layout, columns).update(volts)
+    out: NDArray[np.float64] = smooth[max(start - before, 0) : start + after, 0]
+    return out

@@ -1,0 +1,172 @@
+"""Predictor with a window of fixed length, its interval, and the record of its training."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, Layout
+from firstcontact.models.anytime import Hints, Prediction, Predictor
+from firstcontact.models.card import TrainingRecord, WindowCard
+from firstcontact.models.interval import Interval
+from firstcontact.models.registry import model_class
+from firstcontact.models.window_model import Arrays, Spec, Task, Values, WindowModel, Windows
+from firstcontact.signal import SavitzkyGolay, samples_in
+from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD, cut_window
+
+#: Longest window that a model may require, s.
+LONGEST_WINDOW = 10.0
+#: Content of each channel of a window.
+_CHANNELS = ("piezo of the finger that touched", "piezo of the other finger")
+
+
+class WindowPredictor(Predictor):
+    """Predictor with one moment: it uses a window, a signal of fixed length after the contact.
+
+    ``interval`` gives the prediction intervals; None for a model without. ``record`` describes the
+    training.
+    """
+
+    lookahead = SavitzkyGolay.lookahead
+
+    def __init__(
+        self,
+        model: WindowModel,
+        interval: Interval | None = None,
+        record: TrainingRecord = Predictor.record,
+    ) -> None:
+        self.model, self.interval, self.record = model, interval, record
+        self.classes = model.spec.classes
+        self.level = None if interval is None else interval.level
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return self.model.name
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the windows, Hz."""
+        return self.model.spec.rate
+
+    @property
+    def lengths(self) -> tuple[int, ...]:
+        """Number of samples of the window, in a tuple of length 1."""
+        return (self.model.spec.samples,)
+
+    @property
+    def before(self) -> int:
+        """Number of samples before the contact that the baseline and the filter use."""
+        quiet = samples_in(BASELINE_GUARD, self.rate) + samples_in(BASELINE, self.rate)
+        return quiet + self.lookahead
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Time after a contact at which the model predicts, s, in a tuple of length 1."""
+        return (self.duration,)
+
+    @property
+    def duration(self) -> float:
+        """Length of the window, s, rounded to 1 or 0.1 ms if that gives as many samples."""
+        spec = self.model.spec
+        for decimals in (3, 4):
+            length = round(spec.duration, decimals)
+            if samples_in(length, spec.rate) == spec.samples:
+                return length
+        return spec.duration
+
+    def predict(
+        self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
+    ) -> Prediction | None:
+        """Predict from one contact; see :meth:`Predictor.predict`."""
+        conditioned = SavitzkyGolay().update(signal[:, None])
+        start = len(signal) - samples - self.lookahead
+        window = cut_window(conditioned[:, 0], start, samples, self.rate)
+        if window is None:
+            return None
+        value, spread, low, high = (float(a[0]) for a in self.predict_windows(window[None]))
+        return Prediction(value, low, high, spread=spread)
+
+    def check(self, layout: Layout) -> None:
+        """Raise InputError if the model cannot predict from samples with this layout."""
+        spec = self.model.spec
+        spec.require_rate(layout.rate)
+        if spec.channels != 1:
+            raise InputError(
+                f"the model needs {spec.channels} channels, but a contact has only the channel of "
+                "the finger that touched: train a model on one channel"
+            )
+        # This loads what the model needs. It raises an error if weights overflow.
+        self.predict_windows(
+            0.1 * np.sin(np.arange(spec.samples))[None, :, None].astype(np.float32)
+        )
+
+    def predict_windows(self, X: Windows) -> tuple[Values, Values, Values, Values]:
+        """Return values, standard deviations, lower bounds and upper bounds, shape (n,) each.
+
+        ``X`` holds windows in V, shape (n, samples, channels). Standard deviations are NaN if the
+        model predicts none. Without intervals, both bounds equal the value.
+        """
+        values, spreads = self.model.predict(X), self.model.spread(X)
+        if spreads is None:
+            if self.interval is not None and self.interval.scaled:
+                raise InputError(
+                    "the interval needs a predicted standard deviation, but the model predicts "
+                    "none: train it again"
+                )
+            spreads = np.full(len(values), nan)
+        low = high = values
+        if self.interval is not None:
+            low, high = self.interval.around_all(values, spreads)
+        return values, spreads, low, high
+
+    def to_arrays(self) -> Arrays:
+        """Return the arrays of the window model."""
+        return self.model.to_arrays()
+
+    def card(self) -> WindowCard:
+        """Return the predictor's entry in ``model.json``."""
+        spec = self.model.spec
+        return WindowCard(
+            kind=self.model.kind,
+            rate_hz=spec.rate,
+            record=replace(self.record, training=dict(self.model.notes)),
+            task=spec.task,
+            samples=spec.samples,
+            channels=spec.channels,
+            channel_order=_CHANNELS[: spec.channels],
+            classes=spec.classes,
+            interval=self.interval,
+        )
+
+    @classmethod
+    def from_card(cls, card: WindowCard, arrays: Arrays) -> Self:
+        """Create the predictor from its entry in ``model.json`` and its arrays. Check both."""
+        kind = model_class(card.kind, of_windows=True)
+        with np.errstate(all="ignore"):  # predictions that overflow are refused
+            return cls(kind.from_arrays(_spec(card), arrays), card.interval, card.record)
+
+
+def _spec(card: WindowCard) -> Spec:
+    spec = Spec(card.task, card.rate_hz, card.samples, card.channels, card.classes)
+    if spec.duration > LONGEST_WINDOW:
+        raise InputError(
+            f"the model's window of {spec.samples} samples at {spec.rate:g} Hz is longer than "
+            f"{LONGEST_WINDOW:g} s: train again with a shorter window"
+        )
+    if (spec.task is Task.CLASSIFICATION) != (len(spec.classes) > 1) or any(
+        not one < other for one, other in zip(spec.classes, spec.classes[1:], strict=False)
+    ):
+        raise InputError(
+            f"the field 'classes' does not fit the task {spec.task}, or its values do not ascend"
+        )
+    if card.channel_order != _CHANNELS[: spec.channels]:
+        raise InputError(
+            f"the field 'channel_order' is {list(card.channel_order)!r}, but this program's "
+            f"windows have the channels {list(_CHANNELS[: spec.channels])!r}"
+        )
+    return spec

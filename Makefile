@@ -38,7 +38,7 @@ plugin = $(itself) --editable examples/plugin_estimators
 torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
 # Beside the others: it is as large as they are together. Neither outlives a failure or Ctrl-C.
 both   = $(call fetch,$(1)) & others=$$!; trap wait EXIT; trap "kill $$others; exit 130" INT TERM; { $(torch); } && wait $$others
-PINS  := pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/core/c/*) $(wildcard src/firstcontact/chain/c/*) $(wildcard firmware/core/fc_c*)
+PINS  := setup.py pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/core/c/*) $(wildcard src/firstcontact/chain/c/*) $(wildcard firmware/core/fc_c*)
 
 $(BIN)/pip:
 	$(PYTHON) -m venv $(VENV)

@@ -7,12 +7,13 @@ import sys
 import tomllib
 from contextlib import nullcontext
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-from compiled_kernels import SOURCES, compiled_kernels
+from compiled_kernels import compiled_kernels
 from firstcontact.core import InputError, installation
 from firstcontact.core.installation import install_command, require_extra
 from firstcontact.export import MODEL_EXPORTERS
@@ -62,36 +63,53 @@ BLOCKED = """
 import sys
 sys.modules["firstcontact.core._compiled"] = None
 from firstcontact.cli.main import main
-sys.exit(main(["simulate", "--out", "out"]))
+sys.exit(main([sys.argv[1], "--out", "out"]))
 """
 
 
-def test_without_them_one_sentence_names_the_packages_to_install(tmp_path):
-    command = [sys.executable, "-c", BLOCKED]
+@pytest.mark.parametrize("verb", ["simulate", "adapt"])
+def test_without_them_one_sentence_names_the_packages_to_install(tmp_path, verb):
+    command = [sys.executable, "-c", BLOCKED, verb]
     process = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert process.returncode == 2
     assert process.stderr.count("\n") == 1
     assert all(name in process.stderr for name in ("gcc", "libc6-dev", "python3-dev"))
+    assert process.stderr.startswith("firstcontact: the compiled functions")
+    assert process.stderr.count(": ") == 3  # no remedy of a file around it
     assert not list(tmp_path.iterdir())
 
 
+CHECKOUT = """
+[[tool.setuptools.ext-modules]]
+name = "package._compiled"
+sources = ["a.c"]
+depends = ["a.h"]
+"""
+
+
 @pytest.mark.parametrize(
-    ("age", "in_checkout", "is_used"),
-    [(-60.0, True, False), (60.0, True, True), (-60.0, False, True)],
+    ("in_checkout", "source", "is_used"),
+    [(True, b"a", True), (True, b"other", False), (False, b"other", True)],
 )
-def test_only_a_checkout_refuses_a_module_older_than_its_sources(
-    age, in_checkout, is_used, tmp_path, monkeypatch
+def test_only_a_checkout_refuses_a_module_of_other_sources(
+    in_checkout, source, is_used, tmp_path, monkeypatch
 ):
-    if not in_checkout:
-        monkeypatch.setattr(installation, "_CLONE", tmp_path)
+    (tmp_path / "src/package").mkdir(parents=True)
+    binary = tmp_path / "src/package/_compiled.so"
+    binary.write_bytes(b"code" + sha256(b"ab").hexdigest().encode())
+    (tmp_path / "a.c").write_bytes(source)
+    (tmp_path / "a.h").write_bytes(b"b")
+    # Times say the opposite.
+    os.utime(tmp_path / "a.c", (0, 0) if source != b"a" else None)
+    os.utime(binary, (1, 1))
+    if in_checkout:
+        (tmp_path / "pyproject.toml").write_text(CHECKOUT)
+    monkeypatch.setattr(installation, "_CLONE", tmp_path)
     module = ModuleType("_compiled")
-    module.__file__ = str(tmp_path / "_compiled.so")
-    Path(module.__file__).touch()
-    newest = max(p.stat().st_mtime for p in SOURCES.iterdir())
-    os.utime(module.__file__, (newest + age, newest + age))
+    module.__file__ = str(binary)
     monkeypatch.setitem(sys.modules, "firstcontact.core._compiled", module)
     load = installation._load_kernels.__wrapped__  # the cached function
-    with nullcontext() if is_used else pytest.raises(InputError, match="older"):
+    with nullcontext() if is_used else pytest.raises(InputError, match="sources"):
         assert load() is module
 
 

@@ -198,8 +198,9 @@ class Image:
         InputError
             The bytes are damaged, or have another version of the format.
         """
+        extension = chain_extension()  # its error is none of the image
         try:
-            return chain_extension().image(self.data)
+            return extension.image(self.data)
         except ValueError as error:
             raise InputError(f"{error}: train or adapt the model again") from None
 

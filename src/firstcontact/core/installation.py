@@ -6,9 +6,11 @@ import os
 import platform
 import shlex
 import sys
+import tomllib
 from collections.abc import Iterable
 from contextlib import suppress
 from functools import cache
+from hashlib import sha256
 from importlib import import_module, metadata
 from importlib.util import find_spec
 from pathlib import Path
@@ -93,20 +95,17 @@ def _load_kernels() -> ModuleType:
             "the compiled functions of this package are missing: install a C compiler and the "
             "headers of Python (Debian: gcc libc6-dev python3-dev), then this package again"
         ) from error
-    built = Path(str(module.__file__))
-    package = Path(__file__).parents[1]
-    firmware = _CLONE / "firmware" / "core"
-    own = [*package.glob("core/c/*.[ch]"), *firmware.glob("fc_c*.[ch]")]
-    chain = [*package.glob("chain/c/*.[ch]"), *package.glob("core/c/arrays.[ch]")]
-    # Only in a checkout can sources change after the build: what an installer writes has times
-    # without meaning.
-    is_clone = (_CLONE / "pyproject.toml").is_file()
-    for binary, sources in ((built, own), (package / "chain" / built.name, chain)):
-        if is_clone and binary.exists():
-            age = binary.stat().st_mtime
-            if any(source.stat().st_mtime > age for source in sources):
+    # Only in a checkout can sources change after the build.
+    if (project := _CLONE / "pyproject.toml").is_file():
+        tree = tomllib.loads(project.read_text(encoding="utf-8"))
+        for extension in tree["tool"]["setuptools"]["ext-modules"]:
+            files = [_CLONE / file for file in (*extension["sources"], *extension["depends"])]
+            digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+            *folders, _ = extension["name"].split(".")
+            binary = _CLONE.joinpath("src", *folders, Path(str(module.__file__)).name)
+            if binary.exists() and digest.encode() not in binary.read_bytes():
                 raise InputError(
-                    "the compiled functions of this package are older than their C sources: "
+                    "the compiled functions of this package are not those of its C sources: "
                     "install the package again, with pip install --editable ."
                 )
     return module

@@ -17,8 +17,12 @@ static PyMethodDef methods[] = {
     {NULL, NULL, 0, NULL},
 };
 
+#ifndef SOURCES_DIGEST
+#define SOURCES_DIGEST ""
+#endif
+
 static PyModuleDef definition = {
-    PyModuleDef_HEAD_INIT, "_compiled", "Kernels of the wire's frames and the twin.", 0, methods,
+    PyModuleDef_HEAD_INIT, "_compiled", "Kernels of the wire's frames and the twin. " SOURCES_DIGEST, 0, methods,
     NULL, NULL, NULL, NULL,
 };
 

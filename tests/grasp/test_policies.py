@@ -86,13 +86,13 @@ def test_force_stays_within_the_margins_of_the_holding_force() -> None:
     assert Grip(force=1.0).force_for(100) == 1.0
 
 
-def test_first_contact_waits_for_its_window_and_early_exit_for_a_tight_interval() -> None:
-    patient, quick = FirstContact(Grip()), EarlyExit(Grip(), tight=20.0)
-    for policy in (patient, quick):
+def test_first_contact_follows_each_estimate_and_early_exit_waits_for_a_tight_interval() -> None:
+    prompt, quick = FirstContact(Grip()), EarlyExit(Grip(), tight=20.0)
+    for policy in (prompt, quick):
         policy.begin()
     wide, tight = _around(50.0, 15.0, 3.0), _around(50.0, 9.0, 5.0)
-    assert patient.estimated(wide) is patient.estimated(tight) is None
-    assert patient.estimated(_around(50.0, 15.0)) == Grip().command_for(35.0)
+    assert prompt.estimated(wide) == Grip().command_for(35.0)
+    assert prompt.estimated(tight) == Grip().command_for(41.0)
     assert quick.estimated(wide) is None
     assert quick.estimated(tight) == Grip().command_for(41.0)
     assert quick.estimated(_around(50.0, 5.0)) is None

@@ -6,9 +6,10 @@ import io
 from collections.abc import Callable
 from typing import Any
 
+import example_events
 import numpy as np
 import pytest
-from example_events import ANSWER, FIRST_EVENT, START
+from example_events import ANSWER, FIRST_EVENT, SECOND_EVENT, START
 from msgspec.structs import replace
 
 import firstcontact as fc
@@ -101,18 +102,31 @@ def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
     assert grasping.loop.counts.misses == 0
 
 
-def test_only_an_early_policy_gets_estimates_before_the_final_one(hand: PrintHand) -> None:
-    for name, is_early in (("early_exit", True), ("stiffness", False)):
-        policy = live_policy(name)
-        assert policy.early is is_early
-        grasping = Grasping(policy, hand, LAYOUT)
-        sure = replace(ANSWER, low=30.0, high=31.0)
-        with hand:
-            for event in (START, FIRST_EVENT, sure):
+@pytest.mark.parametrize("name", ["first_contact", "stiffness"])
+def test_the_hand_acts_on_the_newest_estimate_in_range(name: str, hand: PrintHand) -> None:
+    """Each estimate replaces the one before, and one that is out of range leaves none."""
+    policy, grip = live_policy(name), Grip()
+    grasping = Grasping(policy, hand, LAYOUT)
+    early, newer = (
+        replace(ANSWER, value=v, low=v - 1, high=v + 1, elapsed=at, available=at)
+        for v, at in ((25.0, 0.003), (60.0, 0.008))
+    )
+    strange = replace(newer, out_of_range=True, elapsed=0.01)
+
+    commands, counts = [], []
+    with hand:
+        for estimates in ((early,), (early, newer, replace(newer, final=True)), (early, strange)):
+            for event in (START, FIRST_EVENT, *estimates, SECOND_EVENT):
                 grasping.on_event(event)
-            assert grasping.loop.counts.estimates == is_early
-            grasping.on_event(replace(sure, final=True))
-        assert grasping.loop.counts.estimates == 1
+            commands.append(grasping.last)
+            grasping.on_event(example_events.pinch(*estimates))
+            counts.append((grasping.loop.counts.estimates, grasping.is_used))
+    assert counts == [(1, True), (2, True), (2, False)]
+    soft, firm, unknown = (c.force for c in commands if c is not None)
+    assert soft < firm
+    assert unknown < firm
+    if name == "first_contact":
+        assert commands == [grip.command_for(24.0), grip.command_for(59.0), grip.gentle]
 
 
 def test_samples_that_came_late_make_an_estimate_late(

@@ -47,6 +47,7 @@ class Actor:
     """Stand-in for a hand's policy that does nothing."""
 
     hand = PrintHand()
+    is_used = None
 
     def on_event(self, event: Event) -> None:
         """Ignore the call."""

@@ -30,12 +30,11 @@ class Touch(Policy):
 
 
 class FirstContact(Policy):
-    """Policy that is gentle after the contact and faster once the object proves firm."""
+    """Policy that is gentle after the contact, and faster the firmer each estimate is."""
 
     name = "first_contact"
     title = "first contact"
     colour = BLUE
-    early = True
 
     def __init__(self, grip: Grip, window: float = WINDOW) -> None:
         super().__init__(grip)
@@ -46,14 +45,10 @@ class FirstContact(Policy):
         return self.grip.gentle if first else None
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        return self._cautious(estimate) if self._is_last(estimate) else None
+        return self._cautious(estimate)
 
     def late(self) -> Command | None:
         return self.grip.gentle
-
-    def _is_last(self, estimate: Estimate) -> bool:
-        # Tolerance for rounding: a window's length is a whole number of samples.
-        return estimate.final or estimate.elapsed >= self.window - 5e-4
 
     def _cautious(self, estimate: Estimate) -> Command:
         """Return the command for the lower end of the interval."""
@@ -78,7 +73,9 @@ class EarlyExit(FirstContact):
 
     def estimated(self, estimate: Estimate) -> Command | None:
         is_precise = estimate.high - estimate.low <= self.tight
-        if self._acted or not (is_precise or self._is_last(estimate)):
+        # Tolerance for rounding: a window's length is a whole number of samples.
+        is_last = estimate.final or estimate.elapsed >= self.window - 5e-4
+        if self._acted or not (is_precise or is_last):
             return None
         self._acted = True
         return self._cautious(estimate)

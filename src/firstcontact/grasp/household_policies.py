@@ -138,6 +138,7 @@ class ByStiffness(FinalForce):
         return self.final if self.both else self.slow
 
     def late(self) -> Command | None:
+        self.estimate = None
         if self.both:
             return self.final
         return Command(min(self.slow.speed, self.grip.gentle.speed), self.slow.force)

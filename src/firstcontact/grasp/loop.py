@@ -25,14 +25,14 @@ class LoopCounts:
     #: Closings with a contact.
     contacts: int = 0
     commands: int = 0
-    #: Estimates that the policy acted on, and whose commands reached the hand within the deadline
-    #: and before the second contact.
+    #: Contacts with an estimate that the policy acted on, and whose command reached the hand within
+    #: the deadline and before the second contact.
     estimates: int = 0
     #: Contacts whose deadline passed without an estimate.
     misses: int = 0
     #: Estimates after the deadline, which the policy did not receive.
     unused: int = 0
-    #: Estimates that met the deadline but reached the hand after the second contact.
+    #: Contacts whose estimates met the deadline but reached the hand after the second contact.
     overtaken: int = 0
     withdrawn: int = 0
 
@@ -93,7 +93,7 @@ class GraspLoop:
         self.counts.withdrawn += 1
         if self._first is not None:
             self.counts.contacts -= 1
-            self.counts.estimates -= len(self._reached)
+            self.counts.estimates -= bool(self._reached)
             self.counts.misses, self.counts.unused = self._before
         self._forget_contact()
         if self.policy.uses_piezos():  # other policies continue as before
@@ -110,10 +110,17 @@ class GraspLoop:
         if command is None:  # the policy ignores this estimate and waits for another
             return False
         self._due = None
-        self.counts.estimates += 1
+        self.counts.estimates += not self._reached
         self._reached.append(reaches)
         self._forward(command)
         return True
+
+    def retract(self) -> None:
+        """Act as without an estimate, because the newest one of this contact cannot be used."""
+        if self._closing and self._reached:
+            self.counts.estimates -= 1
+            self._reached = []
+            self._act(self.policy.late)
 
     def felt(self, volts: float, now: float) -> None:
         """Pass the voltage of the force sensors to the policy, and check the deadline."""
@@ -129,15 +136,17 @@ class GraspLoop:
             self._check_deadline(now)
             self._act(self.policy.slipped)
 
-    def finish(self, second: Contact | None = None) -> None:
-        """End the closing. Count a missed deadline, and estimates after the second contact."""
-        late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
-        self.counts.estimates -= late
-        self.counts.overtaken += late
+    def finish(self, second: Contact | None = None) -> bool:
+        """End the closing. Return True if the hand used an estimate before the second contact."""
+        is_used = any(second is None or t < second.sample / self._rate for t in self._reached)
+        is_late = bool(self._reached) and not is_used
+        self.counts.estimates -= is_late
+        self.counts.overtaken += is_late
         self._reached = []
         self.counts.misses += self._due is not None
         self._due = None
         self._holding, self._closing = self._closing, False
+        return is_used
 
     def released(self) -> None:
         """Stop passing slips, because the hand has released the object."""

@@ -92,8 +92,6 @@ class Policy:
     needs_truth: ClassVar[bool] = False
     #: Settings that a study tunes before it compares policies, by parameter of the constructor.
     tunables: ClassVar[Mapping[str, Tunable]] = {}
-    #: True to receive every estimate of a contact; False to receive the final one only.
-    early: ClassVar[bool] = False
     #: Time after the first contact at which :meth:`late` is called if no estimate came, s.
     #: None if the policy uses no estimates.
     deadline: float | None = None
@@ -124,7 +122,10 @@ class Policy:
         return None
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """React to a stiffness estimate, made from samples before the second contact only."""
+        """React to a stiffness estimate. Each estimate of a contact replaces the one before.
+
+        The final estimate is passed again only if it differs from the newest one.
+        """
         return None
 
     def felt(self, volts: float, since: float | None) -> Command | None:
@@ -140,5 +141,9 @@ class Policy:
         return None
 
     def late(self) -> Command | None:
-        """Return the command to use because the deadline passed without an estimate."""
+        """Return the command to use without an estimate.
+
+        The deadline passed without one, or the newest one cannot be used: it is out of range, or
+        its samples are from after the second contact.
+        """
         return None

@@ -166,6 +166,9 @@ class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
     delay_cause
         Cause in words, if a delay alone made all estimates too late: this computer, another output
         of the program, or the device. Otherwise empty.
+    hand_used
+        True if a command that follows from an estimate reached the hand before the second contact.
+        False if none did. Null without a hand, and for a policy that uses no estimates.
     """
 
     number: int
@@ -181,6 +184,7 @@ class PinchDone(_Reported, frozen=True, kw_only=True, tag="pinch"):
     closing_speed: ClosingSpeed | None = None
     verdict: Verdict | None = None
     delay_cause: str = ""
+    hand_used: bool | None = None
 
     def __post_init__(self) -> None:
         estimates = tuple(judged(e, self.offset, real_time=self.real_time) for e in self.estimates)

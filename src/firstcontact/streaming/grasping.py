@@ -25,6 +25,7 @@ from firstcontact.streaming.events import (
     ContactWithdrawn,
     Event,
     HandCommand,
+    NoEstimate,
     PinchDone,
     PolicyCommand,
 )
@@ -155,8 +156,8 @@ class Grasping:
     """Event handler that drives a hand through the closings of a live session.
 
     The motor's start begins a closing only for hands that close by themselves: the motor of another
-    hand may also open it. The policy gets the final estimate of a closing, and with ``early`` also
-    the estimates before it, but none that is out of range. The slip detector works in requested
+    hand may also open it. The policy gets each estimate as soon as it is there. If the newest one
+    is out of range, the policy acts as without an estimate. The slip detector works in requested
     closings, from their end until the hand opens.
     """
 
@@ -179,6 +180,9 @@ class Grasping:
         self.last: Command | None = None
         #: Number of slips so far.
         self.slips = 0
+        #: True if the hand used an estimate of the last pinch before its second contact. None for
+        #: a policy that uses no estimates.
+        self.is_used: bool | None = None
         self._taxels = Taxels(layout)
         self._rate = layout.rate
         self._transport = transport
@@ -190,9 +194,7 @@ class Grasping:
         self._late = 0.0  # delay of the newest samples beyond the least delayed ones, s
         self._epoch = 0
         self._done = True
-        self._is_final = False
         self._acted_on = -1.0  # elapsed time of the estimate that the policy acted on, s
-        self._second: int | None = None  # sample with which the second contact was decided
 
     def on_samples(self, block: Block, host: float) -> None:
         if self._safe is not None:
@@ -207,18 +209,19 @@ class Grasping:
             case ClosingStart():
                 self._closing_starts(event)
             case ContactEvent():
-                if not event.first:
-                    self._second = event.contact.decided
                 self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
             case ContactWithdrawn():
                 self._forget_contact()
                 self.loop.withdrawn()
             case Estimate():
                 self._estimated(event)
+            case NoEstimate():
+                self.loop.retract()
             case PinchDone():
                 self._done = True
                 self._hold()
-                self.loop.finish(event.second)
+                is_used = self.loop.finish(event.second)
+                self.is_used = None if self.loop.policy.deadline is None else is_used
 
     def after_block(self, block: Block) -> Sequence[Event]:
         """Pass force and time to the policy, carry out requests, and return their events."""
@@ -258,7 +261,7 @@ class Grasping:
         self.loop.begin()
 
     def _forget_contact(self) -> None:
-        self._is_final, self._acted_on, self._second = False, -1.0, None
+        self._acted_on = -1.0
 
     def _hold(self) -> None:
         # A hand that opens by itself does not say so: its motor would pass for a slip.
@@ -308,20 +311,16 @@ class Grasping:
         return self._safe is not None and self._safe.silenced
 
     def _estimated(self, estimate: Estimate) -> None:
-        """Pass an estimate to the policy. The final estimate is passed once at most."""
-        if self._is_final or not (estimate.final or self.loop.policy.early):
-            return
-        self._is_final = estimate.final
-        if estimate.final and estimate.elapsed == self._acted_on:
-            return
+        """Pass an estimate to the policy, unless the final one repeats what it acted on."""
         if estimate.out_of_range:  # its interval may not hold: as if there were no estimate
             self.loop.counts.unused += estimate.final
+            self.loop.retract()
+            return
+        if estimate.final and estimate.elapsed == self._acted_on:
             return
         now = estimate.contact.sample / self._rate + estimate.available
-        if estimate.final:
-            # The final estimate comes with the block that made it final, not with its last sample.
-            complete = estimate.complete if self._second is None else self._second
-            now += (complete - estimate.complete) / self._rate + self._late - estimate.transport
+        if estimate.final:  # it comes with the samples that made it final, not with its own
+            now = max(now, (self._newest[0] + 1) / self._rate + self._late)
         if self.loop.estimated(estimate, now):
             self._acted_on = estimate.elapsed
 
@@ -346,10 +345,10 @@ class Grasping:
             lines.append(f"{withdrawn} withdrawn: the hand went on closing")
         if real_time:
             lines.append(
-                f"{counts.estimates} estimates reached the hand within the policy's time limit and "
-                f"before the second contact; {counts.overtaken} within the limit, but after the "
-                f"second contact; {counts.misses} contacts had none within the limit; "
-                f"{counts.unused} estimates were not used: past the limit, or out of range"
+                f"the hand used an estimate of {counted(counts.estimates, 'contact')}, within the "
+                f"policy's time limit and before the second contact; of {counts.overtaken} within "
+                f"the limit, but after the second contact; {counts.misses} had none within the "
+                f"limit; {counts.unused} estimates were not used: past the limit, or out of range"
             )
         if self.slips:
             lines.append(f"{self.slips} slip signals: new slips, and slips that went on")

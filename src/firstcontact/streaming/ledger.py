@@ -36,6 +36,8 @@ class Ledger:
         self.verdicts: Counter[Verdict | None] = Counter()
         #: Number of pinches in time because no second contact was detected.
         self.unheard = 0
+        #: Number of pinches in which the hand used an estimate in time; None without a hand.
+        self.used: int | None = None
         #: Number of blocks that took longer to process than their samples last.
         self.overruns = 0
         #: Time spent on the blocks, s.
@@ -51,6 +53,10 @@ class Ledger:
     def add(self, estimate: Estimate) -> None:
         self.estimates += 1
         self._times["compute"].append(estimate.compute)
+
+    def use(self, *, is_used: bool) -> None:
+        """Count a pinch of a hand that uses estimates."""
+        self.used = (self.used or 0) + is_used
 
     def close(self, pinch: PinchDone) -> None:
         self.verdicts[pinch.verdict] += 1
@@ -82,6 +88,8 @@ class Ledger:
             "blocks": float(self.blocks),
             "busy": self.busy,
         }
+        if self.used is not None:
+            figures["hand_used"] = float(self.used)
         if self.delay:
             figures["delay"] = self.delay
         for name, times in self._times.items():
@@ -139,6 +147,10 @@ def _verdict_lines(figures: Mapping[str, float]) -> Iterator[str]:
         f"{figures['pinches']:.0f} pinches{share}; {figures['too_late']:.0f} too late, "
         f"{figures['none']:.0f} without an estimate"
     )
+    if "hand_used" in figures:
+        used = figures["hand_used"]
+        share = f" ({percent(used / figures['pinches'])})" if figures["pinches"] else ""
+        yield f"the hand used it: {used:.0f} of {figures['pinches']:.0f} pinches{share}"
     unheard = (
         f"; in {figures['unheard']:.0f} of these pinches no second contact was detected"
         if figures["unheard"]

@@ -17,6 +17,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from firstcontact.core import Block, Calibration, Contact, InputError, Label, merge_blocks
 from firstcontact.core.physics import parse_radius, radius_text
 from firstcontact.device import Arrival, Source
@@ -317,6 +319,10 @@ class LiveSession:
         for event in events:
             if self.grasping is not None:
                 self.grasping.on_event(event)
+                is_used = self.grasping.is_used
+                if isinstance(event, PinchDone) and is_used is not None:
+                    event = msgspec.structs.replace(event, hand_used=is_used)
+                    self.pipeline.ledger.use(is_used=is_used)
             self._events.append(event)
             if self.grasping is not None:
                 self._events += self.grasping.take_commands()

@@ -108,6 +108,8 @@ def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
         parts.append(f"{words}{late}")
     if pinch.reason:
         parts.append(f"no estimate: {pinch.reason}")
+    if is_judged and pinch.hand_used is not None:
+        parts.append("used by the hand" if pinch.hand_used else "not used by the hand")
     if pinch.offset is not None:
         parts.append(f"second after {1e3 * pinch.offset:.1f} ms")
     if pinch.delay_cause:

@@ -94,6 +94,7 @@ def approached(pick: Pick, speed: float, hand: OwnHand) -> Approached:
     while not policy.both and not plant.ended:
         start = plant.sample
         block = Block(plant.advance(BLOCK), start)
+        grasping.on_samples(block, 0.0)
         for event in pipeline.update(block, 0.0):
             match event:
                 case Estimate() if event.final:
@@ -161,6 +162,7 @@ def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
         listening = not policy.both
         block = Block(plant.advance(BLOCK if listening else LOOK), start)
         if listening:
+            grasping.on_samples(block, 0.0)
             for event in pipeline.update(block, 0.0):
                 grasping.on_event(event)
         grasping.after_block(block)

@@ -12,7 +12,7 @@ const FACTS = [
   ["reconnects", "Reconnects", true],
 ];
 const STAGES = { decide: "detection", first: "first estimate", total: "final estimate", signal: "– of it, signal used", wait: "– of it, waiting", transport: "– of it, transfer", compute: "– of it, computation" };
-const COUNTS = { pinches: "Pinches", in_time: "– in time", too_late: "– too late", none: "– without estimate", unjudged: "– time not known", overruns: "Blocks processed too slowly" };
+const COUNTS = { pinches: "Pinches", in_time: "– in time", hand_used: "– used by the hand", too_late: "– too late", none: "– without estimate", unjudged: "– time not known", overruns: "Blocks processed too slowly" };
 const STATISTICS = ["p50", "p99", "max"];
 
 function facts(root, list) {

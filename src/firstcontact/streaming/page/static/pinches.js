@@ -45,7 +45,8 @@ function outcome(pinch, estimate) {
   if (pinch.verdict === "none") return ["left refused", `no estimate: ${pinch.reason || "no model"}`];
   if (pinch.verdict === "too_late") return ["left late", "✕ too late", ...detail];
   if (estimate.out_of_range) return ["left strange", pinch.verdict ? "✓ but out of range" : "! out of range", ...detail];
-  if (pinch.verdict === "in_time") return ["left good", pinch.offset === null ? "✓ no 2nd contact" : "✓ in time", ...detail];
+  const use = pinch.hand_used === null ? "" : pinch.hand_used ? ", used by the hand" : ", not used by the hand";
+  if (pinch.verdict === "in_time") return ["left good", `${pinch.offset === null ? "✓ no 2nd contact" : "✓ in time"}${use}`, ...detail];
   return ["left refused", "not in real time"];
 }
 

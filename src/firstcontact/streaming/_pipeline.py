@@ -6,7 +6,7 @@ import logging
 import math
 import time
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from firstcontact.chain import Chain, ChainEvent, EventKind, Flag, Reason, build
 from firstcontact.chain.image import DetectorKind
 from firstcontact.chain.stream import Predict
 from firstcontact.contact import Detector
-from firstcontact.contact.closing_start import RecordedClosing
+from firstcontact.contact.closing_start import RecordedClosing, recorded_closings
 from firstcontact.core import (
     Block,
     Calibration,
@@ -29,6 +29,7 @@ from firstcontact.core import (
 from firstcontact.core.physics import radius_text
 from firstcontact.device.clock import TransportDelay
 from firstcontact.models import Hints, Predictor
+from firstcontact.recording import Recording
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
 from firstcontact.streaming._delays import delay_cause, processor_wait
@@ -172,13 +173,14 @@ class Pipeline:
         )
         self._has_warned = self._chain.has_floors
 
-    def follow(self, closings: Sequence[RecordedClosing]) -> None:
-        """Detect contacts only in these closings of a recording, unless noise floors tell others.
+    def follow(self, recording: Recording) -> None:
+        """Begin the closings of a recording where offline functions do, unless floors are known.
 
-        Offline functions begin at the same samples. Call this only before the first block.
+        Call this only before the first block, and after :meth:`calibrate`.
         """
-        if closings and not self._chain.has_floors:
-            self._closings, self._has_warned = tuple(closings), True
+        if recording.pinches and not self._chain.has_floors:
+            self._closings = recorded_closings(recording, self.layout.rate)
+            self._has_warned = True
 
     def _parts(self, block: Block) -> Iterator[tuple[int, Block]]:
         """Yield the parts of a block that the chain gets, each with the number of its run."""

@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.contact import SLIP_DETECTORS, Detector, SlipDetector, general_detector
-from firstcontact.contact.closing_start import recorded_closings
 from firstcontact.core import Calibration, InputError, VibrationCalibration, fingertip_layout
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.files import AnyPath
@@ -100,7 +99,7 @@ def live_session(
                 floors = source.calibration if source.recorded else measure(source)
             pipeline.calibrate(floors)
             if isinstance(opened, ReplaySource):
-                pipeline.follow(recorded_closings(opened.recording, layout.rate))
+                pipeline.follow(opened.recording)
             grasping = None
             if hand is not None:
                 grasping = Grasping(

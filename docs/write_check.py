@@ -48,6 +48,7 @@ CHECKS = {
     "polarity": ("wires of the disc exchanged", "polarity"),
     "open-disc": ("broken wire of the disc", "sensitivity"),
     "glue": ("badly glued disc, 3 to 15 % of its signal", "sensitivity"),
+    "epoxy": ("disc in epoxy: corners −3 to −8 times the middle", "places"),
     "clipping": ("8 to 10 times the gain", "clipping"),
     "rattle": ("loose mount, 2 to 10 % of its stiffness", "rattle"),
     "open-row": ("broken row of the force array", "force array"),

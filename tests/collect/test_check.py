@@ -27,6 +27,16 @@ def test_a_fault_of_the_circuit_is_found(fault: str) -> None:
     assert any(script.CHECKS[fault][1] in names for names in found) if fault else not any(found)
 
 
+@pytest.mark.parametrize(
+    ("factor", "is_good"), [(0.97, True), (1.5, True), (-0.9, False), (0.1, False), (6.0, False)]
+)
+def test_corners_must_answer_as_the_middle(factor: float, is_good: bool) -> None:
+    source = script.BenchSource("paper-rig", 5000)
+    source._bench.bench = replace(source._bench.bench, corners=np.full(2, factor))
+    _, verdicts = check_fingertips(source, drift=0)
+    assert [v.is_good for v in verdicts if v.check == "places"] == [is_good] * 2
+
+
 def test_rows_and_columns_are_named() -> None:
     one_by_one = np.repeat(np.eye(6), 3, axis=0)
     assert array_faults(one_by_one) == []

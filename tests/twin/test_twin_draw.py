@@ -7,6 +7,7 @@ from scipy import stats
 
 from firstcontact.core import InputError
 from firstcontact.twin import BLOCKS, CONDITIONS
+from firstcontact.twin.disc import CORNERS, VOLTS_PER_NEWTON, volts_per_newton
 from firstcontact.twin.draw import (
     OFFSET_MAX,
     OFFSET_MEAN,
@@ -72,3 +73,17 @@ def test_unknown_condition_is_refused_with_the_choices() -> None:
     with pytest.raises(InputError, match=r"'lab'.*paper-rig, everyday"):
         condition("lab")
     assert list(CONDITIONS) == ["paper-rig", "everyday"]
+
+
+def test_volts_per_newton_are_those_of_the_loaded_taxels() -> None:
+    for taxel, volts in enumerate(VOLTS_PER_NEWTON):
+        alone = np.eye(6)[taxel]
+        assert volts_per_newton(alone) == volts
+        factor = 1.0 if taxel in (2, 3) else 0.5
+        assert volts_per_newton(alone, 0.5) == pytest.approx(factor * volts)
+    draws = [drawn(BLOCKS[0], number) for number in range(20)]
+    for hand in range(2):
+        volts = [d.fingers[hand].piezo_volts_per_newton for d in draws]
+        edges = [[volts_per_newton(d.shares[hand], c) for c in CORNERS] for d in draws]
+        assert all(low <= v <= high for v, (low, high) in zip(volts, edges, strict=True))
+        assert len(set(volts)) == len(draws)

@@ -119,15 +119,15 @@ def _decay(layout: Layout, taps: Sequence[Volts], rest: Volts) -> Volts:
 
 #: Step of the converter, V.
 STEP = ADC_VOLTS / ADC_COUNTS
-#: Largest offset, V: two 1 % resistors make 16.5 mV, the amplifier at most 3.4 steps, and the
-#: converter 2 (assumption). A BAT54S as clamp makes 68 steps.
-OFFSET = 0.0165 + (3.4 + 2) * STEP
+#: Largest offset, V: two 1 % resistors make 16.5 mV, the amplifier at most 1.2 steps, and the
+#: converter 2 (assumption). A BAT54S as clamp makes 44 steps.
+OFFSET = 0.0165 + (1.2 + 2) * STEP
 #: Largest noise, V RMS. Converter and amplifier make less than one step.
 NOISE = 2 * STEP
 #: Largest amplitude of hum, V: half of what counts as a tap.
 HUM = LEAST / 2
-#: Largest drift in five minutes, V: the amplifier's largest change between 0 and 50 C.
-DRIFT = 3.4 * STEP
+#: Largest drift in five minutes, V: the largest offsets of amplifier and converter (assumption).
+DRIFT = (1.2 + 2) * STEP
 DRIFT_TIME = 300.0
 #: Longest delay of 99 % of the samples, s. The second finger touches 16 ms after the first.
 DELAY = 0.016
@@ -160,6 +160,8 @@ REMEDIES = {
     "clipping": "Tap as if the pencil fell 2 mm. Compare R13 and R14, or R23 and R24, with the "
     "table of parts. A disc in hard glue clips, too: it must lie in silicone.",
     "polarity": "The disc lies on its wrong face: glue it in again, positive face to the post.",
+    "places": "The disc lies in hard glue, or its silicone has a gap. Measure its capacitance: in "
+    "hard glue it is a tenth less than that of the free disc. Glue it in again with soft silicone.",
     "rattle": "Tighten the mount's screws. Check the glue between board, disc and post.",
     "force array": "Check the cable and the solder joints of these lines, and that the sheet lies "
     "flat. Press each of the six places.",
@@ -192,6 +194,7 @@ class Measured:
     layout: Layout
     rest: Volts
     taps: dict[Finger, list[Tap]] = field(default_factory=dict)
+    corners: dict[Finger, list[Tap]] = field(default_factory=dict)
     presses: dict[Finger, Volts] = field(default_factory=dict)
     drift: Volts = field(default_factory=lambda: np.zeros((0, 0)))
     #: Delay of each sample, s; None if the source does not run in real time.
@@ -250,6 +253,7 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
     layout = measured.layout
     still = measured.rest[:, layout.columns(ChannelKind.VIBRATION)]
     taps = {f: measure_taps(layout, t, still) for f, t in measured.taps.items()}
+    corners = {f: measure_taps(layout, t, still) for f, t in measured.corners.items()}
     vibration = {c.finger: k for k, c in enumerate(layout.vibration)}
     rises = {f: {g: _rises(measured, x, g) for g in Finger} for f, x in measured.presses.items()}
     is_swapped = _answer_exchanged({
@@ -267,6 +271,8 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
     quietest = quietest if quietest >= WEAK else math.inf
     for f, t in taps.items():
         yield from _tap_verdicts(finger_name(f), t, column[f], quietest, loudest)
+        if f in corners:
+            yield from _place_verdicts(finger_name(f), t, corners[f], column[f])
     for f, r in rises.items():
         messages = array_faults(r[f.other if is_swapped else f])
         words = "; ".join(messages) or "all taxels rise"
@@ -307,6 +313,19 @@ def _tap_verdicts(
         yield Verdict("polarity", name, f"a push is {words}", "positive", is_positive)
     if not math.isnan(decay):
         yield _below("rattle", name, decay, DECAY, "s decay")
+
+
+def _place_verdicts(
+    name: str, middle: TapMeasures, corners: TapMeasures, column: int
+) -> Iterator[Verdict]:
+    """Compare taps on the corners with taps on the middle of a pad, in sign and size."""
+    sizes = float(middle.peak[column]), float(corners.peak[column])
+    if not corners.number or max(sizes) < WEAK:
+        return
+    ratio = sizes[1] / max(sizes[0], STEP) * (middle.swing * corners.swing)[column]
+    words = f"corners {ratio:+.1f} times the middle"
+    is_alike = 1 / ALIKE <= ratio <= ALIKE
+    yield Verdict("places", name, words, f"{1 / ALIKE:.1f} to {ALIKE:g} times", bool(is_alike))
 
 
 def array_faults(rises: NDArray[np.float64]) -> list[str]:

@@ -35,6 +35,8 @@ from firstcontact.device.twin_words import is_accepted, tester_text
 REST = 5.0
 #: Good taps wanted on each finger, most of all with the others, and longest wait, s.
 TAPS, MOST_TAPS = 5, 10
+#: Number of corners of a pad, each of which is tapped once.
+CORNERS = 4
 PATIENCE = 20.0
 #: Least peak of a good tap, V: its decay is then clear of the noise. Most requests for harder taps.
 CLEAR = 0.3
@@ -72,6 +74,7 @@ def check_fingertips(
     fingers = [f for f in layout.vibration_fingers if f is not None]
     for finger in fingers:
         measured.taps[finger] = steps.taps(finger, rest[:, vibration])
+        measured.corners[finger] = steps.corner_taps(finger, rest[:, vibration])
     for finger in fingers:
         if layout.columns(ChannelKind.FORCE, finger):
             measured.presses[finger] = steps.presses(finger)
@@ -126,7 +129,10 @@ class _Steps:
     def taps(self, finger: Finger, rest: Volts) -> list[Tap]:
         """Ask for taps on a finger, and return them."""
         name = finger_name(finger)
-        request = f"tap the {name}'s pad {TAPS} times with a pencil's blunt end, as if it fell 2 mm"
+        request = (
+            f"tap the middle of the {name}'s pad {TAPS} times with a pencil's blunt end, as if it "
+            "fell 2 mm"
+        )
         columns = self._layout.columns(ChannelKind.VIBRATION)
         x, taps = np.zeros((0, len(columns))), list[Tap]()
         clipped = soft = 0
@@ -143,6 +149,19 @@ class _Steps:
             elif soft_before < soft <= REQUESTS:
                 self._say("too soft: tap a little harder")
                 self._order("harder")
+        return taps
+
+    def corner_taps(self, finger: Finger, rest: Volts) -> list[Tap]:
+        """Ask for a tap on each corner of a finger's pad, and return the taps."""
+        name = finger_name(finger)
+        columns = self._layout.columns(ChannelKind.VIBRATION)
+        x, taps = np.zeros((0, len(columns))), list[Tap]()
+        request = f"tap each of the {CORNERS} corners of the {name}'s pad once, as before"
+        for piece in self.pieces(request, f"tap {name} corners", PATIENCE, PIECE):
+            x = np.concatenate([x, piece[:, columns]])
+            taps = find_taps(self._layout, x, rest)
+            if len(taps) >= CORNERS:
+                break
         return taps
 
     def _order(self, task: str) -> None:

@@ -107,7 +107,10 @@ class BenchStream(ScanStream):
         self._readings = np.zeros((2, TAXELS))
 
     def obey(self, words: str) -> None:
-        """Give the person a task: "rest", "tap index", "press thumb", "gentler" or "harder"."""
+        """Give the person a task: "rest", "tap index", "press thumb", "gentler" or "harder".
+
+        "tap index corners" is a task, too.
+        """
         match words.split():
             case ["rest"]:
                 self._task = None
@@ -116,6 +119,8 @@ class BenchStream(ScanStream):
                 return
             case ["tap" | "press" as task, "index" | "thumb" as name]:
                 self._task = task, Finger[name.upper()]
+            case ["tap", "index" | "thumb" as name, "corners"]:
+                self._task = "corners", Finger[name.upper()]
             case _:
                 raise InputError(
                     f"the person's task {words!r} is not known: use rest, tap index or press index"
@@ -150,10 +155,14 @@ class BenchStream(ScanStream):
 
     def _move(self) -> Iterator[Motion]:
         """Yield the motion of both fingertips without end, for the present task."""
-        if self._task is not None and self._task[0] == "tap":
+        if self._task is not None and self._task[0] in ("tap", "corners"):
+            task, finger = self._task
+            place = self.bench.corners[finger] if task == "corners" else 1.0
             for wait, speed in self._tester.taps():
                 yield from self._rest(wait)
-                yield self._tap(self._task[1], speed)
+                motion = self._tap(finger, speed)
+                motion[:, finger, BUFFER] *= place
+                yield motion
         elif self._task is not None:
             finger = self._task[1]
             yield from self._rest(float(self._rng.uniform(0.5, 1.5)))

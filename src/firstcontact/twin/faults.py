@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.layout import TAXELS
+from firstcontact.twin.disc import VOLTS_PER_NEWTON
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.mechanics import FingerParameters
 from firstcontact.twin.noise import MotorNoise
@@ -37,6 +38,8 @@ class Bench:
     """Time constant of that change, s."""
     signal: NDArray[np.float64]
     """Factor on each piezo's signal: 1 in a healthy fingertip, negative if the disc is reversed."""
+    corners: NDArray[np.float64]
+    """Factor on each piezo's signal for a tap on a corner of the pad, relative to the middle."""
     array: NDArray[np.float64]
     """Weight of each taxel (last axis) in the reading of each taxel, shape (2, 6, 6)."""
     swapped: bool = False
@@ -51,7 +54,7 @@ class Bench:
 def healthy(draw: PinchDraw, rng: np.random.Generator) -> Bench:
     """Draw the electronics of a healthy pair of fingertips within the tolerances of its parts.
 
-    The divider of 1.65 V has 1 % resistors: +-16.5 mV. The amplifier adds up to 3.4 steps
+    The divider of 1.65 V has 1 % resistors: +-16.5 mV. The amplifier adds up to 1.2 steps
     (``docs/results/circuit.json``), and the converter up to 2 (assumption).
     """
     spread = np.exp(rng.normal(0, [[0.3], [0.5]], (2, 2)))  # of noise and hum: assumption
@@ -63,10 +66,11 @@ def healthy(draw: PinchDraw, rng: np.random.Generator) -> Bench:
     return Bench(
         draw.fingers,
         (noise[0], noise[1]),
-        divider + rng.uniform(-11e-3, 11e-3, 2) + rng.uniform(-6.4e-3, 6.4e-3, 2),
+        divider + rng.uniform(-3.9e-3, 3.9e-3, 2) + rng.uniform(-6.4e-3, 6.4e-3, 2),
         rng.uniform(-5e-3, 5e-3, 2),
         rng.uniform(60, 300),
         np.ones(2),
+        np.full(2, VOLTS_PER_NEWTON[0] / VOLTS_PER_NEWTON[2]),
         np.stack([np.eye(TAXELS)] * 2),
     )
 
@@ -124,7 +128,7 @@ def _sign(rng: np.random.Generator) -> float:
 
 #: What each fault does to the fingertips. It gets a random finger and a random generator.
 FAULTS: dict[str, Change] = {
-    # Leakage of a BAT54S at 27 to 50 C: 68 to 479 steps. A wrong resistor at the reference.
+    # Leakage of a BAT54S at 27 to 50 C: 44 to 312 steps. A wrong resistor at the reference.
     "offset": lambda b, f, rng: replace(
         b, offset=_with(b.offset, f, _sign(rng) * rng.uniform(0.06, 0.5))
     ),
@@ -139,6 +143,11 @@ FAULTS: dict[str, Change] = {
     "open-disc": lambda b, f, rng: _signal(b, f, 0.0),
     # The board touches the walls, which then carry the force past the disc; or the glue has a gap.
     "glue": lambda b, f, rng: _signal(b, f, rng.uniform(0.03, 0.15)),
+    # Epoxy on both faces: 1.3 times the signal at the middle dimples. The corners have -5.1 times
+    # that, with a disc of 0.1 mm -6.3 times.
+    "epoxy": lambda b, f, rng: replace(
+        _signal(b, f, rng.uniform(1.0, 1.5)), corners=_with(b.corners, f, rng.uniform(-8.0, -3.0))
+    ),
     # Nine times the gain: 510 Ohm in place of 5.1 kOhm, or 330 kOhm in place of 33 kOhm.
     "clipping": lambda b, f, rng: _signal(b, f, rng.uniform(8.0, 10.0)),
     # Loose screws: a tenth of the stiffness or less, and hardly any damping.

@@ -32,12 +32,12 @@ def main(folder: Path, labels: Path, channels: Path) -> None:
         hard = "hard" if name in HARD else "soft"
         lines.append([file.name, name.replace("_", " "), name, trial, hard])
     rows(labels, lines)
-    lines = [["variable", "sensor", "finger", "rate_hz", "offset"]]
+    lines = [["variable", "sensor", "finger", "rate_hz", "offset", "column"]]
     for finger, mark in (("index", "F0"), ("thumb", "F1")):
         # Values are 12-bit steps around the middle. The files do not contain the maker's scale.
-        lines.append([f"{mark}pac", "hydrophone", finger, "2200", "2048"])
+        lines.append([f"{mark}pac", "hydrophone", finger, "2200", "2048", "all"])
         for signal in ("pdc", "tac", "tdc", "Electrodes"):
-            lines.append([f"{mark}{signal}", "", finger, "100", ""])
+            lines.append([f"{mark}{signal}", "", finger, "100", "", ""])
     rows(channels, lines)
 
 

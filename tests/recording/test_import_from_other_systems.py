@@ -94,3 +94,53 @@ def test_times_have_the_unit_of_their_name(tmp_path, name, factor, preamble):
 )
 def test_units_that_would_change_a_number_are_refused(tmp_path, check_refused, changes, words):
     check_refused(long_csv(tmp_path, **changes), "long.csv", *words)
+
+
+def lines_of(stamps, path):
+    signal = np.arange(len(stamps)) % 7
+    cells = {"pinch": [0] * len(stamps), "time_s": stamps, "piezo_index": signal}
+    return table(path, cells)
+
+
+@pytest.mark.parametrize("form", ["{:.3f}", "{:g}", "{:.4f}", "{:.5f}", "{:.6f}", "f32"])
+@pytest.mark.parametrize("rate", [5000, 8000, 44100])
+@pytest.mark.parametrize("samples", [1000, 200_000])
+def test_a_rounded_time_column_gives_the_exact_rate_or_asks_for_it(
+    tmp_path, check_refused, form, rate, samples
+):
+    times = 120.0 + np.arange(samples) / rate
+    stamps = times.astype("f4").astype(str) if form == "f32" else [*map(form.format, times)]
+    path = lines_of(stamps, tmp_path / "x.csv")
+    given = imported(path, tmp_path / "given", "--rate", str(rate))
+    assert (given.layout.rate, len(given[0].data)) == (rate, samples)
+    rounding = {"{:.3f}": 1e-3, "{:g}": 1e-3, "{:.4f}": 1e-4}.get(form, 0)
+    if (rounding if rate * rounding > 1 else 0) > 1e-3 * samples / rate:
+        check_refused(path, "x.csv", "time_s", "--rate")
+    else:
+        assert imported(path, tmp_path / "out").layout.rate == pytest.approx(rate, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("form", "lost"),  # a loss that is shorter than the rounding cannot be seen
+    [("{:.3f}", 50), *((form, lost) for form in ("{:.4f}", "{:.6f}") for lost in (1, 2, 5, 50))],
+)
+def test_losses_between_rounded_times_are_refused(tmp_path, check_refused, form, lost):
+    times = 120.0 + np.delete(np.arange(1000), np.s_[500 : 500 + lost]) / 5000
+    path = lines_of([*map(form.format, times)], tmp_path / "x.csv")
+    check_refused(path, "x.csv", "time_s", rate=5000)
+
+
+def test_a_rate_that_rounded_times_contradict_is_refused(tmp_path, check_refused):
+    path = lines_of([f"{i / 5000:.3f}" for i in range(1000)], tmp_path / "x.csv")
+    check_refused(path, "x.csv", "'time_s' states", "4800", rate=4800)
+
+
+@pytest.mark.parametrize(
+    ("name", "scale"),
+    [("Piezo Index (mV)", 1e-3), ("piezo_index_uV", 1e-6), ("piezo_index [V]", 1.0)],
+)
+def test_signals_have_the_unit_of_their_name(tmp_path, name, scale):
+    values = [0, 3, -1, 4, -1, 5, -9, 2, 6, 5]
+    path = long_csv(tmp_path, piezo_index=None, **{name: values})
+    volts = np.concatenate([p.vibration()[:, 0] for p in imported(path, tmp_path / "out")])
+    assert volts == pytest.approx(np.array(values) * scale)

@@ -14,11 +14,11 @@ from firstcontact.cli.main import main
 from firstcontact.core import Finger, InputError, VibrationSensor
 from firstcontact.recording import import_path, load_dataset
 
-CHANNELS = """variable,sensor,finger,rate_hz,unit,scale,offset
-pac,hydrophone,index,2200,,0.5,2000
-pac2,hydrophone,thumb,2200,,0.5,2000
-pressure,,index,100,,1,0
-skin,,thumb,100,,1,0
+CHANNELS = """variable,sensor,finger,rate_hz,unit,scale,offset,column
+pac,hydrophone,index,2200,,0.5,2000,all
+pac2,hydrophone,thumb,2200,,0.5,2000,all
+pressure,,index,100,,1,0,
+skin,,thumb,100,,1,0,
 """
 
 
@@ -67,6 +67,19 @@ def test_each_mat_file_is_one_pinch_with_slower_signals(folder, tmp_path):
         assert times == pytest.approx(np.arange(200) / 100)
         assert np.array_equal(values[:, 2], 200 + np.arange(200))
     assert any("joint" in note for note in dataset.notes)
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 4400), (4400, 1), (4400, 1, 1), (4400, 2), (2, 1, 4400)])
+def test_a_signal_lies_along_the_longest_side(folder, tmp_path, shape):
+    count = np.arange(4400)
+    signal = np.stack([count, -count]) if 2 in shape else count
+    signal = signal.T if shape[0] == 4400 else signal
+    savemat(tmp_path / "a.mat", {**variables(), "pac": signal.reshape(shape)})
+    column = "0" if 2 in shape else ""
+    (tmp_path / "channels.csv").write_text(CHANNELS.replace("all", column, 1))
+    assert run(tmp_path / "a.mat", tmp_path / "out") == 0
+    (pinch,) = load_dataset(tmp_path / "out")
+    assert np.array_equal(pinch.data[:, 0], count)
 
 
 def write_version_73(path, content):
@@ -146,6 +159,9 @@ def changed_variables(**changes):
         (changed_variables(pac=np.full((22, 200), np.nan)), CHANNELS, ("pac is NaN",)),
         (changed_variables(pac=np.zeros((22, 20))), CHANNELS, ("lasts", "rate_hz")),
         (changed_variables(pac=np.zeros((2, 3, 4))), CHANNELS, ("shape (2, 3, 4)",)),
+        (changed_variables(pac=np.zeros((2, 1, 4400))), CHANNELS.replace("all", "2", 1), ("pac",)),
+        (variables(), CHANNELS.replace("all", "", 1), ("pac has 22 columns", "'column'")),
+        (variables(), CHANNELS.replace("all", "al", 1), ("'column' of line 2", "'al'")),
         (changed_variables(pac={"a": 1}), CHANNELS, ("neither numbers nor texts",)),
         (variables(), CHANNELS.replace("2200", "22"), ("rate_hz", "22")),
         (variables(), CHANNELS.replace(",2200,", ",,", 1), ("no 'rate_hz' of pac",)),

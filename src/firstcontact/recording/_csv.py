@@ -45,6 +45,14 @@ _OTHERS = {
 _NOT_SIGNALS = {"pinch", "time_s", *SETTINGS, LAYOUT}
 #: Largest relative difference between two statements of the rate.
 _RATES_AGREE = 0.01
+#: Largest relative uncertainty of a rate that rounded times give.
+_RATE_KNOWN = 1e-3
+#: Smallest distance from a line, in steps, of times with a lost or doubled sample.
+_ASTRAY = 0.75
+#: Largest distance of a step from a multiple of the rounding, as a share of it.
+_WHOLE = 0.25
+#: Smallest such distance of the mean step, unless it is a share of the rounding.
+_EXACT = 0.05
 
 
 def import_csv(path: Path, rate: float | None = None) -> Dataset:
@@ -177,9 +185,14 @@ def _rate(table: Table, bounds: Bounds, written: str | None, option: float | Non
         rates.append(("--rate", check_rate("--rate", option)))
     if written is not None:
         rates.append(("sample_rate_hz", check_rate(f"{table.path}: sample_rate_hz", written)))
+    # Relative uncertainty of the times' rate.
+    uncertain = 0.0
     if "time_s" in table:
         times = np.array(table.parsed("time_s", parse_float))
-        rates += [("time_s", _rate_of_time(table, times, *b)) for b in bounds]
+        for start, stop in bounds:
+            measured, error = _rate_of_time(table, times, start, stop)
+            rates.append(("time_s", measured))
+            uncertain = max(uncertain, error)
     if not rates:
         raise InputError(
             f"{table.path} does not state its rate: add a column 'time_s' or 'sample_rate_hz', or "
@@ -187,28 +200,62 @@ def _rate(table: Table, bounds: Bounds, written: str | None, option: float | Non
         )
     first, rate = rates[0]
     for name, other in rates[1:]:
-        if abs(other - rate) > _RATES_AGREE * rate:
+        if abs(other - rate) > max(_RATES_AGREE, uncertain) * rate:
             raise InputError(
                 f"{table.path}: '{name}' states {other:g} Hz, but '{first}' states {rate:g} Hz: "
                 "correct one of them"
             )
-    return rate
+    if first != "time_s" or not uncertain:
+        return rate
+    if uncertain > _RATE_KNOWN:
+        raise InputError(
+            f"{table.path}: 'time_s' is rounded, so that its rate is only known to "
+            f"{uncertain:.2%}: give --rate"
+        )
+    # Rates are round numbers more often than rounded times make them.
+    simple = (float(f"{rate:.{digits}g}") for digits in range(1, 18))
+    return next(r for r in simple if abs(r - rate) <= uncertain * rate)
 
 
-def _rate_of_time(table: Table, times: NDArray[np.float64], start: int, stop: int) -> float:
-    """Return the mean rate of the rows of a pinch. Check that ``time_s`` rises evenly."""
-    steps = np.diff(times[start:stop])
+def _rate_of_time(
+    table: Table, times: NDArray[np.float64], start: int, stop: int
+) -> tuple[float, float]:
+    """Return the mean rate of the rows of a pinch, and its relative uncertainty if rounded.
+
+    Check that ``time_s`` rises evenly, or as evenly as its rounding allows.
+    """
+    moments = times[start:stop]
+    steps = np.diff(moments)
     if not len(steps):
         raise InputError(
             f"{table.path}: the pinch of {table.place(start)} has only one sample: remove it"
         )
-    step = float(times[stop - 1] - times[start]) / len(steps)
+    step = float(moments[-1] - moments[0]) / len(steps)
+    rounding = float(np.ptp(steps))
     jumps = np.flatnonzero(~((steps > 0.5 * step) & (steps < 1.5 * step)))
-    if len(jumps):
-        row = start + int(jumps[0]) + 1
-        reason = f"a jump from {times[row - 1]:g} (samples are missing or out of order)"
-        raise table.refusal("time_s", row, reason, "leave the pinch out")
-    return check_rate(f"{table.path}: the rate of time_s", 1 / step)
+    slope = float(np.polyfit(np.arange(len(moments)), moments, 1)[0])
+    wander = float(np.ptp(moments - slope * np.arange(len(moments))))
+    if not wander < _ASTRAY * step and len(jumps):
+        # Rounded times take steps of two neighbouring multiples of the rounding.
+        levels = steps / rounding if rounding > 0 else steps
+        share = step / (rounding or 1.0)
+        step = slope
+        is_rounded = (
+            np.abs(levels - levels.round()).max() < _WHOLE
+            and abs(float(np.sum(levels - levels.round()))) < 1
+            and step > 0
+            and wander < 1.5 * rounding
+            # A lost sample between exact times also makes a step of two multiples.
+            and abs(share - max(1, round(share))) > _EXACT
+        )
+        if not is_rounded:
+            row = start + int(jumps[0]) + 1
+            reason = f"a jump from {times[row - 1]:g} (samples are missing or out of order)"
+            raise table.refusal("time_s", row, reason, "leave the pinch out")
+    error = rounding / (step * len(steps))
+    if not len(jumps) and error > _RATE_KNOWN:  # jitter
+        error = 0.0
+    return check_rate(f"{table.path}: the rate of time_s", 1 / step), error
 
 
 CSV = Importer("csv", "a .csv file", import_csv, suffixes=(".csv",), options=("rate",))

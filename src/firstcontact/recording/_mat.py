@@ -7,6 +7,7 @@ channels, each file is one pinch, with signals of any name and rate.
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from firstcontact.recording._arrays import NAMES, SHAPES, from_arrays, read_hdf5
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import note_unknown
 from firstcontact.recording._signals import (
+    ALL,
     Signal,
     Signals,
     combine,
@@ -100,14 +102,14 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
                 f"{file} has no variable {name!r} (it has {listed(unread) or 'no others'}): "
                 "correct the table of channels"
             )
-        values = arrays[name]
+        values = np.atleast_2d(arrays[name].squeeze())  # Simulink stores 1 x 1 x samples
         if values.ndim != 2:
             raise InputError(
-                f"{file}: {name} has the shape {values.shape}, but a signal must be a matrix: "
-                "correct the variable, or the table of channels"
+                f"{file}: {name} has the shape {values.shape}, but a signal must be a matrix with "
+                "a column for each channel: save one variable for each pinch or finger"
             )
-        if signal.sensor is not None and signal.column is None:
-            values = values.reshape(-1, 1, order="F")
+        if signal.column == ALL:
+            values, signal = values.reshape(-1, 1, order="F"), replace(signal, column=None)
         elif values.shape[0] < values.shape[1]:  # time runs along the longer side
             values = values.T
         parts.append(select_samples(f"{file}: {name}", signal, signal.rate or 0.0, values))

@@ -27,6 +27,7 @@ from firstcontact.core import (
     VibrationSensor,
 )
 from firstcontact.core.layout import MOST_CHANNELS, SCALES
+from firstcontact.core.text import counted
 from firstcontact.core.units import fit_unit, parse_unit
 from firstcontact.recording._labels import (
     bounded,
@@ -50,6 +51,8 @@ from firstcontact.recording.table import Table, read_rows
 
 #: Lowest rate of a signal without a sensor, Hz.
 LOWEST_SIGNAL = 1.0
+#: Column of a matrix whose columns follow each other in time, as MATLAB's x(:) reads them.
+ALL = -1
 #: Largest difference between the ends of two signals, in samples of the slower one.
 _ENDS_APART = 1.5
 
@@ -105,13 +108,17 @@ def _parse_scale(cell: str) -> float:
     return scale
 
 
+def _parse_column(cell: str) -> int:
+    return ALL if cell.lower() == "all" else int(bounded(parse_whole, 0, 1 << 31)(cell))
+
+
 #: Parsers of the columns, in the order of the fields of :class:`Signal`.
 _PARSERS: Mapping[str, Callable[[str], Any]] = {
     "variable": parse_name,
     "rate_hz": _optional(bounded(parse_number, LOWEST_SIGNAL, HIGHEST_RATE)),
     "sensor": _optional(choice(VibrationSensor)),
     "finger": parse_finger,
-    "column": _optional(bounded(parse_whole, 0, 1 << 31)),
+    "column": _optional(_parse_column),
     "unit": parse_text,
     "scale": _optional(_parse_scale, 1.0),
     "offset": _optional(parse_number, 0.0),
@@ -139,16 +146,18 @@ def select_samples(
     width = values.shape[1]
     columns: Sequence[int] = range(width)
     if signal.column is not None:
-        if signal.column >= width:
+        if not 0 <= signal.column < width:
             raise InputError(
-                f"{origin} has {width} columns, but the table of channels asks for column "
-                f"{signal.column}: give the column's number, counted from 0"
+                f"{origin} has {counted(width, 'column')}, but the table of channels asks for "
+                f"column {'all' if signal.column == ALL else signal.column}: give the column's "
+                "number, counted from 0"
             )
         columns, values = [signal.column], values[:, signal.column : signal.column + 1]
     if signal.sensor is not None and len(columns) != 1:
         raise InputError(
             f"{origin} has {width} columns: give the number of the {signal.sensor}'s column, from "
-            "0, in the column 'column' of the table of channels"
+            "0, in the column 'column' of the table of channels, or for MATLAB 'all' if its "
+            "columns follow each other in time"
         )
     values = (check_samples if signal.sensor is None else check_vibration)(origin, values)
     if signal.sensor is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
 from collections.abc import Callable, Sequence
 from io import BytesIO
@@ -53,7 +54,7 @@ def import_wav(
 ) -> Dataset:
     """Import every WAV file below a folder as one pinch, or as one for each contact found."""
     path = labels or file_in(folder, LABELS)
-    notes = []
+    notes: list[str] = []
     if labels is None and not path.exists():
         files = files_below(folder, ".wav")
         if not files:
@@ -63,7 +64,7 @@ def import_wav(
     else:
         table = read_columns(path, "file")
         files = match_each_file(folder, table, ".wav")
-    layout, signals = _alike(files, [read_sound(file) for file in files], sensor)
+    layout, signals = _alike(files, [read_sound(file, notes) for file in files], sensor)
     for row, cell in enumerate(table.get("sample_rate_hz", [])):
         if check_rate(f"{path}: sample_rate_hz of {table.place(row)}", cell) != layout.rate:
             reason = f"but {files[row].name} has {layout.rate:g} Hz"
@@ -81,9 +82,10 @@ def import_events(
 ) -> Dataset:
     """Import pinches around the contacts in a long WAV or FLAC file, or in a folder of files."""
     if events is None:
-        layout, signals = _alike([path], [read_sound(path)], sensor)
+        notes: list[str] = []
+        layout, signals = _alike([path], [read_sound(path, notes)], sensor)
         table = Table(path, {"session": [path.stem]}, [0], "pinch")
-        return _found(table, [path], signals, layout, find, [])
+        return _found(table, [path], signals, layout, find, notes)
     if find is not None:
         raise InputError(
             f"{events} already lists the contacts: leave find out, or remove that file",
@@ -91,7 +93,7 @@ def import_events(
         )
     table = read_events(events)
     files, of_rows, notes = _files(path, table)
-    sounds = [read_sound(file) for file in files]
+    sounds = [read_sound(file, notes) for file in files]
     shapes = [data.shape for _, data in sounds]
     layout, signals = _alike(files, sounds, sensor, is_chosen=CHANNEL in table)
     contacts = find_events(table, of_rows, files, shapes, [layout.rate] * len(files))
@@ -194,9 +196,19 @@ def _stored(file: Path, data: NDArray[Any]) -> NDArray[Any]:
     return check_vibration(f"{file}: the signal", data)
 
 
-def read_sound(file: Path) -> Sound:
-    """Return the rate in Hz and the signed samples of the file, shape (samples, channels)."""
-    rate, values = _read_flac(file) if file.suffix.lower() == ".flac" else _read_wav(file)
+def read_sound(file: Path, notes: list[str] | None = None) -> Sound:
+    """Return the rate in Hz and the signed samples of the file, shape (samples, channels).
+
+    A note is added if the lengths in the file's header are wrong.
+    """
+    if file.suffix.lower() == ".flac":
+        require_modules("files", "soundfile")
+        with library_errors(file, "FLAC", "copy it again, or convert it to WAV"):
+            open_regular(file).close()
+            rate, values = _decoded(file)
+    else:
+        rate, values = _read_wav(file, [] if notes is None else notes)
+    values = values.astype(values.dtype.newbyteorder("="), copy=False)
     if values.dtype == np.uint8:  # 8-bit samples are stored around 128
         values = (values ^ 128).view(np.int8)
     elif values.dtype == np.int8 or str(values.dtype) not in FULL_SCALE:
@@ -208,30 +220,84 @@ def read_sound(file: Path) -> Sound:
     return float(rate), values.reshape(len(values), -1)
 
 
-def _read_wav(file: Path) -> Sound:
+def _read_wav(file: Path, notes: list[str]) -> Sound:
     from scipy.io import wavfile
 
     with library_errors(file, "WAV", "convert it to PCM WAV"):
-        data = read_regular(file, LONGEST)
+        data, note = _mended(read_regular(file, LONGEST))
         warnings.simplefilter("error", wavfile.WavFileWarning)
         warnings.filterwarnings("ignore", "Chunk .* not understood", wavfile.WavFileWarning)
-        # From memory: for files, the library allocates the size that a header declares.
-        sound: Sound = wavfile.read(BytesIO(data))
+        try:
+            # From memory: for files, the library allocates the size that a header declares.
+            sound: Sound = wavfile.read(BytesIO(data))
+        except Exception as error:
+            try:  # compressed samples
+                sound = _decoded(BytesIO(data))
+            except Exception:
+                raise error from None
+        notes += [f"{file.name}: {note}"] if note else []
         return sound
 
 
-def _read_flac(file: Path) -> Sound:
-    require_modules("files", "soundfile")
-    with library_errors(file, "FLAC", "copy it again, or convert it to WAV"):
-        open_regular(file).close()
-        import soundfile
+def _mended(data: bytes) -> tuple[bytes, str]:
+    """Return a WAV file with right lengths, and a note if its own are wrong.
 
-        with soundfile.SoundFile(file) as sound:
-            dtype = "int16" if sound.subtype == "PCM_16" else "int32"
-            values = sound.read(dtype=dtype, always_2d=True)
-            if len(values) != sound.frames:
-                raise ValueError(f"{len(values)} of {sound.frames} samples are left")
-            return sound.samplerate, values
+    Programs write the lengths when they end a file, so a killed program leaves wrong ones.
+    """
+    order = {b"RIFF": "<", b"RIFX": ">"}.get(data[:4])
+    if order is None or data[8:12] != b"WAVE":
+        return data, ""
+    head, place, form, name, size = struct.Struct(f"{order}4sI"), 12, b"", b"", 0
+    while name != b"data":
+        if place + head.size > len(data):
+            return data, ""
+        name, size = head.unpack_from(data, place)
+        place += head.size
+        if name == b"fmt ":
+            form = data[place : place + size]
+        if name != b"data":
+            # Some programs leave out the byte that makes a size even.
+            place += size + (size % 2 and data[place + size : place + size + 1] == b"\0")
+    frame = struct.unpack_from(f"{order}H", form, 12)[0] if len(form) >= 14 else 0
+    if frame == 0:
+        return data, ""
+    left = len(data) - place
+    real = left if size == 0 and not _are_chunks(data[place:], head) else min(size, left)
+    real -= real % frame
+    rest = data[place + real :].removeprefix(b"\0" * (real % 2))
+    if size != real:
+        note = f"the header states {size} bytes of samples, but the file has {real}: all were read"
+    elif not _are_chunks(rest, head):
+        note = f"{len(rest)} bytes after its samples were left out"
+    elif not 0 <= len(data) - head.size - head.unpack_from(data)[1] <= 1:
+        note = "the header states a wrong length of the file: all samples were read"
+    else:
+        return data, ""
+    body = b"WAVE" + head.pack(b"fmt ", len(form)) + form + head.pack(b"data", real)
+    return head.pack(data[:4], len(body) + real) + body + data[place : place + real], note
+
+
+def _are_chunks(data: bytes, head: struct.Struct) -> bool:
+    """Return True if these bytes are whole chunks of a WAV file."""
+    place = 0
+    while place + head.size <= len(data):
+        name, size = head.unpack_from(data, place)
+        if not (name.isascii() and name.decode().isprintable()):
+            return False
+        place += head.size + size + size % 2
+    return place in (len(data), len(data) + 1)
+
+
+def _decoded(file: Path | BytesIO) -> Sound:
+    """Return the rate and samples of a file that the library libsndfile reads."""
+    import soundfile
+
+    with soundfile.SoundFile(file) as sound:
+        kinds = {"PCM_24": "int32", "PCM_32": "int32", "FLOAT": "float32", "DOUBLE": "float64"}
+        values = sound.read(dtype=kinds.get(sound.subtype, "int16"), always_2d=True)
+        if len(values) != sound.frames:
+            raise ValueError(f"{len(values)} of {sound.frames} samples are left")
+        return sound.samplerate, values
 
 
 WAV = Importer(

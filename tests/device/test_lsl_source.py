@@ -98,7 +98,7 @@ def test_unusable_streams_are_refused(name: str, monkeypatch: pytest.MonkeyPatch
         from_name("lsl:", SourceOptions())
     with sending(name), pytest.raises(InputError, match="count, disc"):
         LslSource(name, ("violin",)).__enter__()
-    with sending(name, rate=100.0), pytest.raises(InputError, match=r"\b494\b"):
+    with sending(name, rate=100.0), pytest.raises(InputError, match=r"\b500\b"):
         LslSource(name).__enter__()
     with sending(name, rate=2e6), pytest.raises(InputError, match=r"1e\+06"):
         LslSource(name).__enter__()

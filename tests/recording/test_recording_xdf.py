@@ -10,6 +10,7 @@ from import_files import imported
 
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.recording import import_path
+from firstcontact.recording.settings import LOWEST_RATE
 
 pytest.importorskip("pyxdf")
 RATE, SLOW = 4000.0, 100.0
@@ -25,7 +26,7 @@ def chunk(tag, content):
 def stream(number, name, rate, kind, stamps, values, foot=True):
     """Return one stream: header, samples in chunks of 0.1 s, a clock offset and footer."""
     numbers = np.zeros((len(stamps), 1)) if kind == "string" else np.asarray(values)
-    numbers = numbers.reshape(len(stamps), -1).astype("<f4")
+    numbers = (numbers.reshape(len(stamps), -1) if numbers.size else np.zeros((0, 1))).astype("<f4")
     width = numbers.shape[1]
     samples = np.zeros(len(stamps), [("size", "u1"), ("stamp", "<f8"), ("values", "<f4", (width,))])
     samples["size"], samples["stamp"], samples["values"] = 8, stamps, numbers
@@ -171,9 +172,55 @@ HOLED[9] = np.nan
 
 
 @pytest.mark.parametrize(
+    "stale",
+    [
+        vibration(number=9, stamps=[], values=np.zeros((0, 1))),
+        vibration("old", 9, stamps=[], values=np.zeros((0, 1))),
+        marks(9, texts=()),
+    ],
+)
+@pytest.mark.parametrize("is_first", [False, True])
+def test_an_empty_stream_leaves_its_name_to_another(tmp_path, stale, is_first):
+    streams = [vibration(), marks()]
+    path = xdf(tmp_path, *([stale, *streams] if is_first else [*streams, stale]))
+    dataset = imported(path, tmp_path / "out")
+    assert dataset.objects.tolist() == ["eraser", "foam"]
+    assert any("without samples" in note for note in dataset.notes)
+
+
+def test_streams_of_one_name_are_told_apart_by_their_number(tmp_path):
+    channels = tmp_path / "channels.csv"
+    channels.write_text("variable,sensor,finger\nfinger #2,piezo,thumb\n")
+    negative = -np.arange(SAMPLES, dtype=np.float32)
+    path = xdf(tmp_path, vibration(), vibration(number=2, values=negative), marks())
+    dataset = imported(path, tmp_path / "out", "--channels", str(channels))
+    assert (dataset[0].data < 0).all()
+
+
+@pytest.mark.parametrize("stated", [0, 2000, RATE])
+def test_the_measured_rate_replaces_a_wrong_one(tmp_path, stated):
+    channels = tmp_path / "channels.csv"
+    channels.write_text("variable,sensor,rate_hz\nfinger,piezo,4400\n")
+    path = xdf(tmp_path, vibration(rate=stated, stamps=TOO_FEW), marks())
+    dataset = imported(path, tmp_path / "out", "--channels", str(channels))
+    assert dataset.layout.rate == 1.1 * RATE
+
+
+def test_a_file_may_have_any_rate_that_live_accepts(tmp_path):
+    stamps = times(1000, LOWEST_RATE)
+    slowest = vibration(rate=LOWEST_RATE, stamps=stamps, values=np.arange(1000.0))
+    path = xdf(tmp_path, slowest, marks())
+    assert imported(path, tmp_path / "out").layout.rate == LOWEST_RATE
+
+
+@pytest.mark.parametrize(
     ("streams", "words"),
     [
-        ((vibration(), vibration(number=2)), ("'finger'",)),
+        ((vibration(), vibration(number=2)), ("finger #1, finger #2", "--channels")),
+        (
+            (vibration(), vibration("slower", 2, rate=RATE / 2)),
+            ("2 streams of numbers", "--channels"),
+        ),
         ((vibration(), vibration("other", 2)), ("2 streams of numbers", "--channels")),
         ((vibration(stamps=BACKWARDS), marks()), ("go back by 0.5 s", "sample 4000")),
         ((vibration(stamps=TOO_FEW), marks()), ("4000 Hz", "4400 Hz")),

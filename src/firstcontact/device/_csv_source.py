@@ -19,6 +19,7 @@ from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.ports import LinkError, SerialTransport
 from firstcontact.device.threaded import LONGEST_LOOK, ThreadedSource
+from firstcontact.recording.settings import LOWEST_RATE
 
 _log = logging.getLogger("firstcontact.device")
 
@@ -30,8 +31,6 @@ PATIENCE = 5.0
 MEASURED = 2.0
 #: A measured rate that differs by this share or less from the models' rate is taken as that rate.
 ALIKE = 0.01
-#: Lowest rate at which contacts can be detected, Hz.
-LEAST_RATE = 500.0
 #: Possible widths of a counter that wraps, bits.
 WRAPS = (8, 16, 32)
 #: Waits between attempts to open a port that is gone, s.
@@ -256,10 +255,11 @@ class CsvSource(ThreadedSource):
             rate *= max(1.0, float(steps.mean())) if len(steps) else 1.0
         if abs(rate - self._rate) <= ALIKE * self._rate:
             rate = self._rate  # assume the exact rate: the difference is clock drift
-        if rate < LEAST_RATE:
+        if rate < LOWEST_RATE:
             raise InputError(
                 f"{self.port} gives {rate:.0f} lines a second, but contact detection needs "
-                f"{LEAST_RATE:g} or more: raise the baud rate, print fewer columns or sample faster"
+                f"{LOWEST_RATE:g} or more: raise the baud rate, print fewer columns or sample "
+                "faster"
             )
         _log.info("%s: %.1f Hz measured", self.name, rate)
         return columns, rate

@@ -22,7 +22,7 @@ from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.threaded import ThreadedSource
 from firstcontact.recording.messages import SOURCES
-from firstcontact.recording.settings import HIGHEST_RATE
+from firstcontact.recording.settings import HIGHEST_RATE, LOWEST_RATE
 
 #: Longest search for a stream, s.
 PATIENCE = 5.0
@@ -171,10 +171,10 @@ class LslSource(ThreadedSource):
         rate = float(info.nominal_srate())
         if info.channel_format() == self._lsl.cf_string:
             raise InputError(f"{self.name} carries text: choose a stream of numbers")
-        if not self._rate / 10 <= rate <= HIGHEST_RATE:
+        if not LOWEST_RATE <= rate <= HIGHEST_RATE:
             raise InputError(
                 f"{self.name} states a rate of {rate:g} Hz: contact detection needs "
-                f"{self._rate / 10:.0f} to {HIGHEST_RATE:g} Hz in the field 'nominal_srate'"
+                f"{LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz in the field 'nominal_srate'"
             )
 
     def _work(self) -> None:

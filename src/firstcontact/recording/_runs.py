@@ -119,7 +119,7 @@ def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
         measured = f"give {run.rate:.5g} Hz" if run.seconds > 0 else "do not advance"
         raise InputError(
             f"{origin} states {rate:g} Hz, but its time stamps {measured}: samples are missing, or "
-            "the stated rate is wrong; record it again"
+            "the stated rate is wrong; if so, give the measured one as 'rate_hz' with --channels"
         )
     return run
 

@@ -1,6 +1,6 @@
 """Importer of XDF files, which LabRecorder and others write from Lab Streaming Layer streams.
 
-The vibration is the only stream of numbers at 2 kHz or more, or the one that a table of channels
+The vibration is the only stream of numbers at 500 Hz or more, or the one that a table of channels
 names. Slower streams become groups. Contacts are the markers of the only stream of texts, or come
 from a table of events.
 """
@@ -99,6 +99,9 @@ def import_xdf(
         for s in streams.values()
         if not s.is_closed
     ]
+    empty = [s.name for s in streams.values() if not len(s.stamps)]
+    if empty:
+        notes.append(f"streams without samples were left out: {listed(empty)}")
     irregular = [
         s.name for s in streams.values() if not s.is_text and not s.is_regular and len(s.stamps)
     ]
@@ -148,9 +151,7 @@ def read_xdf(path: Path) -> dict[str, Stream]:
         if complaints.buffer:
             raise ValueError(complaints.buffer[0].getMessage())
         streams = [_stream(stream) for stream in loaded]
-        for name, count in Counter(s.name for s in streams).items():
-            if count > 1:
-                raise ValueError(f"two streams are named {quote(name)}")
+        streams = _with_names(streams)
         for stream in streams:
             if not 0 <= stream.rate <= HIGHEST_RATE:
                 raise ValueError(f"stream {quote(stream.name)} states {stream.rate:g} Hz")
@@ -158,6 +159,23 @@ def read_xdf(path: Path) -> dict[str, Stream]:
                 stamp = f"{stream.stamps[sample]:g} s at sample {sample}"
                 raise ValueError(f"stream {quote(stream.name)} has the time stamp {stamp}")
     return {stream.name: stream for stream in streams}
+
+
+def _with_names(streams: Sequence[Stream]) -> list[Stream]:
+    """Return the streams, those with samples first, with a number after a name of several.
+
+    A stream of a sender that had crashed has no samples, and leaves its name to the other.
+    """
+    streams = sorted(streams, key=lambda s: not len(s.stamps))
+    filled = Counter(s.name for s in streams if len(s.stamps))
+    seen: Counter[str] = Counter()
+    named = []
+    for stream in streams:
+        seen[stream.name] += 1
+        number = seen[stream.name]
+        is_alone = number == 1 and filled[stream.name] <= 1
+        named.append(stream if is_alone else replace(stream, name=f"{stream.name} #{number}"))
+    return named
 
 
 def _stream(stream: Mapping[str, Any]) -> Stream:
@@ -189,7 +207,8 @@ def _guess_signals(
 ) -> list[Signal]:
     """Return the signals: the fast stream as the vibration, and all other streams of numbers."""
     numbers = [s for s in streams.values() if s.is_regular]
-    fast = [s for s in numbers if s.rate >= LOWEST_RATE]
+    fastest = max((s.rate for s in numbers), default=0.0)
+    fast = [s for s in numbers if s.rate >= max(LOWEST_RATE, fastest / 2)]
     if len(fast) != 1 or fast[0].values.shape[1] > 1:
         kind = f"{len(fast)} streams of numbers at {LOWEST_RATE:g} Hz or more"
         if len(fast) == 1:
@@ -257,15 +276,13 @@ def _find_stream(path: Path, streams: Mapping[str, Stream], signal: Signal) -> S
             f"{path} has no stream {quote(signal.variable)} (it has {listed(list(streams))}): "
             "correct the table of channels"
         )
+    if signal.rate is not None:  # measured rates are better than those that senders state
+        stream = replace(stream, rate=signal.rate)
     if not stream.is_regular:
         raise InputError(
             f"{path}: stream {quote(stream.name)} has no numbers at a regular rate of "
-            f"{LOWEST_SIGNAL:g} Hz or more: leave it out of the table of channels"
-        )
-    if signal.rate not in (None, stream.rate):
-        raise InputError(
-            f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, but the table of "
-            f"channels states {signal.rate:g} Hz: correct the table"
+            f"{LOWEST_SIGNAL:g} Hz or more: leave it out of the table of channels, or give its "
+            "measured rate there as 'rate_hz'"
         )
     return stream
 

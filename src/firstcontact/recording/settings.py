@@ -38,8 +38,8 @@ SETTINGS = (
 )
 #: Setting of exported files: the layout as JSON, if the names of the columns do not state it.
 LAYOUT = "firstcontact_layout"
-#: Lowest rate, Hz, at which 15 ms of a contact are still informative.
-LOWEST_RATE = 2_000.0
+#: Lowest rate of a vibration, Hz, in files and live.
+LOWEST_RATE = 500.0
 #: Highest rate, Hz. A higher one is probably in a wrong unit.
 HIGHEST_RATE = 1_000_000.0
 #: Largest RMS of a vibration's rounding errors, as a share of its own RMS.
@@ -55,7 +55,7 @@ def _number(value: Any) -> float:
 
 
 def check_rate(origin: str, rate: Any) -> float:
-    """Return a sampling rate, Hz. Raise an InputError outside of 2 kHz to 1 MHz."""
+    """Return a sampling rate, Hz. Raise an InputError outside of 500 Hz to 1 MHz."""
     value = _number(rate)
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise InputError(

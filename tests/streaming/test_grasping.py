@@ -115,18 +115,26 @@ def test_the_hand_acts_on_the_newest_estimate_in_range(name: str, hand: PrintHan
 
     commands, counts = [], []
     with hand:
-        for estimates in ((early,), (early, newer, replace(newer, final=True)), (early, strange)):
+        final = replace(early, final=True)  # the newest one is from after the second contact
+        for estimates in (
+            (early,),
+            (early, newer, replace(newer, final=True)),
+            (early, strange),
+            (early, strange, final),
+        ):
             for event in (START, FIRST_EVENT, *estimates, SECOND_EVENT):
                 grasping.on_event(event)
             commands.append(grasping.last)
             grasping.on_event(example_events.pinch(*estimates))
             counts.append((grasping.loop.counts.estimates, grasping.is_used))
-    assert counts == [(1, True), (2, True), (2, False)]
-    soft, firm, unknown = (c.force for c in commands if c is not None)
+    assert counts == [(1, True), (2, True), (2, False), (3, True)]
+    soft, firm, unknown, again = (c.force for c in commands if c is not None)
     assert soft < firm
     assert unknown < firm
+    assert again == soft
     if name == "first_contact":
-        assert commands == [grip.command_for(24.0), grip.command_for(59.0), grip.gentle]
+        firm_command, soft_command = grip.command_for(59.0), grip.command_for(24.0)
+        assert commands == [soft_command, firm_command, grip.gentle, soft_command]
 
 
 def test_samples_that_came_late_make_an_estimate_late(

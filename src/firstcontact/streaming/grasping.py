@@ -314,6 +314,7 @@ class Grasping:
         """Pass an estimate to the policy, unless the final one repeats what it acted on."""
         if estimate.out_of_range:  # its interval may not hold: as if there were no estimate
             self.loop.counts.unused += estimate.final
+            self._acted_on = -1.0  # so that a final estimate from fewer samples counts again
             self.loop.retract()
             return
         if estimate.final and estimate.elapsed == self._acted_on:

@@ -42,7 +42,9 @@ def section(kind: type, heading: str = "") -> str:
         documented = {f.name: health[f.name] for f in msgspec.structs.fields(LinkLine)}
     fields = [name for names in documented for name in names.split(", ")]
     if config is not None:
-        assert fields == [field.name for field in msgspec.structs.fields(kind)], kind
+        declared = [field.name for field in msgspec.structs.fields(kind)]
+        if fields != declared:
+            raise SystemExit(f"{kind.__name__}: the docstring lists {fields}, and not {declared}")
     for names, meaning in documented.items():
         words = ", ".join(f"`{name}`" for name in names.split(", "))
         rows.append((words, meaning))

@@ -1,6 +1,8 @@
 """ROS 2 node that publishes the estimated stiffness of each pinched object.
 
-python examples/ros_node.py twin rig
+python examples/ros_node.py twin
+
+A second argument names a model that `firstcontact adapt` made, instead of the package's.
 
 Needs rclpy and std_msgs of a ROS 2 installation. Each message on /stiffness holds the value and
 the ends of the interval, Shore A.
@@ -18,7 +20,7 @@ import firstcontact as fc
 class Stiffness(Node):
     """ROS 2 node that publishes the final estimate of each pinch."""
 
-    def __init__(self, device: str, model: str | None, pinches: int | None = None) -> None:
+    def __init__(self, device: str, model: str | None = None, pinches: int | None = None) -> None:
         super().__init__("firstcontact")
         self.publisher = self.create_publisher(Float32MultiArray, "stiffness", 10)
         self.device, self.model, self.pinches = device, model, pinches

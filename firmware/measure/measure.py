@@ -44,6 +44,8 @@ SETS = (("paper-rig", 31), ("everyday", 32))
 #: Noise of the twin's fingertips at rest, V, and samples of each stream that begins at rest.
 FLOORS = (0.0018, 0.0018)
 STREAM = 30 * 4936
+#: Numbers of pinches whose images are measured, beside all.
+PINCHES = (0, 10, 20, 40, 80)
 Numbers = dict[str, Any]
 
 
@@ -147,6 +149,16 @@ def of_chain(sets: list[Dataset], out: Path) -> tuple[Numbers, Numbers]:
     return rows, in_time
 
 
+def image_sizes(learn: Dataset, out: Path) -> dict[str, int]:
+    """Return the bytes of the image of a model that was adapted to so many pinches."""
+    order = np.random.default_rng(SEED).permutation(len(learn))
+    sizes = {}
+    for count in (*PINCHES, len(learn)):
+        adapt(learn.take(np.sort(order[:count])) if count else None, seed=SEED).save(out)
+        sizes[str(count)] = len(hand_image(out).data)
+    return sizes
+
+
 def _touches(dataset: Dataset) -> tuple[Touches, NDArray[np.intp]]:
     touches, indices = Touches.cut(dataset, [p.first for p in dataset.pinches])
     long_enough = touches.valid >= 10
@@ -187,7 +199,12 @@ def tables(results: Numbers) -> dict[str, str]:
         [name, f"{row['closings']:,}", *(f"{100 * row[f'{key}_share']:.1f} %" for key in titles)]
         for name, row in results["in_time"].items()
     ]
+    images = list(results["images"].items())
+    measured = dict([images[-1]])  # of the model that ran on the emulator
+    total = f"{results['models']['chain_sample']['flash']:,}"
+    flash = [[n, f"{size:,}", total if n in measured else ""] for n, size in images]
     return {
+        "flash": markdown_table("pinches | image, bytes | measured with the code, bytes", flash),
         "costs": markdown_table(head, costs),
         "in_time": markdown_table(f"condition | closings | {' | '.join(titles.values())}", in_time),
     }
@@ -211,6 +228,7 @@ def main() -> None:
     results = of_windows(sets, built, settings.cmsis)
     rows, results["in_time"] = of_chain(sets, built)
     results["models"] |= rows
+    results["images"] = image_sizes(parts(sets[0])[0], built / "sizes")
     results["seeds"] = dict(SETS)
     with replacing(settings.out / "embedded.json") as temporary:
         temporary.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")

@@ -332,3 +332,86 @@ def test_reads_split_anywhere_give_the_same_lines(sizes: list[int]) -> None:
     assert parts == expected
     assert reader.header == ("n", "piezo")
     assert [line for line in parts if line] == [(float(k), float(k * k % 97)) for k in range(60)]
+
+
+@pytest.mark.parametrize(
+    "text", [b"# 23.5 C, battery 3.71 V", b"overrun? no", b"vbat=3.71", b"vbat:3.71", b"23.5 degC"]
+)
+def test_lines_of_text_are_no_samples(text: bytes) -> None:
+    reader = LineReader()
+    lines = reader.feed(b"\n1\n2\n" + text + b"\n3\n4x\n5\n")
+    assert lines == [(1.0,), (2.0,), (3.0,), None, (5.0,)]
+    assert reader.bad == 1
+
+
+def test_names_before_numbers_are_columns() -> None:
+    reader = LineReader()
+    assert reader.feed(b"\n" + b"piezo:5,force:7\n" * 3) == [(5.0, 7.0)] * 2
+    assert reader.header == ("piezo", "force")
+
+
+@pytest.mark.parametrize("clock", [lambda n: 203 * n + n % 3, lambda n: n // 5], ids=["us", "ms"])
+def test_a_clock_is_left_out_and_counted_steps_are_one(
+    clock: Callable[[int], int], caplog: pytest.LogCaptureFixture
+) -> None:
+    lines = [(clock(n), 512.0 + n % 3, 4.0 * n % 1000) for n in range(900)]
+    found = identify_columns(lines, ("when", "piezo", "n"), (), "csv:port")
+    assert (found.signals, found.counter, found.step) == ((1,), 2, 4.0)
+    assert "when" in caplog.text
+    counter = _csv_source._Counter(found)
+    assert [counter.next(line, 0) for line in lines] == list(range(900))  # wraps at 1000
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "scale"),
+    [
+        ("", lambda n: b"%d\n" % (512 + n % 7), 3.3 / 1024),
+        ("", lambda n: b"%d\n" % (2048 + n % 7), 1.0),
+        ("=12bits", lambda n: b"%d\n" % (2048 + n % 7), 3.3 / 4096),
+        ("=mV", lambda n: b"%d\n" % (n % 7 - 3), 1e-3),
+    ],
+)
+def test_a_unit_is_stated_or_assumed(
+    name: str, line: Callable[[int], bytes], scale: float, tmp_path: Path
+) -> None:
+    with PrintingBoard(tmp_path / "port", line) as board:
+        with from_name(f"csv:{board.port}{name}", SourceOptions()) as source:
+            (channel,) = source.descriptor.layout.channels
+        assert channel.scale == pytest.approx(scale)
+        assert channel.unit == ("counts" if scale == 1.0 else "V")
+        with pytest.raises(InputError, match="bits"):
+            from_name(f"csv:{board.port}=2bits", SourceOptions()).__enter__()
+
+
+def test_columns_that_change_places_are_refused(tmp_path: Path) -> None:
+    names = [b"force,piezo"]
+
+    def line(number: int) -> bytes:
+        head = names[0] + b"\n" if number % 50 == 0 else b""
+        return head + b"%d,%d\n" % (512 + number % 7, 512 + number % 5)
+
+    with reading(tmp_path, line, ("piezo",)) as (board, source):
+        until(source, samples(100))
+        board.unplug()
+        while source.health.connected:
+            source.read(0.05)
+        names[0] = b"piezo,force"
+        board.plug()
+        with pytest.raises(InputError, match="other columns"):
+            until(source, lambda _: False)
+
+
+def test_a_port_that_comes_back_under_another_name_is_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with (
+        PrintingBoard(tmp_path / "ttyACM0", numbered_line) as board,
+        CsvSource(board.port, ("2",), measured=MEASURED) as source,
+    ):
+        until(source, samples(100))
+        board.unplug()
+        board.link = tmp_path / "ttyACM1"
+        board.plug()
+        while "by-id" not in caplog.text:
+            source.read(0.05)
+    assert str(tmp_path / "ttyACM1") in caplog.text

@@ -245,6 +245,11 @@ class Layout:
         return tuple(c.finger for c in self.vibration)
 
     @property
+    def vibration_unit(self) -> str:
+        """Unit of the vibration channels, such as "V"; several are joined by "and"."""
+        return " and ".join(sorted({c.unit or "no unit" for c in self.vibration}))
+
+    @property
     def smoothing(self) -> str:
         """Text about the smoothing of the vibration channels: "piezo smoothing alpha 0.5"."""
         alphas = dict.fromkeys((c.sensor, c.smoothing_alpha) for c in self.vibration)

@@ -33,7 +33,7 @@ _UNITS = {
 }
 _OTHERS = {"full scale": "full scale", "fullscale": "full scale", "fs": "full scale"}
 _COUNTS = {"count", "counts"}
-_CONVERTER = re.compile(r"(\d{1,2}) ?-?bits?(?: counts)?(?: ?(?:over|/) ?(\d+(?:\.\d+)?) ?v)?")
+_CONVERTER = re.compile(r"(\d{1,2}) ?-?bits?(?: counts)?(?: ?(?:over|/|) ?(\d+(?:\.\d+)?) ?v)?")
 #: Unit at the end of a name: "piezo_mV", "piezo (mV)" or "piezo[mV]".
 _ENDING = re.compile(r".*?(?:_|\s*[(\[])([^_()\[\]]+)[)\]]?")
 
@@ -81,6 +81,12 @@ def parse_unit(text: str) -> Unit | None:
         if start == prefix and (known := _UNITS.get(lower[len(prefix) :])):
             return Unit(known[0], known[1] * factor)
     return None
+
+
+def known_unit(text: str) -> Unit:
+    """Return the unit that a text names, or one that is not converted if its size is unknown."""
+    unit = parse_unit(text)
+    return Unit(text) if unit is None or unit.is_assumed else unit
 
 
 def unit_of_name(name: str) -> Unit | None:

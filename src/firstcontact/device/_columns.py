@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import itertools
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firstcontact.core import Channel, ChannelKind, Finger, InputError, VibrationSensor, finger_name
+from firstcontact.core.plausible import is_clock
+from firstcontact.core.units import Unit
+
+_log = logging.getLogger("firstcontact.device")
 
 #: Names of a column that counts samples.
 COUNTERS = ("counter", "count", "sample", "n", "i", "index", "nr", "#")
 #: Names of columns with the time, which are neither signal nor counter.
 TIMES = ("t", "time", "ms", "us", "millis", "micros", "timestamp")
+#: Numbers at which a counter wraps: 8, 16, 24 or 32 bits.
+WRAPS = (2.0**8, 2.0**16, 2.0**24, 2.0**32)
 #: Order of columns with the name of a finger, before and after other columns.
 _FINGERS = {"index": -1, "thumb": 1}
 #: Largest step of a counter between lines. A larger one means damage or a restart.
@@ -20,12 +30,14 @@ LEAP = 100_000.0
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Meaning of the columns of a line."""
+    """Meaning of the columns of a line. The counter rises by ``step`` and may wrap at ``wraps``."""
 
     names: tuple[str, ...]
     signals: tuple[int, ...]
     counter: int | None
     width: int
+    step: float = 1.0
+    wraps: tuple[float, ...] = WRAPS
 
 
 def find_column(word: str, names: Sequence[str]) -> int | None:
@@ -58,8 +70,10 @@ def select_signals(
     return places
 
 
-def vibration_channels(columns: Sequence[Mapping[str, str]]) -> tuple[Channel, ...]:
-    """Return channels for one or two columns, from label, unit, and if known finger and sensor."""
+def vibration_channels(
+    columns: Sequence[Mapping[str, str]], units: Sequence[Unit]
+) -> tuple[Channel, ...]:
+    """Return channels for one or two columns, from label, and if known finger and sensor."""
     by_name = {finger_name(f): f for f in Finger}
     fingers = [by_name.get(column.get("finger", "")) for column in columns]
     if len(set(fingers)) < len(fingers):
@@ -70,10 +84,12 @@ def vibration_channels(columns: Sequence[Mapping[str, str]]) -> tuple[Channel, .
             column["label"],
             ChannelKind.VIBRATION,
             finger,
-            column["unit"],
+            unit.name,
+            unit.scale,
+            unit.offset,
             sensor=sensors.get(column.get("type", "").lower()),
         )
-        for column, finger in zip(columns, fingers, strict=True)
+        for column, finger, unit in zip(columns, fingers, units, strict=True)
     )
 
 
@@ -99,11 +115,28 @@ def identify_columns(
             "up: rename it, let the board count its samples in it, or name it if it is a signal, "
             f"as in {device}#{names[counter]}"
         )
-    times = {k for k, n in enumerate(names) if n.lower() in TIMES}
+    table = np.array(full_lines)
+    clocks = [k for k in range(width) if is_clock(table[:, k])]
+    times = {k for k, n in enumerate(names) if n.lower() in TIMES or k in clocks}
     signals = [k for k in range(width) if k != counter and k not in times]
     places = select_signals(device, names, wanted, signals)
+    if left := [names[k] for k in clocks if k not in (*places, counter)]:
+        _log.warning(
+            "%s: column %s rises steadily, as a clock does, so it is left out: name the columns of "
+            "the sensors, as in %s#%s, if this is wrong",
+            *(device, ", ".join(left), device, names[places[0]]),
+        )
     places.sort(key=lambda k: _FINGERS.get(names[k].lower(), 0))
-    return Columns(tuple(names[k] for k in places), tuple(places), counter, width)
+    chosen = tuple(names[k] for k in places), tuple(places), counter, width
+    return Columns(*chosen) if counter is None else Columns(*chosen, *_pace(table[:, counter]))
+
+
+def _pace(counts: NDArray[np.float64]) -> tuple[float, tuple[float, ...]]:
+    """Return the usual step of a counter, and the numbers at which it may wrap."""
+    steps = np.diff(counts)
+    step = float(np.median(steps[(steps > 0) & (steps <= LEAP)]))
+    seen = {step - back for back in steps[steps < 0].tolist()}
+    return step, (*WRAPS, *seen)
 
 
 def _counter(

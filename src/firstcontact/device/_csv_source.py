@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 import time
 from bisect import bisect_left
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.core import InputError, Layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.text import parse_float
+from firstcontact.core.units import COUNTS, STATE_UNIT, Unit, fit_unit, parse_unit, unit_of_name
 from firstcontact.device._columns import LEAP, Columns, identify_columns, vibration_channels
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions
-from firstcontact.device.ports import LinkError, SerialTransport
+from firstcontact.device.ports import LinkError, SerialTransport, reopen
 from firstcontact.device.threaded import LONGEST_LOOK, ThreadedSource
 from firstcontact.recording.settings import LOWEST_RATE
 
@@ -31,10 +33,6 @@ PATIENCE = 5.0
 MEASURED = 2.0
 #: A measured rate that differs by this share or less from the models' rate is taken as that rate.
 ALIKE = 0.01
-#: Possible widths of a counter that wraps, bits.
-WRAPS = (8, 16, 32)
-#: Waits between attempts to open a port that is gone, s.
-RETRY = 0.2
 #: A read of this many bytes or more shows a backlog; the system's buffer holds 4096.
 BACKLOG = 2048
 #: Longest wait of a read, s.
@@ -47,6 +45,8 @@ LONGEST = 1000
 LINES_NEEDED = 20
 #: Largest number of columns.
 MOST = 64
+#: Start of a line of text. It has words, perhaps after a sign or one number.
+_TEXT = re.compile(r"\W*(?:[\d.:+-]+[\])]?\s+)?[A-Za-z](?:[A-Za-z]|\b)")
 
 
 @dataclass(slots=True)
@@ -57,8 +57,10 @@ class LineReader:
     header: tuple[str, ...] = ()
     _rest: bytes = b""
     _begun: bool = False
+    _last_names: tuple[str, ...] = ()
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
+        """Return the numbers of the lines, None for damaged ones; lines of text are left out."""
         pieces = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
         self._rest = pieces.pop()
         if len(self._rest) > LONGEST:  # wrong baud rate, or no text
@@ -69,25 +71,36 @@ class LineReader:
             if not self._begun:
                 self._begun = True
                 self._name(piece)
-            elif piece.strip():
+            elif piece.strip() and not self._is_text(piece):
                 lines.append(self._numbers(piece))
         return lines
+
+    def _is_text(self, line: bytes) -> bool:
+        """Return True for a line of text, which is no sample. Names before numbers are no text."""
+        text, words = line.decode("ascii", "replace").strip(), _words(line)
+        names = tuple(w.rpartition(":")[0] for w in words)
+        if all(names) and all(_is_number(w.rpartition(":")[2]) for w in words):
+            # A plotter's line, if another one with these names came before: "vbat:3.71" may be text
+            is_known = names in (self.header, self._last_names)
+            self._last_names, self.header = names, names if is_known else self.header
+            return not is_known
+        self._last_names = ()
+        is_words = text.isascii() and text.isprintable() and _TEXT.match(text)
+        if not is_words or all(map(_is_number, words)):
+            return False
+        self._name(line)
+        return True
 
     def _numbers(self, line: bytes) -> tuple[float, ...] | None:
         words = _words(line)
         try:
             values = tuple(parse_float(w.rpartition(":")[2], finite=False) for w in words)
         except ValueError:
-            self._name(line)
-            self.bad += not self._is_header(words)
+            self.bad += 1
             return None
         if not values or len(values) > MOST or not all(math.isfinite(v) for v in values):
             self.bad += 1
             return None
-        if len(self.header) != len(words) and all(
-            ":" in w for w in words
-        ):  # name:value, for plotters
-            self.header = tuple(w.partition(":")[0] for w in words)
         return values
 
     def _name(self, line: bytes) -> None:
@@ -99,9 +112,21 @@ class LineReader:
     def _is_header(words: tuple[str, ...]) -> bool:
         """Return True if these words can be column names: short ASCII words."""
         return 0 < len(words) <= MOST and all(
-            w.isprintable() and w.isascii() and len(w) <= 40 and (w[0].isalpha() or w == "#")
+            w.isprintable()
+            and w.isascii()
+            and len(w) <= 40
+            and (w[0].isalpha() or w == "#")
+            and not set(w) & set("=?!")
             for w in words
         )
+
+
+def _is_number(word: str) -> bool:
+    try:
+        parse_float(word, finite=False)
+    except ValueError:
+        return False
+    return True
 
 
 def _words(line: bytes) -> tuple[str, ...]:
@@ -116,7 +141,7 @@ def _words(line: bytes) -> tuple[str, ...]:
 class _Counter:
     """Sample numbers from a column that counts samples, or from the number of lines."""
 
-    place: int | None
+    columns: Columns
     last: float | None = None
     number: int = -1
     restarted: bool = False
@@ -125,26 +150,28 @@ class _Counter:
     def next(self, line: tuple[float, ...], damaged: int) -> int | None:
         """Return the sample number of a line that follows ``damaged`` damaged lines."""
         self.restarted = False
-        if self.place is None:
+        if (place := self.columns.counter) is None:
             self.number += 1 + damaged
             return self.number
-        count = line[self.place]
+        count, usual = line[place], self.columns.step
         if self.last is None:
-            self.last = count - 1.0
+            self.last = count - usual
         step = count - self.last
         if step <= 0:
             # A counter near the end of a width has wrapped. Otherwise it has restarted.
-            wrap = next((2.0**b for b in WRAPS if 0.9 * 2.0**b < self.last < 2.0**b), None)
-            if wrap is not None and count <= 0.1 * wrap:
-                step += wrap
+            # Signed numbers wrap from half of the width to its negative.
+            for wrap in self.columns.wraps:
+                for start in (0.0, wrap / 2):
+                    if 0.9 * wrap < self.last + start < wrap and 0 <= count + start <= 0.1 * wrap:
+                        step = count - self.last + wrap
         if not 0 < step <= LEAP:
             if self._doubted is None or not 0 < count - self._doubted <= LEAP:
                 self._doubted = count
                 return None
             self.restarted = True
-            step = 1.0
+            step = usual
         self.last, self._doubted = count, None
-        self.number += max(1, round(step))
+        self.number += max(1, round(step / usual))
         return self.number
 
 
@@ -191,10 +218,12 @@ class CsvSource(ThreadedSource):
         baud: int = BAUD,
         rate: float = FINGERTIP_RATE,
         measured: float = MEASURED,
+        unit: Unit | None = None,
     ) -> None:
         super().__init__(f"csv:{port}")
         self.port = port
         self._named, self._baud, self._rate, self._measured = columns, baud, rate, measured
+        self._unit, self._units = unit, [COUNTS]
         self._port: SerialTransport | None = None
         self._lines = LineReader()
         self._columns: Columns | None = None
@@ -214,10 +243,10 @@ class CsvSource(ThreadedSource):
         delay = self._resample(rate, self._rate)
         count = self._columns.counter
         losses = "losses unknown" if count is None else f"counter in column {count + 1}"
-        columns = [{"label": f"column {n}", "unit": "counts"} for n in self._columns.names]
+        columns = [{"label": f"column {n}"} for n in self._columns.names]
         self._note(losses_known=count is not None)
         return Descriptor(
-            Layout(vibration_channels(columns), self._rate),
+            Layout(vibration_channels(columns, self._units), self._rate),
             firmware=f"lines of numbers, {rate:.1f} Hz measured, {losses}",
             sensor=f"columns {', '.join(self._columns.names)} of {self.port}",
             source="real",
@@ -250,9 +279,12 @@ class CsvSource(ThreadedSource):
         rate = arrivals.rate()
         if columns.counter is not None:
             complete_lines = [n for n in lines if len(n) == columns.width]
-            steps = np.diff([n[columns.counter] for n in complete_lines])
+            steps = np.diff([n[columns.counter] for n in complete_lines]) / columns.step
             steps = steps[(steps > 0) & (steps <= LEAP)]
             rate *= max(1.0, float(steps.mean())) if len(steps) else 1.0
+        table = np.array([line for line in lines if len(line) == columns.width])
+        units = zip(columns.names, columns.signals, strict=True)
+        self._units = [self._unit_of(n, table[:, k : k + 1]) for n, k in units]
         if abs(rate - self._rate) <= ALIKE * self._rate:
             rate = self._rate  # assume the exact rate: the difference is clock drift
         if rate < LOWEST_RATE:
@@ -264,9 +296,19 @@ class CsvSource(ThreadedSource):
         _log.info("%s: %.1f Hz measured", self.name, rate)
         return columns, rate
 
+    def _unit_of(self, name: str, values: NDArray[np.float64]) -> Unit:
+        """Return the unit of a column: the stated one, or counts of 10 bits if they can be that."""
+        if (stated := self._unit or unit_of_name(name)) is not None:
+            return fit_unit(f"column {name} of {self.name}", stated, values)
+        try:
+            return fit_unit(name, COUNTS, values)
+        except InputError:
+            return Unit("counts")
+
     def _work(self) -> None:
         assert self._columns is not None
-        counter, epoch, damaged = _Counter(self._columns.counter), 0, 0
+        counter, epoch, damaged = _Counter(self._columns), 0, 0
+        unchecked: list[tuple[float, ...] | None] = []
         self._lines.bad = 0
         while not self._closing.is_set():
             try:
@@ -275,9 +317,17 @@ class CsvSource(ThreadedSource):
                 lines = self._lines.feed(data)
             except LinkError:
                 self._reconnect()
-                lines = []
+                lines, unchecked = [], [None]
                 epoch, damaged = epoch + 1, 0
-                counter = _Counter(self._columns.counter)
+                counter = _Counter(self._columns)
+            if unchecked:
+                unchecked += lines
+                if len(unchecked) <= LINES_NEEDED:
+                    self._wait()
+                    continue
+                lines = unchecked[1:]
+                unchecked = []
+                self._check_columns([line for line in lines if line])
             now = time.monotonic()
             run: list[tuple[float, ...]] = []
             numbers: list[int] = []
@@ -314,16 +364,36 @@ class CsvSource(ThreadedSource):
     ) -> None:
         assert self._columns is not None
         signals = np.array(lines).reshape(-1, self._columns.width)[:, list(self._columns.signals)]
+        for column, unit in enumerate(self._units):
+            if unit.bits is not None:  # what the converter cannot give is no sample
+                numbers_, half = signals[:, column], 2.0 ** (unit.bits - 1)
+                numbers_[np.abs(numbers_ + (0.5 if unit.offset == 0 else 0.5 - half)) > half] = (
+                    math.nan
+                )
         self._give(signals, np.array(numbers, np.int64), epoch, now)
 
     def _reconnect(self) -> None:
+        assert self._port is not None
         self._note(connected=False)
         self._shut()
         self._lines = LineReader(self._lines.bad, self._lines.header)
-        while not self._closing.wait(RETRY):
-            with suppress(InputError):
-                self._port = SerialTransport(self.port, self._baud)
-                return
+        self._port = reopen(self._port, self._closing, self._baud)
+
+    def _check_columns(self, lines: list[tuple[float, ...]]) -> None:
+        """Refuse a board that came back with other columns."""
+        assert self._columns is not None
+        now = identify_columns(lines, self._lines.header, self._named, self.name)
+        former = self._columns
+        # The first line may be cut, and columns without names may get some.
+        is_same = (
+            ",".join(former.names).endswith(",".join(now.names)) or former.names[0].isdecimal()
+        )
+        places = [(c.signals, c.counter, c.width) for c in (now, former)]
+        if places[0] != places[1] or not is_same:
+            raise InputError(
+                f"{self.name} came back with other columns ({', '.join(now.names)} instead of "
+                f"{', '.join(former.names)}): start the command again"
+            )
 
     def _shut(self) -> None:
         if self._port is not None:
@@ -333,6 +403,10 @@ class CsvSource(ThreadedSource):
 def from_name(name: str, options: SourceOptions) -> CsvSource:
     options.check_own_speed(name)
     address, _, columns = name.removeprefix("csv:").partition("#")
+    address, stated, text = address.partition("=")
+    unit = parse_unit(text)
+    if stated and unit is None:
+        raise InputError(f"{name} has no unit after the =: {STATE_UNIT}, as in csv:PORT=12bits")
     port, _, baud = address.partition("@")
     if not port:
         raise InputError(f"{name} names no port: give one, as in csv:/dev/ttyACM0@115200#piezo")
@@ -340,4 +414,4 @@ def from_name(name: str, options: SourceOptions) -> CsvSource:
     if baud and not (baud.isdecimal() and len(baud) <= 8 and int(baud) > 0):
         raise InputError(f"{name} has no baud rate after the @: give one, as in csv:{port}@{BAUD}")
     names = tuple(word for word in columns.split(",") if word)
-    return CsvSource(port, names, int(baud) if baud else BAUD)
+    return CsvSource(port, names, int(baud) if baud else BAUD, unit=unit)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Channel, InputError, Layout, VibrationSensor
 from firstcontact.core.installation import install_command, require_modules
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.units import known_unit
 from firstcontact.device._columns import distinct_names, select_signals, vibration_channels
 from firstcontact.device._stamped_samples import StampedSamples, usable_stamps
 from firstcontact.device.clock import RateCheck
@@ -260,7 +261,8 @@ def stream_channels(
     kinds = {str(v) for v in VibrationSensor}
     signals = [k for k, t in enumerate(metadata) if t["type"].lower() in kinds]
     places = select_signals(name, labels, names, signals or list(range(len(metadata))))
-    return vibration_channels([{**metadata[k], "label": labels[k]} for k in places]), places
+    units = [known_unit(metadata[k]["unit"]) for k in places]
+    return vibration_channels([{**metadata[k], "label": labels[k]} for k in places], units), places
 
 
 def _predicate(stream: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from datetime import UTC, datetime
 
 import numpy as np
@@ -16,7 +17,10 @@ from firstcontact.core import (
     VibrationCalibration,
     finger_name,
 )
+from firstcontact.core.plausible import alike_note
 from firstcontact.device.source import Arrival, Source
+
+_log = logging.getLogger("firstcontact.device")
 
 #: Length of the parts of a stream that are each judged as at rest or not, s: whole periods of 50
 #: and 60 Hz.
@@ -173,11 +177,17 @@ def wait_for_arrivals(source: Source) -> list[Arrival]:
 
 def measure_noise(source: Source, seconds: float = REST, patience: float = PATIENCE) -> Calibration:
     """Measure noise floor and offset of each vibration sensor of an open source."""
-    meter = RestMeter(source.descriptor.layout, seconds)
+    layout = source.descriptor.layout
+    meter, columns = RestMeter(layout, seconds), layout.columns(ChannelKind.VIBRATION)
+    signals = [np.zeros((0, len(columns)))]
     least, most = (s * source.descriptor.layout.rate for s in (seconds, seconds + patience))
     while not meter.is_sufficient and meter.samples < most:
         if source.ended and meter.samples >= least:
             break
         for arrival in wait_for_arrivals(source):
             meter.update(arrival.block)
+            signals.append(arrival.block.data[:, columns])
+    names = [layout.column_names[column] for column in columns]
+    if doubt := alike_note(names, np.concatenate(signals), is_noise=True):
+        _log.warning("%s: %s", source.name, doubt)
     return meter.calibration()

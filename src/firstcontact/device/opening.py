@@ -128,7 +128,7 @@ _BUILT_IN = (
     SourceKind("tape", "tape:FILE.wav for a sound file", _lazy("_tape_source", "from_name")),
     SourceKind(
         "csv",
-        "csv:PORT for a board that prints numbers in lines (csv:PORT@BAUD#COLUMN,COLUMN)",
+        "csv:PORT for a board that prints numbers in lines (csv:PORT@BAUD=UNIT#COLUMN,COLUMN)",
         _lazy("_csv_source", "from_name"),
     ),
     SourceKind(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import grp
+import itertools
+import logging
 import os
 import pwd
 import select
@@ -32,8 +34,13 @@ WRITE = 1.0
 #: Baud rate, for UART bridges only; USB ports ignore it. Samples take 176 kB/s, and start and stop
 #: bits a quarter more.
 BAUD = 4_000_000
+#: Waits between attempts to open a port that is gone, s, and number of them after which its user is
+#: told what to do.
+RETRY, ANOTHER_NAME = 0.2, 15
 #: Errors from opening a port. A terminal that vanishes meanwhile raises ``termios.error``.
 _FAULTS = (OSError, ValueError, termios.error)
+
+_log = logging.getLogger("firstcontact.device")
 
 
 class LinkError(OSError):
@@ -47,6 +54,8 @@ class SerialTransport:
         import serial
 
         self.port = port
+        #: Names of the ports beside this one when it was opened.
+        self.others = port_names(port)
         self._counter = 0
         self._sending = threading.Lock()
         try:
@@ -95,6 +104,34 @@ class SerialTransport:
         # descriptor.
         with self._sending, suppress(OSError):
             self._serial.close()
+
+
+def reopen(lost: SerialTransport, closing: threading.Event, baud: int) -> SerialTransport | None:
+    """Wait until a port is back and return it; None if ``closing`` is set first.
+
+    Say what to do if it does not come back soon, or if another port appears.
+    """
+    waits, said = itertools.count(), lost.others
+    while not closing.wait(RETRY):
+        # The port may be missing, not accessible yet, or in use by another program.
+        with suppress(InputError):
+            return SerialTransport(lost.port, baud)
+        new = port_names(lost.port) - said
+        said |= new
+        if new or next(waits) == ANOTHER_NAME:
+            _log.warning(
+                "%s is gone%s: if the device came back under another name, start again with that "
+                "one (see `firstcontact ports`), or with /dev/serial/by-id/..., which stays",
+                lost.port,
+                f", and {', '.join(sorted(new))} is new" if new else "",
+            )
+    return None
+
+
+def port_names(port: str) -> set[str]:
+    """Return the names of ports that are like ``port`` up to their digits."""
+    path = Path(port)
+    return {str(p) for p in path.parent.glob(f"{path.name.rstrip('0123456789')}[0-9]*")} - {port}
 
 
 def _opening_error(port: str, error: Exception) -> str:

@@ -15,7 +15,7 @@ from firstcontact.core.text import check_text
 from firstcontact.device.assembler import Assembled, Assembler, Counts
 from firstcontact.device.descriptor import Descriptor, DevicePrediction
 from firstcontact.device.opening import SourceOptions
-from firstcontact.device.ports import LinkError, SerialTransport, not_a_port
+from firstcontact.device.ports import BAUD, LinkError, SerialTransport, not_a_port, reopen
 from firstcontact.device.protocol import VERSION, FrameType, hint_payload, marker_text
 from firstcontact.device.source import Arrival, Health
 from firstcontact.device.threaded import LONGEST_LOOK, QueuedSource
@@ -34,8 +34,6 @@ LOOK = 0.04
 SILENCE = 1.0
 #: ... and time without an answer after which the question is repeated.
 AGAIN = 0.5
-#: Wait between attempts to reopen a port, s.
-RETRY = 0.2
 #: Longest wait for the end of the stream while data arrive, s.
 FAREWELL = 10.0
 #: Longest sleep while the reader waits for more samples, s, ...
@@ -192,8 +190,9 @@ class SerialSource(QueuedSource):
         error: InputError | None = None
         try:
             while self._transport is not None:
+                lost_port = self._transport
                 try:
-                    self._communicate(self._transport)
+                    self._communicate(lost_port)
                     break
                 except LinkError as lost:
                     if self._assembler.epoch < 0:
@@ -201,7 +200,7 @@ class SerialSource(QueuedSource):
                             "the device was unplugged while its port was opened: plug it in"
                         ) from lost
                 self._disconnect()
-                self._transport = self._reopen()
+                self._transport = reopen(lost_port, self._closing, BAUD)
         except InputError as input_error:
             error = InputError(f"{self.name}: {input_error}")
         except Exception as unexpected:
@@ -342,14 +341,6 @@ class SerialSource(QueuedSource):
         if transport is not None:
             transport.close()
         self._assembler.interrupted()
-
-    def _reopen(self) -> SerialTransport | None:
-        """Wait until the port is back and return it; None if the source is closed first."""
-        while not self._closing.wait(RETRY):
-            # The port may be missing, not accessible yet, or in use by another program.
-            with suppress(InputError):
-                return SerialTransport(self.port)
-        return None
 
     def _stop(self, transport: SerialTransport) -> None:
         """Stop the device and receive data until it confirms the end."""

@@ -261,6 +261,7 @@ def evaluate(
             parameter="model",
         )
     require_dataset(data)
+    is_foreign = model.is_foreign(data.layout)
     at_rate: dict[float, tuple[Dataset, Alignment]] = {}
 
     def aligned(rate: float) -> tuple[Dataset, Alignment]:
@@ -278,7 +279,7 @@ def evaluate(
         for predictor in model.predictors:
             target = model.target_of(predictor)
             at = aligned(predictor.rate)
-            out.append(_evaluation(predictor, target, overlap, trained_at, *at))
+            out.append(_evaluation(predictor, target, overlap, trained_at, is_foreign, *at))
             step(1)
     if not any(evaluation.scored for evaluation in out):
         shortest = min(p.moments[0] for p in model.predictors)
@@ -296,6 +297,7 @@ def _evaluation(
     target: Target,
     overlap: Mapping[str, Mask],
     trained_at: str,
+    is_foreign: bool,
     dataset: Dataset,
     aligned: Alignment,
 ) -> Evaluation:
@@ -305,6 +307,9 @@ def _evaluation(
         scored_at = [ms / 1000 for ms in Touches.SCORED_MS]
     predictions = {at: predictor.predict_pinches(dataset, aligned.contacts, at) for at in scored_at}
     truth = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
+    if is_foreign:
+        odd = np.ones(len(dataset), np.bool_)
+        predictions = {at: replace(p, out_of_range=odd) for at, p in predictions.items()}
     values = np.array([p.value for p in predictions.values()])
     has_both = np.isfinite(values).all(axis=0) & np.isfinite(truth)
     is_known = np.isin(truth, predictor.classes) if predictor.classes else has_both

@@ -46,6 +46,8 @@ class TrainingData:
     levels: tuple[float, ...] = ()
     #: Mean Shore A of each named object.
     objects: Mapping[Name, ShoreA] = field(default_factory=dict)
+    #: Unit of the vibration; "" if the card of an older model does not state it.
+    unit: Name = ""
     #: Sentence on how the contacts were found.
     contacts: Notes = ""
     #: Sentence on the choice of the detector; "" without a choice.

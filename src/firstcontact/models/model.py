@@ -5,6 +5,7 @@ A model folder holds one such model. ``train`` and ``adapt`` return a model.
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,9 +16,10 @@ import numpy as np
 
 from firstcontact.contact import Detector, load_detector, save_detector
 from firstcontact.contact.detector_file import pretrained_detector
-from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core import Contact, Dataset, InputError, Layout
 from firstcontact.core.files import given_path, replacing_folder, written_elsewhere
 from firstcontact.core.physics import is_same_rate
+from firstcontact.core.units import STATE_UNIT, VOLTS
 from firstcontact.core.weights import DETECTOR_CARD
 from firstcontact.models._regressor import class_name
 from firstcontact.models.alignment import Contacts, at_known_contacts, detect_alignment
@@ -37,6 +39,8 @@ from firstcontact.models.rig_model import RigModel
 from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.signal import resample_dataset
 from firstcontact.signal.resampling import resample_contacts, restore_contacts
+
+_log = logging.getLogger("firstcontact.models")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,6 +194,7 @@ class Model:
             ``at`` is out of range, ``contacts`` do not fit ``data``, or the model cannot predict.
         """
         require_dataset(data)
+        is_foreign = self.is_foreign(data.layout)
         given = _given_contacts(contacts, data)
         predictor = self.default(estimator)
         first, last = predictor.moments[0], predictor.moments[-1]
@@ -208,6 +213,7 @@ class Model:
         else:
             firsts = resample_contacts(given, data, predictor.rate)
         out = predictor.predict_pinches(resampled, firsts, latest)
+        out = replace(out, out_of_range=out.out_of_range | (is_foreign & np.isfinite(out.value)))
         target = self.target_of(predictor)
         return replace(out, contacts=given, estimator=predictor.name, target=target)
 
@@ -233,6 +239,24 @@ class Model:
                 parameter="estimator",
             )
         return replace(self, predictors=predictors)
+
+    def is_foreign(self, layout: Layout) -> bool:
+        """Return True if the vibration has another unit than that of the package's training.
+
+        Its predictions are then out of range. Raise InputError if another model needs another unit.
+        """
+        known, unit = self.trained_on.unit, layout.vibration_unit
+        if known in ("", unit):
+            return False
+        line = (
+            f"the model needs signals in {known}, but these are in {unit}: {STATE_UNIT} "
+            "(csv:PORT=mV or =12bits for a board), or make a model with train or adapt from "
+            "recordings of this sensor"
+        )
+        if self.trained_on.pinches:
+            raise InputError(line, parameter="model")
+        _log.warning("%s. Until then, all predictions count as out of range", line)
+        return True
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Save the model atomically into ``folder``, and return its path. Replace an older model.
@@ -338,4 +362,4 @@ def require_dataset(data: object) -> None:
 
 def shipped_model() -> Model:
     """Return the package's model. It was trained on the twin and is not conditioned on a rig."""
-    return Model(pretrained_detector(), (pretrained(),))
+    return Model(pretrained_detector(), (pretrained(),), TrainingData(unit=VOLTS))

@@ -502,6 +502,7 @@ def _training_data(dataset: Dataset, aligned: Alignment, detector: str, seed: in
         target=target,
         levels=tuple(np.unique(values[has_value]).tolist()),
         objects=shore if target == "shore_a" else {},
+        unit=dataset.layout.vibration_unit,
         contacts=aligned.how,
         detector=detector,
         seed=seed,

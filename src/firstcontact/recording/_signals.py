@@ -28,7 +28,7 @@ from firstcontact.core import (
 )
 from firstcontact.core.layout import MOST_CHANNELS, SCALES
 from firstcontact.core.text import counted
-from firstcontact.core.units import fit_unit, parse_unit
+from firstcontact.core.units import fit_unit, known_unit
 from firstcontact.recording._labels import (
     bounded,
     choice,
@@ -169,9 +169,7 @@ def select_samples(
 
 def _in_known_unit(origin: str, signal: Signal, values: NDArray[np.generic]) -> Signal:
     """Return a signal in V, m/s2 or Pa, if its unit can be converted, after checks."""
-    unit = parse_unit(signal.unit)
-    if unit is None or unit.is_assumed:
-        return signal
+    unit = known_unit(signal.unit)
     if (signal.scale, signal.offset) != (1.0, 0.0):
         scale, offset = signal.scale * unit.scale, signal.offset + unit.offset / signal.scale
         if not SCALES[0] <= abs(scale) <= SCALES[1]:

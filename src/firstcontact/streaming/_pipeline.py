@@ -123,6 +123,8 @@ class Pipeline:
         self.real_time = real_time
         #: Radius of curvature of the object, m: infinite for a flat one, NaN if unknown.
         self.radius = math.nan
+        #: True if all estimates are out of range, because the signals are not in the model's unit.
+        self.is_foreign = False
         #: Function that returns the closing speed before a contact; None if nothing measures it.
         self.measure_speed: MeasureSpeed | None = None
         #: Longest time between two polls for samples since the first contact, s.
@@ -313,6 +315,7 @@ class Pipeline:
         if e.kind == EventKind.CLOSING_BEGAN:
             self._pinch = OpenClosing(e.sample, self._block.epoch, e.sample)
             self._strips.begin()
+            self.ledger.closings += 1
             yield ClosingStart(e.sample, self._block.epoch)
             return
         pinch = self._pinch
@@ -369,7 +372,7 @@ class Pipeline:
             level=self.predictor.level or 0.0,
             elapsed=e.samples / rate,
             available=(complete - first.sample) / rate + waited + transport + compute,
-            out_of_range=bool(e.flags & Flag.OUT_OF_RANGE),
+            out_of_range=bool(e.flags & Flag.OUT_OF_RANGE) or self.is_foreign,
             model=self.predictor.name,
             contact=first,
             complete=complete,

@@ -31,7 +31,7 @@ class Ledger:
     def __init__(self, rate: float, delay: float = 0.0) -> None:
         self.rate = rate
         self.delay = delay
-        self.blocks = self.estimates = 0
+        self.blocks = self.estimates = self.closings = 0
         #: Number of pinches so far by verdict.
         self.verdicts: Counter[Verdict | None] = Counter()
         #: Number of pinches in time because no second contact was detected.
@@ -86,6 +86,7 @@ class Ledger:
             "unheard": float(self.unheard),
             "overruns": float(self.overruns),
             "blocks": float(self.blocks),
+            "closings": float(self.closings),
             "busy": self.busy,
         }
         if self.used is not None:
@@ -114,6 +115,12 @@ def ledger_lines(
         yield (
             f"times and verdicts are left out: at --speed {speed:g} they say nothing about a hand "
             "in real time"
+        )
+    if not figures["pinches"] and figures["closings"]:
+        yield (
+            f"{figures['closings']:.0f} closings and no contact: check that the columns are those "
+            "of the sensors (not a clock, and not one signal twice), their unit, and that the "
+            "sensors touch the object; `firstcontact check` tests them"
         )
     if alone or speed != 1.0:
         yield f"{with_estimate:.0f} of {figures['pinches']:.0f} pinches had an estimate"

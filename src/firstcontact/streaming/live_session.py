@@ -93,6 +93,8 @@ def live_session(
                 # A hand that predicts does not, and its predictions are compared with these.
                 resettles=device is None,
             )
+            if used is not None and predictor is not None:
+                pipeline.is_foreign = used.is_foreign(layout)
             floors = floors or _device_floors(device)
             if floors is None:
                 # Without noise floors, each closing of a recording is an epoch.

@@ -1,0 +1,38 @@
+"""A model predicts from signals in the unit of its training only."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Dataset, InputError
+from firstcontact.models import adapt, evaluate, load_model, train
+from toy_pinches import shore_dataset
+
+
+def in_unit(data: Dataset, unit: str) -> Dataset:
+    channels = tuple(replace(c, unit=unit) for c in data.layout.channels)
+    layout = replace(data.layout, channels=channels)
+    return replace(data, pinches=tuple(replace(p, layout=layout) for p in data.pinches))
+
+
+@pytest.mark.parametrize("unit", ["counts", "full scale", ""])
+def test_the_packages_model_marks_what_is_not_in_volts(
+    unit: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    data, model = shore_dataset(), adapt()
+    assert not model.predict(data).out_of_range.all()
+    assert "needs signals in V" not in caplog.text
+    predictions = model.predict(in_unit(data, unit))
+    assert (predictions.out_of_range | np.isnan(predictions.value)).all()
+    (evaluation,) = evaluate(model, in_unit(data, unit))
+    assert set(evaluation.groups[0].out_of_range.values()) == {1.0}
+    assert "needs signals in V" in caplog.text
+
+
+def test_a_trained_model_keeps_the_unit_of_its_sensor(tmp_path) -> None:
+    own = in_unit(shore_dataset(), "full scale")
+    model = load_model(train(own, "peak").save(tmp_path / "rig"))
+    assert not model.is_foreign(own.layout)
+    with pytest.raises(InputError, match="needs signals in full scale"):
+        model.predict(shore_dataset())

@@ -10,7 +10,7 @@ import msgspec
 
 from firstcontact.core import Record
 from firstcontact.core.records import ByName, decode_by_name
-from firstcontact_lab.report.findings import State
+from firstcontact_lab.report.page import State
 from firstcontact_lab.report.results import SubjectResults, subject_kind
 from firstcontact_lab.study.page import study_page
 from firstcontact_lab.study.part import StudySettings

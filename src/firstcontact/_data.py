@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -79,19 +79,11 @@ def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
     >>> axes.get_xlabel()
     'time since first contact (ms)'
     """
-    from firstcontact.core import Dataset, Pinch
     from firstcontact.core.installation import require_modules
-    from firstcontact.core.plot import PLAIN, draw_dataset, draw_pinch
-    from firstcontact.models import Evaluation, Predictions
-    from firstcontact.models.plots import draw_evaluation, draw_predictions
+    from firstcontact.plots.notebook import DRAWINGS
+    from firstcontact.plots.style import PLAIN
 
-    drawings: dict[type, Callable[[Any, Any], Any]] = {
-        Pinch: draw_pinch,
-        Dataset: draw_dataset,
-        Predictions: draw_predictions,
-        Evaluation: draw_evaluation,
-    }
-    if type(subject) not in drawings:
+    if type(subject) not in DRAWINGS:
         raise InputError(
             f"an object of type {type(subject).__name__} cannot be drawn: give a Pinch, a Dataset, "
             "Predictions or one Evaluation",
@@ -101,7 +93,7 @@ def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
     from matplotlib import pyplot, rc_context
 
     with rc_context(PLAIN):
-        return drawings[type(subject)](subject, pyplot.figure(layout="constrained"))
+        return DRAWINGS[type(subject)](subject, pyplot.figure(layout="constrained"))
 
 
 def import_recordings(

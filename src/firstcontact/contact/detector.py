@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from firstcontact.chain.image import DetectorConstants, DetectorKind
 from firstcontact.contact.finder import LEAST_LOUD
-from firstcontact.contact.registry import untrained_name
 from firstcontact.core import Dataset, InputError, Layout, Pinch
 from firstcontact.core.display import SKY
 from firstcontact.signal import samples_in
@@ -209,7 +208,7 @@ class TrainedDetector(Detector):
         if rate < self.lowest:
             raise InputError(
                 f"the {self.noun} detector needs samples at {self.lowest:g} Hz or more, not "
-                f"{rate:g} Hz: use the detector {untrained_name()!r}"
+                f"{rate:g} Hz: use the detector 'three_sigma', which is not trained"
             )
         return rate, self.sizes(rate)
 

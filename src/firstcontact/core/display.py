@@ -1,9 +1,11 @@
-"""Colours of figures, familiar objects on the Shore A scale, and progress bars."""
+"""Colours of figures, familiar objects on the Shore A scale, progress bars, notebooks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from html import escape
+from importlib.metadata import entry_points
 
 # Distinct for colour-blind readers (Okabe and Ito 2008): https://jfly.uni-koeln.de/color/
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -39,3 +41,19 @@ def progress_steps(
             yield bar.update
     else:
         yield lambda finished: None
+
+
+class Drawable:
+    """Base class of objects that a notebook shows with a drawing.
+
+    The drawing comes from the entry point of the group ``firstcontact.drawings`` with the name of
+    the class, since plots stand above what they draw.
+    """
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        text = f"<code>{escape(repr(self))}</code><br>"
+        for entry in entry_points(group="firstcontact.drawings", name=type(self).__name__):
+            text += entry.load()(self)
+        return text

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
-from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Annotated, Any, overload
 
@@ -16,11 +15,11 @@ from numpy.typing import NDArray
 from firstcontact.core._block import Block
 from firstcontact.core._errors import InputError
 from firstcontact.core.calibration import Calibration
+from firstcontact.core.display import Drawable
 from firstcontact.core.given import brief, given_choice, given_name, given_number, given_whole
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import ChannelKind, Finger, Layout, finger_name
 from firstcontact.core.physics import parse_radius
-from firstcontact.core.plot import described, draw_dataset, draw_pinch
 from firstcontact.core.records import Name
 from firstcontact.core.text import counted
 
@@ -207,7 +206,7 @@ def _samples(data: Any, layout: Layout) -> NDArray[Any]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pinch:
+class Pinch(Drawable):
     """Samples and label of one pinch: the hand closes once on an object.
 
     Parameters
@@ -304,9 +303,6 @@ class Pinch:
             parts.append(f"{finger_name(first.finger)} first at {at:.1f} ms")
         return f"Pinch({', '.join(parts)})"
 
-    def _repr_html_(self) -> str:
-        return described(self, partial(draw_pinch, self))
-
     def vibration(self) -> NDArray[np.float64]:
         """Return the vibration in physical units, shape (samples, vibration channels).
 
@@ -337,7 +333,7 @@ class Pinch:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Dataset:
+class Dataset(Drawable):
     """Sequence of pinches (closings of the hand) with one layout, and their labels as arrays.
 
     Iterate to get pinches. Index with an integer to get a pinch, and with a slice, a list of
@@ -409,9 +405,6 @@ class Dataset:
             f"Dataset({counted(len(self), 'pinch')}, {', '.join(counts)}, {self.layout.rate:g} Hz, "
             f"source={self.source!r})"
         )
-
-    def _repr_html_(self) -> str:
-        return described(self, partial(draw_dataset, self) if self.pinches else None)
 
     def to_frame(self) -> DataFrame:
         """Return labels, contacts and closing speeds as a pandas DataFrame, one row per pinch."""

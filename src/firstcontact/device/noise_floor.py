@@ -110,7 +110,8 @@ class RestMeter:
 
     def obstacles(self) -> list[str]:
         """Return one message for each finger that is not at rest: the reason and the remedy."""
-        messages = []
+        messages: list[str] = []
+        silent: list[str] = []
         for column, finger in enumerate(self._fingers):
             faults = self._faults()[:, :, column]
             flat, strip, force, loud = faults.mean(axis=1) if faults.size else np.zeros(4)
@@ -120,7 +121,7 @@ class RestMeter:
             # Report the most basic fault first: a closed strip also explains a loud piezo.
             if flat > 0.5:
                 number = self._vibration[column] + 1
-                messages.append(
+                silent.append(
                     f"{sensor_name} (channel {number}) is silent or constant: check its plug and "
                     "buffer, or leave the channel out"
                 )
@@ -134,9 +135,12 @@ class RestMeter:
                     else "stop the motor and keep the hand still"
                 )
                 messages.append(f"{sensor_name} is not at rest: {remedy}")
-        return messages or [
-            "too few samples: check the connection, or that the recording is long enough"
-        ]
+        # While a sensor is silent, no part is at rest, so the others need no remedy.
+        return (
+            silent
+            or messages
+            or ["too few samples: check the connection, or that the recording is long enough"]
+        )
 
     def _faults(self) -> NDArray[np.bool_]:
         """Return whether a part is flat, closed, loaded or loud; shape (4, parts, fingers)."""

@@ -13,13 +13,13 @@ from firstcontact.grasp._separate import SeparateHand, can_separate
 from firstcontact.grasp.hand import Hand
 from firstcontact.grasp.policy import Policy, Truth
 
-#: Classes of hands by name, including those of plug-ins.
+#: Classes of hands by name, including those of plug-ins. The twin's hand needs a device, so it
+#: joins as a plug-in does: see ``firstcontact.hands`` in ``pyproject.toml``.
 HANDS: Registry[type[Hand]] = Registry(
     "hand",
     "firstcontact.hands",
     {
         "print": "firstcontact.grasp._printing:PrintHand",
-        "twin": "firstcontact.streaming.twin:TwinHand",
         "ability": "firstcontact.grasp._ability:AbilityHand",
     },
     base="firstcontact.grasp.hand:Hand",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,10 +12,9 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError
-from firstcontact.core.display import Progress, progress_steps
+from firstcontact.core.display import Drawable, Progress, progress_steps
 from firstcontact.core.files import AnyPath
 from firstcontact.core.installation import require_modules
-from firstcontact.core.plot import described
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import counted
 from firstcontact.models.alignment import (
@@ -30,7 +28,6 @@ from firstcontact.models.anytime import AnytimeModel
 from firstcontact.models.card import Digests, Target, TrainingData, pinch_digests
 from firstcontact.models.model import Model, load_model, require_dataset
 from firstcontact.models.model_file import SavedPredictor
-from firstcontact.models.plots import draw_evaluation
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.scores import (
     RegressionScores,
@@ -100,7 +97,7 @@ class GroupScores:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Evaluation:
+class Evaluation(Drawable):
     """Scores of one predictor of a model.
 
     :attr:`rmse`, :attr:`coverage` and :attr:`width` leave out the pinches that the model was
@@ -164,9 +161,6 @@ class Evaluation:
         at = max(self.rmse, default=0.0)
         error = f", {self.rmse[at]:.3g} RMSE at {1e3 * at:g} ms" if at else ""
         return f"Evaluation({self.predictor}, {counted(self.scored, 'pinch')}{error})"
-
-    def _repr_html_(self) -> str:
-        return described(self, partial(draw_evaluation, self))
 
     def to_frame(self) -> DataFrame:
         """Return a pandas table of scores, one row for each group of pinches and elapsed time.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from math import nan
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
@@ -12,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, finger_name
+from firstcontact.core.display import Drawable
 from firstcontact.core.installation import require_modules
-from firstcontact.core.plot import described
 from firstcontact.models.interval import SHORE_A
-from firstcontact.models.plots import draw_predictions
 from firstcontact.models.touches import Touches
 from firstcontact.models.window_model import Values
 
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Predictions:
+class Predictions(Drawable):
     """Predicted stiffness with interval, one per pinch or contact; NaN stands for no prediction.
 
     Parameters
@@ -76,9 +74,6 @@ class Predictions:
         median = f", median {np.median(made):.3g}{unit}" if len(made) else ""
         by = f" by {self.estimator!r}" if self.estimator else ""
         return f"Predictions({len(made)} of {len(self)} pinches{median}{by})"
-
-    def _repr_html_(self) -> str:
-        return described(self, partial(draw_predictions, self))
 
     def to_frame(self) -> DataFrame:
         """Return a pandas table, one row for each prediction.

@@ -44,9 +44,14 @@ class FileBytes:
     """Bytes of a file. Only the slices that are used are read."""
 
     def __init__(self, path: Path) -> None:
+        if path.is_dir():
+            raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
         self._path = path
-        with open_regular(path) as stream:
-            self._number = os.dup(stream.fileno())
+        try:
+            with open_regular(path) as stream:
+                self._number = os.dup(stream.fileno())
+        except OSError as error:
+            raise self._failed(error) from error
         weakref.finalize(self, os.close, self._number)
         self._size = os.fstat(self._number).st_size
 
@@ -55,21 +60,17 @@ class FileBytes:
 
     def __getitem__(self, place: slice) -> bytes:
         start, stop, _ = place.indices(self._size)
-        parts, at = [], start
-        while at < stop and (part := os.pread(self._number, stop - at, at)):  # it has a limit
-            parts.append(part)
-            at += len(part)
+        parts = []
+        try:
+            while start < stop and (part := os.pread(self._number, stop - start, start)):
+                parts.append(part)  # a system call returns 2 GiB at most
+                start += len(part)
+        except OSError as error:
+            raise self._failed(error) from error
         return b"".join(parts)
 
-
-def open_bytes(path: Path) -> FileBytes:
-    """Return the bytes of a regular file. InputError says why it cannot be read."""
-    if path.is_dir():
-        raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
-    try:
-        return FileBytes(path)
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+    def _failed(self, error: OSError) -> InputError:
+        return InputError(f"{self._path} cannot be read ({error.strerror}): check the path")
 
 
 def read_chunks(

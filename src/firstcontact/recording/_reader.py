@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Block, InputError
 from firstcontact.core.files import AnyPath
 from firstcontact.core.text import counted
-from firstcontact.recording._chunks import FileBytes, Record, open_bytes, read_chunks
+from firstcontact.recording._chunks import FileBytes, Record, read_chunks
 from firstcontact.recording._stretch import SPAN, Span, Store, Stretch, merge, usable_block
 from firstcontact.recording.messages import (
     HAND,
@@ -107,7 +107,7 @@ def read_recording(path: AnyPath) -> Recording:
         header.
     """
     path = Path(path)
-    data, damage = open_bytes(path), list[str]()
+    data, damage = FileBytes(path), list[str]()
     messages = _Messages(path, data)
     for place, records in read_chunks(path, data, damage):
         messages.add(place, records)
@@ -161,7 +161,7 @@ class _Messages:
     @property
     def header(self) -> Header:
         """Usable header. Without one, the error of the first header is raised."""
-        return _header(self._path, list(self._headers))
+        return _header(self._path, self._headers)
 
     @property
     def index(self) -> _Index:
@@ -224,11 +224,11 @@ class _Index:
         return stretches, [*unusable, *losses]
 
 
-def _header(path: Path, headers: list[bytes]) -> Header:
+def _header(path: Path, headers: Iterable[bytes]) -> Header:
     """Return the usable header. If there is none, raise the error of the first header."""
     first: InputError | None = None
     usable: list[Header] = []
-    for data in dict.fromkeys(data.rstrip(b" ") for data in headers):
+    for data in headers:
         try:
             header = read_header(data, f"{path}: /header")
         except InputError as error:

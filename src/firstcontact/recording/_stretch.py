@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,30 +35,35 @@ class Span(NamedTuple):
     stop: int
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Store:
-    """File with samples of one type and width."""
+    """File with samples of one type and width. It keeps the messages that were read last."""
 
     path: Path
     data: FileBytes
     dtype: str
     columns: int
+    recent: tuple[tuple[int, ...], list[Block]] = field(default_factory=lambda: ((), []))
 
-    def read(self, span: Span, epoch: int) -> Iterator[Block]:
-        """Yield the messages of a span."""
-        expected = span.begin
+    def read(self, span: Span, epoch: int) -> list[Block]:
+        """Return the messages of a span."""
+        key = (epoch, span.channel, span.begin, span.start, span.stop)
+        last, blocks = self.recent
+        if key == last:
+            return blocks
+        blocks, expected = [], span.begin
         for _, records in search(self.path, self.data[span.start : span.stop], [], 0):
             for channel, content in records:
                 if channel != span.channel or not isinstance(content, bytes):
                     continue
                 block = usable_block(content, self.dtype)
-                if block is None or expected >= span.end:
-                    continue
-                if (block.first_sample, block.epoch) == (expected, epoch):
-                    yield block
+                if block is not None and (block.first_sample, block.epoch) == (expected, epoch):
+                    blocks.append(block)
                     expected = block.end
         if expected < span.end:
             raise InputError(f"{self.path} was changed while it was read: read it again")
+        self.recent = key, blocks
+        return blocks
 
 
 def usable_block(content: bytes, dtype: str) -> Block | None:
@@ -98,10 +103,10 @@ class Stretch(Block):
         rows = np.empty((self.end - self.first_sample, self.store.columns), self.store.dtype)
         for span in self.spans:
             for block in self.store.read(span, self.epoch):
-                part = block.part(max(block.first_sample, span.first), min(block.end, span.end))
-                if len(part.data):
-                    start = part.first_sample - self.first_sample
-                    rows[start : start + len(part.data)] = part.data
+                low, high = max(block.first_sample, span.first), min(block.end, span.end)
+                if low < high:
+                    place = slice(low - self.first_sample, high - self.first_sample)
+                    rows[place] = block.part(low, high).data
         return rows
 
     def part(self, first: int, end: int) -> Block:

@@ -23,8 +23,8 @@ from firstcontact_lab.grasping.results import (
     ObjectErrors,
 )
 from firstcontact_lab.grasping.sentences import percent, policy_title, sentences
-from firstcontact_lab.report.findings import Figure, State
-from firstcontact_lab.report.page import Page
+from firstcontact_lab.report.findings import Figure
+from firstcontact_lab.report.page import Page, State
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import (

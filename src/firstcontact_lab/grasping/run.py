@@ -58,7 +58,8 @@ from firstcontact_lab.grasping.results import (
     ReflexSuccess,
     TunedOn,
 )
-from firstcontact_lab.report.findings import PartResult, State
+from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.page import State
 from firstcontact_lab.report.run import Job, run_steps
 
 TARGET = 0.35

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 
 from firstcontact.core import Record
-from firstcontact.core.installation import installed_versions
 from firstcontact.core.records import ByName
 from firstcontact_lab.report.results import NOTHING, Entry, Field, SubjectResults
-
-if TYPE_CHECKING:
-    from firstcontact_lab.report.page import Page
-    from firstcontact_lab.study.part import Part
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,66 +84,6 @@ PENDING = Field.optional("pending", list[str])
 
 #: Content of ``results.json``: the first subject at the top, the others under their names.
 StudyResults = ByName[SubjectResults, SubjectResults]
-
-
-@dataclass(slots=True, kw_only=True)
-class State:
-    """Progress and findings of a study, its parts, and the function that makes its page."""
-
-    settings: Mapping[str, Any]
-    options: Mapping[str, Any]
-    parts: Mapping[str, Part]
-    page: Callable[[State], Page]
-    quick: bool = False
-    command: str = field(default_factory=lambda: shlex.join(["firstcontact", *sys.argv[1:]]))
-    findings: list[Findings] = field(default_factory=list)
-    steps: Sequence[str] = ()
-    completed: int = 0
-    interrupted: bool = False
-    stopped: str = ""
-    began: float = field(default_factory=time.monotonic)
-    started: str = field(default_factory=lambda: time.strftime("%Y-%m-%d %H:%M %Z"))
-    part_seconds: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def pending(self) -> Sequence[str]:
-        return self.steps[self.completed :]
-
-    @property
-    def seconds(self) -> float:
-        """Time since the study began, s."""
-        return time.monotonic() - self.began
-
-    @property
-    def elapsed(self) -> str:
-        complete = round(self.seconds)
-        minutes = f"{complete // 60} min {complete % 60:02d} s"
-        text = f"{complete} s" if complete < 90 else minutes
-        return text + (" so far" if self.pending else "")
-
-    def results(self) -> StudyResults:
-        first, *further = self.findings
-        run = StudyRun(
-            command=self.command,
-            condition=first.name,
-            quick=self.quick,
-            started=self.started,
-            complete=not self.pending,
-            stopped=self.stopped or None,
-            options=dict(self.options),
-            settings=dict(self.settings),
-            seed=self.settings["seed"],
-        )
-        about = first.complete().replace(
-            [
-                SECONDS(round(self.seconds, 1)),
-                PART_SECONDS({title: round(s, 1) for title, s in self.part_seconds.items()}),
-                STUDY(run),
-                VERSIONS(installed_versions()),
-                PENDING(list(self.pending) or None),
-            ]
-        )
-        return ByName({other.name: other.complete() for other in further}, about)
 
 
 def named_subjects(results: StudyResults) -> dict[str, SubjectResults]:

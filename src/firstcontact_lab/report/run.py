@@ -22,8 +22,8 @@ from typing import Any
 from firstcontact.core import InputError
 from firstcontact.core.files import write_json, write_text
 from firstcontact.core.jobs import Runner, parallel
-from firstcontact_lab.report.findings import Findings, PartResult, State
-from firstcontact_lab.report.page import render
+from firstcontact_lab.report.findings import Findings, PartResult
+from firstcontact_lab.report.page import State, render
 from firstcontact_lab.report.results import read_options, write_results
 
 _log = logging.getLogger("firstcontact_lab.report")

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Layout
 from firstcontact.core.display import INK
-from firstcontact.core.plot import PLAIN, figure_label, name_hardness
 from firstcontact.models.scores import Ends
+from firstcontact.plots.style import PLAIN, figure_label, name_hardness
 from firstcontact_lab.report.findings import Figure
 
 if TYPE_CHECKING:

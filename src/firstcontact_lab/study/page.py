@@ -11,8 +11,8 @@ from firstcontact.core.records import ByName
 from firstcontact.core.text import percent
 from firstcontact.models import ESTIMATORS
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import STUDY, Findings, State, StudyResults
-from firstcontact_lab.report.page import Page
+from firstcontact_lab.report.findings import STUDY, Findings, StudyResults
+from firstcontact_lab.report.page import Page, State
 from firstcontact_lab.report.results import NOTHING, SubjectResults, read_results, subject_kind
 from firstcontact_lab.report.tables import (
     ERROR_TOLERANCE,

@@ -17,7 +17,8 @@ from firstcontact.recording import import_path, load_dataset
 from firstcontact.recording.importing import find_importer
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import simulate
-from firstcontact_lab.report.findings import PartResult, State
+from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.page import State
 from firstcontact_lab.report.run import MARK, Job, check_fresh, fresh, run_steps
 from firstcontact_lab.study.page import study_page
 from firstcontact_lab.study.part import Step, StudySettings, Subject

@@ -24,8 +24,8 @@ from firstcontact.recording import load_dataset, read_recording
 from firstcontact.recording.dataset import find_recordings
 from firstcontact.recording.table import read_rows
 from firstcontact.signal import resample_dataset
-from firstcontact_lab.report.findings import PartResult, State
-from firstcontact_lab.report.page import Page, Section
+from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.page import Page, Section, State
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.run import RESULTS, Job, run_steps
 from firstcontact_lab.report.tables import (

@@ -18,8 +18,8 @@ from firstcontact_lab.grasping.page import (
 )
 from firstcontact_lab.grasping.results import Between, Household
 from firstcontact_lab.grasping.sentences import sentences, shortly
-from firstcontact_lab.report.findings import Findings, State
-from firstcontact_lab.report.page import render
+from firstcontact_lab.report.findings import Findings
+from firstcontact_lab.report.page import State, render
 from firstcontact_lab.study.page import read_study
 
 RESULTS = read_study(Path(__file__).parents[3] / "docs/results/grasp.json").about

@@ -12,7 +12,8 @@ import pytest
 
 from firstcontact.core import Dataset
 from firstcontact.core.jobs import Serial
-from firstcontact_lab.report.findings import PartResult, State
+from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.page import State
 from firstcontact_lab.report.run import Job, run_jobs
 from firstcontact_lab.study.detection import detection_splits
 from firstcontact_lab.study.part import StudySettings

@@ -30,7 +30,7 @@ def test_samples_after_the_valid_ones_do_not_matter() -> None:
         fit_window_ladder("svm", given, SHORE_A, SESSIONS)
         for given in (short, replace(short, signals=spoilt))
     ]
-    first, second = (m.predict(replace(short, signals=spoilt)) for m in models)
+    first, second = (m.predict_touches(replace(short, signals=spoilt)) for m in models)
     assert np.isfinite(first.value).all()
     assert np.array_equal(first.value, second.value)
 
@@ -82,7 +82,7 @@ def test_a_class_of_anybody_gets_copies_of_two_dimensions() -> None:
             return np.full((len(X), 1), self.mean)
 
     head, truth = TOUCHES.signals.copy(), SHORE_A.copy()
-    answers = fit_window_ladder(Mine, TOUCHES, SHORE_A, SESSIONS).predict(TOUCHES)
+    answers = fit_window_ladder(Mine, TOUCHES, SHORE_A, SESSIONS).predict_touches(TOUCHES)
     assert np.allclose(answers.value, SHORE_A.mean())
     assert np.array_equal(TOUCHES.signals, head)
     assert np.array_equal(SHORE_A, truth)

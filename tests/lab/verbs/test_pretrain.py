@@ -38,7 +38,7 @@ def test_a_small_one_from_nothing_and_the_same_again(
     record = read_card(tmp_path / "a").predictors[0].record
     assert "10 random simulated rigs" in record.training["trained"]
     assert len(record.scores) == 2 * (1 + len(FAMILIES)) + 1
-    answers = load_network(tmp_path / "a").predict(ringing(10)[0])
+    answers = load_network(tmp_path / "a").predict_touches(ringing(10)[0])
     assert np.isfinite(answers.value).all()
     # No pass of the full network is made again, and the weights are the same.
     assert run("pretrain", "--out", tmp_path / "b", *words) == 0

@@ -50,7 +50,7 @@ class Inspect:
         from firstcontact.recording.dataset import cut
 
         require_modules("plot", "matplotlib")
-        from firstcontact.core.plot import plot_pinch
+        from firstcontact.plots import plot_pinch
 
         if path.suffix.lower() not in (".png", ".svg", ".pdf"):
             raise InputError(f"--plot {path} must end in .png, .svg or .pdf")

@@ -11,7 +11,6 @@ from msgspec.structs import asdict
 from firstcontact.core import Record
 from firstcontact.core.display import INK
 from firstcontact.core.jobs import Runner
-from firstcontact.core.plot import figure_label
 from firstcontact.models import ESTIMATORS, LabelledWindows, Task
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.scores import (
@@ -23,6 +22,7 @@ from firstcontact.models.scores import (
 from firstcontact.models.splits import leave_one_out
 from firstcontact.models.training import DURATION, Question, held_out
 from firstcontact.models.window_model import Values
+from firstcontact.plots.style import figure_label
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

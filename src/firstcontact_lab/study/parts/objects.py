@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, Record
 from firstcontact.core.jobs import Runner
-from firstcontact.core.plot import figure_label
 from firstcontact.core.records import ByName
 from firstcontact.models import ESTIMATORS, LabelledWindows, Task
 from firstcontact.models.scores import (
@@ -22,6 +21,7 @@ from firstcontact.models.scores import (
 from firstcontact.models.splits import Group, Split
 from firstcontact.models.training import DURATION, Question, held_out
 from firstcontact.models.window_model import Values
+from firstcontact.plots.style import figure_label
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -1,43 +1,29 @@
-"""Plots of pinches and datasets.
-
-Names from recordings are drawn as plain text, in characters that the font has.
-"""
+"""Plots of pinches and datasets."""
 
 from __future__ import annotations
 
-import base64
-import io
-from collections.abc import Callable
-from functools import lru_cache
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.display import FAMILIAR
 from firstcontact.core.files import replacing
-from firstcontact.core.installation import missing_modules
 from firstcontact.core.layout import ChannelKind, Finger, finger_name
+from firstcontact.plots.style import PLAIN, QUIET, figure_label, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from firstcontact.core.pinch import Dataset, Pinch
+    from firstcontact.core import Dataset, Pinch
 
-#: Settings for :func:`matplotlib.rc_context` that draw text literally, dollar signs included.
-PLAIN: Any = {"text.parse_math": False, "text.usetex": False, "font.family": "DejaVu Sans"}
-#: Longest name in a figure; longer ones are cut.
-MOST = 28
 #: Colour of each finger, distinct for colour-blind readers.
 COLOURS = {Finger.INDEX: "#0b6e99", Finger.THUMB: "#d9722e", None: "#0b6e99"}
 #: Most pinches in one plot, and the time shown before and after their first contacts, s.
 MANY, SHOWN = 60, (0.002, 0.015)
 #: Longest title, characters.
 TITLE = 80
-_QUIET = "#8a8f98"
 _HEIGHTS = {ChannelKind.VIBRATION: 3.0, ChannelKind.FORCE: 2.2, ChannelKind.STRIP: 0.9}
 
 
@@ -51,38 +37,6 @@ def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
         figure = Figure(layout="constrained")
         draw_pinch(pinch, figure, title)
         figure.savefig(temporary, dpi=150, format=path.suffix.lstrip(".").lower() or "png")
-
-
-def described(subject: object, draw: Callable[[Figure], object] | None) -> str:
-    """Return a subject's short text in HTML, with a small drawing if Matplotlib is installed."""
-    text = f"<code>{escape(repr(subject))}</code><br>"
-    if draw is None or missing_modules(["matplotlib"]):
-        return text
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
-    with rc_context(PLAIN), io.BytesIO() as file:
-        figure = Figure(layout="constrained")
-        draw(figure)
-        figure.savefig(file, dpi=60, format="png")
-        image = base64.b64encode(file.getvalue()).decode()
-    return f'{text}<img alt="" src="data:image/png;base64,{image}">'
-
-
-def new_axes(figure: Figure) -> Axes:
-    figure.set_size_inches(7.0, 3.6)
-    axes = figure.subplots()
-    axes.spines[["top", "right"]].set_visible(False)
-    return axes
-
-
-def name_hardness(axes: Axes) -> None:
-    """Name familiar objects beside a vertical axis in Shore A."""
-    side = axes.secondary_yaxis("right")
-    names, values, _ = zip(*FAMILIAR, strict=True)
-    side.set_yticks(values, names)
-    side.tick_params(colors=_QUIET, labelsize=8)
-    side.spines[["right"]].set_visible(False)
 
 
 def draw_pinch(pinch: Pinch, figure: Figure, title: str = "") -> NDArray[Any]:
@@ -101,7 +55,7 @@ def draw_pinch(pinch: Pinch, figure: Figure, title: str = "") -> NDArray[Any]:
             axes.axvline(at, color=COLOURS[contact.finger], lw=1, ls=(0, (4, 3)), zorder=0)
         axes.spines[["top", "right"]].set_visible(False)
         axes.margins(x=0)
-        axes.grid(axis="y", color=_QUIET, alpha=0.2, lw=0.6)
+        axes.grid(axis="y", color=QUIET, alpha=0.2, lw=0.6)
     grid[0, 0].margins(y=0.14)  # space for the names above the highest peak
     for contact, at, word, side in zip(
         pinch.truth, contact_times, ("first", "second"), ("right", "left"), strict=False
@@ -147,7 +101,7 @@ def draw_dataset(data: Dataset, figure: Figure) -> Axes:
         hardness = pinch.label.shore_a
         axes.plot(
             (begin - zero + np.arange(len(values))) / rate * 1e3, values, lw=0.6, alpha=0.6,
-            color=_QUIET if hardness is None else colours.to_rgba(np.array(hardness)),
+            color=QUIET if hardness is None else colours.to_rgba(np.array(hardness)),
         )  # fmt: skip
     if len(labels):
         figure.colorbar(colours, ax=axes, label="Shore A")
@@ -181,7 +135,7 @@ def _force(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
     axes.set_ylabel(f"force ({unit})" if unit else "force (raw)")
     axes.text(
         0.012, 0.95, "thin: taxels, thick: their mean", transform=axes.transAxes,
-        va="top", fontsize=8, color=_QUIET,
+        va="top", fontsize=8, color=QUIET,
     )  # fmt: skip
 
 
@@ -201,21 +155,3 @@ def _strip(axes: Axes, pinch: Pinch, time: np.ndarray) -> None:
 
 
 _DRAW = {ChannelKind.VIBRATION: _vibration, ChannelKind.FORCE: _force, ChannelKind.STRIP: _strip}
-
-
-def figure_label(name: str, most: int = MOST) -> str:
-    """Return a name from a recording as text for a figure."""
-    glyphs = _glyphs()
-    out = ""
-    for character in " ".join(name[: 4 * most].split()):
-        is_drawable = ord(character) in glyphs and character.isprintable()
-        out += character if is_drawable else f"U+{ord(character):04X}"
-    return out if len(out) <= most and len(name) <= 4 * most else f"{out[: most - 1]}…"
-
-
-@lru_cache(maxsize=1)
-def _glyphs() -> frozenset[int]:
-    """Return the characters that the figures' font has."""
-    from matplotlib.font_manager import findfont, get_font
-
-    return frozenset(get_font(findfont(PLAIN["font.family"])).get_charmap())

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from firstcontact.core.display import BLUE, GREY, ORANGE
-from firstcontact.core.plot import name_hardness, new_axes
+from firstcontact.plots.style import name_hardness, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from firstcontact.models._evaluate import Evaluation
-    from firstcontact.models.predictions import Predictions
+    from firstcontact.models import Evaluation, Predictions
 
 
 #: Label of the axis for each target.

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Contact, Finger, Label, Pinch, fingertip_layout
-from firstcontact.core.plot import MOST, figure_label, plot_pinch
+from firstcontact.plots import plot_pinch
+from firstcontact.plots.style import MOST, figure_label
 
 NAMES = [r"$\frac{$", "a\nb\r\tc\x00", "x" * 200, "🍎" * 50]
 MORE_NAMES = [

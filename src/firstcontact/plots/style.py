@@ -1,0 +1,56 @@
+"""Style of plots: fonts, names from recordings, axes.
+
+Names from recordings are drawn as plain text, in characters that the font has.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from firstcontact.core.display import FAMILIAR
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Settings for :func:`matplotlib.rc_context` that draw text literally, dollar signs included.
+PLAIN: Any = {"text.parse_math": False, "text.usetex": False, "font.family": "DejaVu Sans"}
+#: Longest name in a figure; longer ones are cut.
+MOST = 28
+#: Grey of what matters less.
+QUIET = "#8a8f98"
+
+
+def new_axes(figure: Figure) -> Axes:
+    figure.set_size_inches(7.0, 3.6)
+    axes = figure.subplots()
+    axes.spines[["top", "right"]].set_visible(False)
+    return axes
+
+
+def name_hardness(axes: Axes) -> None:
+    """Name familiar objects beside a vertical axis in Shore A."""
+    side = axes.secondary_yaxis("right")
+    names, values, _ = zip(*FAMILIAR, strict=True)
+    side.set_yticks(values, names)
+    side.tick_params(colors=QUIET, labelsize=8)
+    side.spines[["right"]].set_visible(False)
+
+
+def figure_label(name: str, most: int = MOST) -> str:
+    """Return a name from a recording as text for a figure."""
+    glyphs = _glyphs()
+    out = ""
+    for character in " ".join(name[: 4 * most].split()):
+        is_drawable = ord(character) in glyphs and character.isprintable()
+        out += character if is_drawable else f"U+{ord(character):04X}"
+    return out if len(out) <= most and len(name) <= 4 * most else f"{out[: most - 1]}…"
+
+
+@lru_cache(maxsize=1)
+def _glyphs() -> frozenset[int]:
+    """Return the characters that the figures' font has."""
+    from matplotlib.font_manager import findfont, get_font
+
+    return frozenset(get_font(findfont(PLAIN["font.family"])).get_charmap())

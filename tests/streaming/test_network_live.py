@@ -10,15 +10,13 @@ from streams import as_blocks, cut_frames, run
 
 from firstcontact.contact import Detector, detect
 from firstcontact.core import (
-    ChannelKind,
     ClosingSpeed,
     Contact,
     Dataset,
     Pinch,
     fingertip_layout,
 )
-from firstcontact.models import Touches, WindowPredictor
-from firstcontact.models.anytime import PredictorLadder
+from firstcontact.models import Touches
 from firstcontact.models.rig import RigSpeeds
 from firstcontact.models.rig_model import RigModel
 from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline
@@ -131,30 +129,6 @@ def test_it_stops_at_the_second_contact(
     # Offsets of these pinches are such that the second contact cuts some short.
     assert short > 0
     assert withdrawn > 0
-
-
-@pytest.mark.parametrize("offset", [62, 68, 74, 80, 110])
-def test_a_second_contact_near_the_last_moment_leaves_one_final_estimate(
-    fresh: Dataset,
-    detector: Detector,
-    anytime: RigModel,
-    models: list[WindowPredictor],
-    offset: int,
-) -> None:
-    moved = []
-    for pinch in fresh:
-        first, second = pinch.truth
-        (column,) = LAYOUT.columns(ChannelKind.VIBRATION, second.finger)
-        data = pinch.data.copy()
-        data[:, column] = np.roll(data[:, column], first.sample + offset - second.sample)
-        moved.append(replace(pinch, data=data))
-    for predictor in (anytime, PredictorLadder(models)):
-        events = run(Pipeline(LAYOUT, detector, predictor), cut_frames(Dataset(tuple(moved))))
-        pinches = [e for e in events if isinstance(e, PinchDone)]
-        finals = [e for e in events if isinstance(e, Estimate) and e.final]
-        assert sum(p.second is not None for p in pinches) > len(fresh) / 2
-        assert [f.contact for f in finals] == [p.contacts[0] for p in pinches if p.final]
-        assert [f.value for f in finals] == [p.final.value for p in pinches if p.final]
 
 
 def test_a_shape_is_the_models_input_from_the_next_contact_on(

@@ -41,8 +41,8 @@ def test_sizes_and_seeds(household: Household) -> None:
 def test_gain(household: Household) -> None:
     fewer, closings, label = household.fewer, household.closings, household.fewer["label"]
     assert (percent(household.target), household.met) == (35, False)
-    assert [percent(v) for v in (fewer[OURS].value, label.value, label.low)] == [21, 64, -8]
-    assert [percent(closings[name].success) for name in (OURS, BLIND)] == [79, 75]
+    assert [percent(v) for v in (fewer[OURS].value, label.value, label.low)] == [25, 64, -8]
+    assert [percent(closings[name].success) for name in (OURS, BLIND)] == [80, 75]
     noisy = [fewer[f"label_rmse_{rmse}"] for rmse in (3, 5, 10)]
     assert all(n.low < label.value < n.high for n in noisy), "nothing that could be told"
     assert household.drops_at_10_damage["weight"] < 0.005
@@ -79,13 +79,13 @@ def test_what_a_reflex_leaves(household: Household) -> None:
     quick = household.slip_reflex["gradual, 100 ms"]
     assert quick.blind.value == quick.fewer.value == 0
     remaining = [r.fewer for r in household.slip_reflex.values() if r is not quick]
-    assert [f.value for f in remaining] == pytest.approx([0.65] * 3, abs=0.15)
+    assert [f.value for f in remaining] == pytest.approx([0.75] * 3, abs=0.05)
     assert all(f.low < 0 for f in remaining)
     for name, table in (
         (baseline(True).name, quick.success.blind),
         (candidate(True).name, quick.success.stiffness),
     ):
-        assert 0 <= table - household.closings[name].success < 0.025
+        assert 0 <= table - household.closings[name].success < 0.026
 
 
 def test_estimates_by_object(household: Household) -> None:
@@ -94,10 +94,10 @@ def test_estimates_by_object(household: Household) -> None:
     assert (len(errors), sum(e <= 5 for e in errors.values())) == (21, 14)
     assert [n for n, e in errors.items() if e >= 10] == ["blueberry"]
     nearly = [e for e in errors.values() if 5 < e < 10]
-    assert (len(nearly), round(max(nearly), 1), round(errors["blueberry"])) == (6, 7.3, 17)
+    assert (len(nearly), round(max(nearly), 1), round(errors["blueberry"])) == (6, 7.8, 17)
     firm = {n: o for n, o in objects if o.shore_a > FIRMEST}
     read = {n: round(o.shore_a + o.bias) for n, o in firm.items() if o.bias is not None}
-    assert read.pop("potato crisp") == 57
+    assert household.by_object["potato crisp"].answered == 0
     labels = [o.shore_a for o in firm.values()]
     assert (min(labels), max(labels), min(read.values()), max(read.values())) == (85, 95, 66, 76)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain import Chain, ChainEvent, Image, build_image
 from firstcontact.chain.image import (
+    Constants,
     DetectorConstants,
     DetectorKind,
     Layer,
@@ -17,6 +19,8 @@ from firstcontact.chain.image import (
     ModelConstants,
     ProcessConstants,
     RigConstants,
+    SvmConstants,
+    WindowConstants,
 )
 from firstcontact.core import (
     Block,
@@ -79,6 +83,27 @@ def random_model(rng: np.random.Generator, pinches: int = 32, before: int = 197)
     )
 
 
+def random_svms(rng: np.random.Generator, classes: tuple[float, ...] = ()) -> WindowConstants:
+    """Return SVMs of two windows with random constants; the second has no interval."""
+    rows = len(classes) * (len(classes) - 1) // 2 or 1
+    machines = []
+    for samples, vectors in ((25, 7), (74, 60)):
+        shapes = rng.normal(0.0, 1.0, (vectors, samples + 1)).astype(np.float32)
+        has_interval = samples == 25
+        machines.append(SvmConstants(
+            samples=samples, baseline=99, guard=10, least=10,
+            level=-3.0, slope=2.0, gamma=0.3 / samples, mean=45.0, scale=20.0,
+            vectors=shapes,
+            weights=rng.normal(0.0, 1.0, (rows, vectors)),
+            bias=rng.normal(0.0, 0.1, rows),
+            classes=classes,
+            edges=(40.0, 50.0) if has_interval else (),
+            half_widths=(2.0, 1.0, 4.0) if has_interval else (),
+            limits=(0.0, 100.0),
+        ))  # fmt: skip
+    return WindowConstants(111, (25, 74), 2, machines)
+
+
 def _matrix(rng: np.random.Generator, rows: int, columns: int) -> Matrix:
     most = 60_000 // columns
     weight = rng.integers(-most, most + 1, (rows, columns))
@@ -113,10 +138,20 @@ def _rig(rng: np.random.Generator, finger: int, pinches: int) -> RigConstants:
     )
 
 
-def random_image(seed: int, kind: DetectorKind = DetectorKind.LOGISTIC, **options: Any) -> Image:
+#: Models of random images by their kind.
+MODELS: dict[str, Callable[[np.random.Generator], Constants]] = {
+    "network": random_model,
+    "svr": random_svms,
+    "svc": lambda rng: random_svms(rng, (10.0, 29.0, 43.0, 60.0)),
+}
+
+
+def random_image(
+    seed: int, kind: DetectorKind = DetectorKind.LOGISTIC, model: str = "network", **options: Any
+) -> Image:
     """Return a random image of the usual sizes."""
     rng = np.random.default_rng(seed)
-    constants = random_detector(rng, kind), random_model(rng)
+    constants = random_detector(rng, kind), MODELS[model](rng)
     return build_image(FINGERTIP_RATE, *constants, **options)
 
 

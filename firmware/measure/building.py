@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -32,11 +33,12 @@ STRICT = (
     "-O0", "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all",
     "-no-pie", "-fno-pie",
 )  # fmt: skip
-#: Record of windows.c for each window.
+#: Record of windows.c for each contact.
 ANSWER = np.dtype(
-    [("value", "f8"), ("low", "f8"), ("high", "f8"), ("class_number", "i4"), ("status", "i4"),
-     ("instructions", "u4"), ("spare", "u4")]
-)  # fmt: skip
+    [("value", "f8"), ("low", "f8"), ("high", "f8"), ("status", "i4"), ("instructions", "u4")]
+)
+#: The chain's own C files.
+CHAIN = Path(str(files("firstcontact.chain") / "c"))
 
 #: Record of streams.c for each event, and for each stream.
 EVENT = np.dtype(
@@ -115,6 +117,11 @@ class Program:
         run([*compiler, *self._objects(compiler, *board), "-nostartfiles", "-T",
              str(BOARD / "memory.ld"), "-Wl,--gc-sections", "-lm", "-o", str(to)])  # fmt: skip
         return to
+
+
+def chain_program(main: str, folder: Path) -> Program:
+    """Return a measuring program with the chain's own C files."""
+    return Program(main, folder, {}, [*map(str, sorted(CHAIN.glob("fc_*.c"))), f"-I{CHAIN}"])
 
 
 @cache
@@ -207,6 +214,14 @@ def same(native: NDArray[np.void], m7: NDArray[np.void]) -> bool:
         for name in {"instructions", "waited"} & set(records.dtype.names or ()):
             records[name] = 0
     return plain[0].tobytes() == plain[1].tobytes()
+
+
+def signals(image: bytes, each: Sequence[NDArray[np.float64]], after: int) -> bytes:
+    """Return an image and signals as input for windows.c, with ``after`` samples of the contact."""
+    parts = [np.uint32(len(image)).tobytes(), image]
+    for signal in each:
+        parts += [struct.pack("<ii", len(signal), len(signal) - after), signal.tobytes()]
+    return b"".join(parts)
 
 
 def streams(image: bytes, each: Sequence[Stream]) -> bytes:

@@ -4,6 +4,7 @@
    are set to fit. Output: one record per image. */
 #include "machine.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "fc_chain.h"
@@ -20,7 +21,8 @@ enum { ROOM = 1 << 19, MEMORY = 1 << 16, SAMPLES = 500, HEAD = 16 };
 typedef struct {
     char why[72];                /* reason for the refusal, "" if the image was accepted */
     int32_t contacts, estimates; /* number of events */
-    int32_t wrong, unused;       /* estimates that are not 0 <= low <= value <= high <= 100 */
+    int32_t wrong, unused;       /* estimates that are not 0 <= low <= value <= high <= 100; of an SVM,
+                                    that are not finite, or where low > high */
     float value, low, high, spread; /* newest estimate */
 } record;
 
@@ -44,7 +46,9 @@ static void on_event(void *context, const fc_event *e)
     if (e->kind != FC_ESTIMATED)
         return;
     r->estimates++;
-    r->wrong += !(s->low >= 0.0f && s->low <= s->value && s->value <= s->high && s->high <= 100.0f);
+    r->wrong += image.model.kind == FC_MODEL_SVM
+                    ? !(isfinite(s->value) && s->low <= s->high && isfinite(s->high - s->low))
+                    : !(s->low >= 0.0f && s->low <= s->value && s->value <= s->high && s->high <= 100.0f);
     r->value = s->value;
     r->low = s->low;
     r->high = s->high;

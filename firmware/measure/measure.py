@@ -27,10 +27,11 @@ from firstcontact.core.files import replacing
 from firstcontact.core.jobs import Serial
 from firstcontact.export.budget import forms, microseconds
 from firstcontact.export.hand_image import hand_image
-from firstcontact.export.parts import NamedModel
 from firstcontact.models import ESTIMATORS, Interval, Task, Touches, WindowModel, adapt
+from firstcontact.models.anytime import contact_signal
 from firstcontact.models.rig_model import RigModel
 from firstcontact.models.training import labelled_windows, train_final_model
+from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.recording import load_dataset
 from firstcontact.twin import TwinStream, simulate
 from firstcontact.twin.sensor import DeviceFilter
@@ -75,6 +76,14 @@ def windows(dataset: Dataset) -> Any:
     return labelled_windows(dataset, contacts, WINDOW, dataset.shore_a)
 
 
+def contact_signals(sets: list[Dataset], window: WindowPredictor) -> list[NDArray[np.float64]]:
+    """Return the signal of each contact from which a window model predicts."""
+    after = window.lengths[0] + window.lookahead
+    pinches = [(p, p.first) for dataset in sets for p in dataset.pinches]
+    cut = [contact_signal(p, first, window.before, after) for p, first in pinches if first]
+    return [signal for signal in cut if signal is not None]
+
+
 def scored(model: WindowModel, interval: Interval | None, data: Any, name: str) -> Numbers:
     """Return the error (or the share of wrong classes), and the interval's width and coverage."""
     values = model.predict(data.X)
@@ -103,11 +112,11 @@ def of_windows(sets: list[Dataset], out: Path, cmsis: Path | None) -> Numbers:
     for task, name in ((Task.REGRESSION, "svr"), (Task.CLASSIFICATION, "svc")):
         trained = train_final_model(learn, ESTIMATORS.default, task, SEED, LEVEL, Serial(), True)
         interval = trained.interval if task is Task.REGRESSION else None
-        for form in forms(
-            NamedModel("stiffness", trained.model, interval), learn.X, learn.sessions
-        ):
+        window = WindowPredictor(trained.model, interval)
+        signals = contact_signals(sets, window)
+        for form in forms(window, learn.X, learn.sessions):
             size = form.model.notes["support_vectors"]
-            cost = parity.of_model(form, everything, out / f"{name}_{size}")
+            cost = parity.of_svm(form, signals, out / f"{name}_{size}")
             spec = form.model.spec
             row = asdict(cost) | {"estimator": ESTIMATORS.default, "task": task.value}
             row |= {"samples": spec.samples, "rate_hz": spec.rate}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain import Chain, EventKind, Flag, Image
+from firstcontact.chain import Chain, EventKind, Flag, Image, build_image
 from firstcontact.chain.image import work_memory
 from firstcontact.core import (
     Block,
@@ -23,9 +22,9 @@ from firstcontact.core import (
     Layout,
     VibrationCalibration,
 )
-from firstcontact.export import MODEL_EXPORTERS
 from firstcontact.export.budget import microseconds
-from firstcontact.export.parts import NamedModel, Trained
+from firstcontact.models.anytime import Hints
+from firstcontact.models.window_predictor import WindowPredictor
 
 
 @dataclass(frozen=True)
@@ -57,33 +56,30 @@ class Cost:
     same_bytes: bool
 
 
-def of_model(named: NamedModel, X: NDArray[np.float32], folder: Path) -> Cost:
-    """Return the cost of a window model."""
+def of_svm(window: WindowPredictor, signals: Sequence[NDArray[Any]], folder: Path) -> Cost:
+    """Return the cost of a prediction of an SVM, including the cut of its window."""
     folder.mkdir(parents=True)
-    MODEL_EXPORTERS["c"].write(Trained((named,)), folder)
-    definitions = {
-        "MODEL": f"fc_{named.name}",
-        "HEADER": f'"fc_{named.name}.h"',
-        "NUMBERS": str(X[0].size),
-    }
-    native, m7, flash, ram = _run(
-        building.Program("windows.c", folder / "src", definitions), X.tobytes()
-    )
+    samples, hints = window.lengths[0], Hints()
+    image = build_image(window.rate, model=window.constants())
+    data = building.signals(image.data, signals, samples + window.lookahead)
+    native, m7, flash, ram = _run(building.chain_program("windows.c", folder / "src"), data)
     got, on_m7 = building.answers(native), building.answers(m7)
-    values = named.model.predict(X)
-    if named.model.spec.classes:
-        wrong, error = int((got["value"] != values).sum()), 0.0
-    else:
-        expected = [values]
-        if named.interval is not None:
-            expected += list(np.transpose([named.interval.around(v) for v in values]))
-        fields = ("value", "low", "high")
-        error = max(float(np.abs(got[f] - e).max()) for f, e in zip(fields, expected, strict=False))
-        wrong = int((got["status"] != 0).sum())
-    dearest = int(on_m7["instructions"].max())
-    return Cost(dearest, flash, ram, error, wrong, len(X), building.same(got, on_m7))
+    made = [window.predict(signal, samples, -1, hints) for signal in signals]
+    numbers = [(math.nan,) * 3 if p is None else (p.value, p.low, p.high) for p in made]
+    wanted, wrong = np.array(numbers).T, int(((got["status"] == 0) != [*map(bool, made)]).sum())
+    fields = ("value", "low", "high")
+    error = max(float(np.nanmax(np.abs(got[f] - e))) for f, e in zip(fields, wanted, strict=True))
+    if window.classes:
+        wrong += int((got["value"] != wanted[0]).sum())
+    room = 4 * (samples + 1 + len(window.model.to_arrays()["vectors"]))
+    return Cost(
+        int(on_m7["instructions"].max()), flash + len(image.data), ram - WINDOWS_PROVIDED + room,
+        error, wrong, len(signals), building.same(got, on_m7),
+    )  # fmt: skip
 
 
+#: Memory that windows.c provides for an image, a signal and the work, bytes.
+WINDOWS_PROVIDED = (1 << 20) + (1 << 13) + (1 << 15)
 #: Samples of a stream, and the noise floors of its fingers; None for one closing.
 Samples = tuple[NDArray[Any], tuple[float, float] | None]
 #: Memory that streams.c provides for an image and for the work of a chain, bytes.
@@ -117,10 +113,7 @@ def of_chain(
         noise = [VibrationCalibration(f, x) for f, x in zip(Finger, floors or (), strict=False)]
         chain = Chain(image, plain, Calibration(tuple(noise)) if floors else None)
         expected.append(chain.take(Block(volts32)) + chain.finish())
-    source = files("firstcontact.chain") / "c"
-    names = [str(source / f.name) for f in source.iterdir() if f.name.startswith("fc_")]
-    more = [*sorted(name for name in names if name.endswith(".c")), f"-I{source}"]
-    program = building.Program("streams.c", folder / "src", {}, more)
+    program = building.chain_program("streams.c", folder / "src")
     native, m7, flash, ram = _run(program, building.streams(image.data, streams))
     records = [building.events(raw) for raw in (native, m7)]
     same = all(building.same(a, b) for a, b in zip(*map(_without_totals, records), strict=True))

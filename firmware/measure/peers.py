@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
+from textwrap import fill
 
 import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.export.c_code import c_array, literal
 from firstcontact.models.svm import LEVEL_WEIGHT, SvmModel, shape_and_level
 
 
@@ -25,24 +24,31 @@ def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | N
         "PLAIN_SLOPE": np.float32(LEVEL_WEIGHT / a["level"][1]),
         "PLAIN_GAMMA": np.float32(a["parameters"][1]),
     }
-    text = "#include <stdint.h>\n#define FC_FLASH\n"
-    text += "".join(f"#define {name} {literal(value)}\n" for name, value in numbers.items())
-    text += c_array("plain_vectors", a["vectors"].astype(np.float32))
-    text += c_array("plain_weights", a["weights"][0].astype(np.float32))
+    text = "".join(f"#define {name} {_literal(value)}\n" for name, value in numbers.items())
+    text += _array("plain_vectors", a["vectors"]) + _array("plain_weights", a["weights"][0])
     (folder / "plain_svm_model.h").write_text(text, encoding="utf-8")
-    for name in ("plain_svm.c", "plain_svm.h"):
-        (folder / name).write_text((building.HERE / name).read_text("utf-8"), encoding="utf-8")
-    definitions = {"MODEL": "plain_svm", "HEADER": '"plain_svm.h"', "NUMBERS": str(X[0].size)}
-    more = [f"-I{files('firstcontact.export') / 'c'}"]
+    definitions: dict[str, str] = {}
+    more: list[str] = []
     if cmsis is not None:
         definitions |= {"CMSIS": "1", "__GNUC_PYTHON__": "1"}
         source = cmsis / "Source" / "SVMFunctions"
         more += [str(source / f"arm_svm_rbf_{part}_f32.c") for part in ("init", "predict")]
         more += ["-isystem", str(cmsis / "Include"), "-isystem", str(cmsis / "PrivateInclude")]
         more += ["-Wno-error", "-w"]
-    image = building.Program("windows.c", folder, definitions, more).m7(folder / "plain.elf")
-    records = building.answers(building.ask_m7(image, X[:5].tobytes(), folder))
-    return int(records["instructions"].max())
+    image = building.Program("plain_svm.c", folder, definitions, more).m7(folder / "plain.elf")
+    counts = np.frombuffer(building.ask_m7(image, X[:5].tobytes(), folder), np.uint32)
+    return int(counts.max())
+
+
+def _literal(value: np.float32 | int) -> str:
+    """Return a C literal that reads back as the same number."""
+    return str(value) if isinstance(value, int) else f"{float(value):.9e}f"
+
+
+def _array(name: str, values: NDArray[np.float64]) -> str:
+    """Return the C definition of a constant array."""
+    numbers = fill(", ".join(map(_literal, np.float32(values.ravel()))), break_long_words=False)
+    return f"static const float {name}[{values.size}] = {{\n{numbers}}};\n"
 
 
 def oracle(model: SvmModel, X: NDArray[np.float32]) -> dict[str, int] | None:

@@ -1,14 +1,19 @@
-#include "plain_svm.h"
+/* Straightforward support vector machine for comparison: libm's expf, one vector after the other.
+   With CMSIS defined it calls CMSIS-DSP on the same vectors. Input: windows of floats. Output: the
+   number of instructions for each. */
+#include "machine.h"
 
 #include <math.h>
+
+#include "plain_svm_model.h"
 
 #ifdef CMSIS
 #include "dsp/svm_functions.h"
 #endif
 
-static float inputs[PLAIN_INPUTS];
+static float window[PLAIN_INPUTS - 1], inputs[PLAIN_INPUTS];
 
-fc_status plain_svm(const float *window, fc_prediction *prediction)
+static float predict(void)
 {
     float power = 0.0f, sum = PLAIN_BIAS;
     for (int k = 0; k < PLAIN_INPUTS - 1; k++)
@@ -24,8 +29,7 @@ fc_status plain_svm(const float *window, fc_prediction *prediction)
     arm_svm_rbf_init_f32(&machine, PLAIN_VECTORS, PLAIN_INPUTS, PLAIN_BIAS, plain_weights,
                          plain_vectors, classes, PLAIN_GAMMA);
     arm_svm_rbf_predict_f32(&machine, inputs, &chosen);
-    prediction->class_number = chosen;
-    (void)sum;
+    sum = (float)chosen;
 #else
     for (int i = 0; i < PLAIN_VECTORS; i++) {
         float square = 0.0f;
@@ -35,7 +39,21 @@ fc_status plain_svm(const float *window, fc_prediction *prediction)
         }
         sum += plain_weights[i] * expf(-PLAIN_GAMMA * square);
     }
-    prediction->value = sum;
 #endif
-    return FC_PREDICTED;
+    return sum;
+}
+
+int main(int argc, char **argv)
+{
+    static volatile float predicted;
+    if (!machine_begin(argc, argv))
+        return 2;
+    while (machine_read(window, sizeof window) == sizeof window) {
+        const uint32_t before = machine_clock();
+        predicted = predict();
+        const uint32_t took = machine_since(before);
+        machine_write(&took, sizeof took);
+    }
+    machine_end();
+    return 0;
 }

@@ -124,7 +124,8 @@ const char *fc_predictor_fits(const fc_image *image, fc_stream *stream)
         stream->floors[f] = image->floors[f];
         stream->has_floors &= image->floors[f] > 0.0;
     }
-    if (image->rate != FC_RATE_HZ || image->model.kind != FC_MODEL_NETWORK)
+    if (image->rate != FC_RATE_HZ || image->model.kind == FC_MODEL_NONE
+        || image->model.kind == FC_MODEL_PROGRAM)
         return "the model is for another sampling rate, or predicts nothing";
     if (image->detector->kind != FC_DETECTOR_LOGISTIC
         && image->detector->kind != FC_DETECTOR_THRESHOLD)

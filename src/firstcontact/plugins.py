@@ -16,7 +16,7 @@ from firstcontact.core import Registry
 from firstcontact.device import SOURCES, Arrival, Descriptor, Source, SourceKind
 from firstcontact.device.threaded import ThreadedSource
 from firstcontact.export import MODEL_EXPORTERS
-from firstcontact.export.parts import ModelExporter
+from firstcontact.export.registry import ModelExporter
 from firstcontact.grasp import HANDS, POLICIES, Hand, HandLimits, Policy
 from firstcontact.models import (
     ESTIMATORS,

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, cast
-
 import numpy as np
 import pytest
 from test_model_parity import INTERVAL, learned
 
 from firstcontact.core import InputError
 from firstcontact.export.budget import forms, small_enough
-from firstcontact.export.parts import NamedModel, Trained
-from firstcontact.models import ESTIMATORS, Task, make_estimator
+from firstcontact.models import ESTIMATORS, Model, Task, make_estimator
+from firstcontact.models.model import shipped_model
+from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.testing import closings
 from firstcontact.testing.synthetic import RATE, toy_windows
-
-if TYPE_CHECKING:
-    from firstcontact.models.rig_model import RigModel
 
 
 def test_a_smaller_form_has_a_wider_interval() -> None:
@@ -27,7 +22,7 @@ def test_a_smaller_form_has_a_wider_interval() -> None:
     estimator = make_estimator(
         ESTIMATORS.default, Task.REGRESSION, RATE, **ESTIMATORS[ESTIMATORS.default].quick
     )
-    named = NamedModel("stiffness", estimator.fit(X, noisy, sessions, seed=1), INTERVAL)
+    named = WindowPredictor(estimator.fit(X, noisy, sessions, seed=1), INTERVAL)
     *smaller, complete = forms(named, X, sessions.astype(str))
     assert complete is named
     assert smaller
@@ -43,17 +38,17 @@ def test_a_smaller_form_has_a_wider_interval() -> None:
 
 
 def test_without_an_interval_there_is_nothing_to_widen() -> None:
-    named = replace(learned(ESTIMATORS.default, Task.CLASSIFICATION), interval=None)
+    named = learned(ESTIMATORS.default, Task.CLASSIFICATION)
     X, _, sessions = toy_windows()
     assert all(form.interval is None for form in forms(named, X, sessions.astype(str)))
 
 
 def test_window_models_are_held_to_the_budget() -> None:
-    trained = Trained((learned(ESTIMATORS.default, Task.REGRESSION),))
+    model = Model(None, (learned(ESTIMATORS.default, Task.REGRESSION),))
     with pytest.raises(InputError, match="--budget-us"):
-        small_enough(trained, None, 1.0)
+        small_enough(model, None, 1.0)
 
 
 def test_a_network_is_left_as_it_is() -> None:
-    network = cast("RigModel", object())  # what touches it fails
-    assert small_enough(Trained(anytime=network), closings(8), 30.0).anytime is network
+    model = shipped_model()
+    assert small_enough(model, closings(8), 30.0).predictors == model.predictors

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from test_model_parity import learned
+
 from firstcontact.chain import Chain, EventKind, Image, build_image
-from firstcontact.core import Block, Calibration, VibrationCalibration, fingertip_layout
+from firstcontact.core import (
+    Block,
+    Calibration,
+    InputError,
+    VibrationCalibration,
+    fingertip_layout,
+)
 from firstcontact.export.hand_image import hand_image
-from firstcontact.models import load_model
+from firstcontact.models import Task, load_model
 from firstcontact.streaming.twin import twin_model
 from firstcontact.twin import TwinStream
 from firstcontact.twin.sensor import DeviceFilter
@@ -33,3 +45,20 @@ def test_default_model_with_a_rig_of_each_finger_fits_and_gives_the_events_of_th
     )
     assert ours == theirs
     assert sum(event[0] == EventKind.ESTIMATED for event in ours) > 20
+
+
+@pytest.mark.usefixtures("small_searches")
+def test_a_hand_gets_the_estimator_that_predicts_by_default_or_the_chosen_one(
+    tmp_path: Path,
+) -> None:
+    adapted = load_model(twin_model("paper-rig", 0))
+    svm, peak = (learned(name, Task.REGRESSION) for name in ("svm", "peak"))
+    both = replace(adapted, predictors=(svm, peak, *adapted.predictors))
+    both.write(tmp_path)
+    network = hand_image(twin_model("paper-rig", 0)).digest
+    assert hand_image(tmp_path, estimator="combined").digest == network
+    chosen = hand_image(tmp_path)
+    assert chosen.digest == hand_image(tmp_path, estimator="svm").digest != network
+    assert b'"anytime":"svm"' in chosen.data
+    with pytest.raises(InputError, match="peak predicts in Python"):
+        hand_image(tmp_path, estimator="peak")

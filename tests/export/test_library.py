@@ -14,21 +14,20 @@ from test_model_parity import learned
 from firstcontact.chain import Image
 from firstcontact.core import InputError
 from firstcontact.export import MODEL_EXPORTERS
-from firstcontact.export.parts import Trained
-from firstcontact.models import ESTIMATORS, Task
+from firstcontact.models import ESTIMATORS, Model, Task
 from firstcontact.models.model import shipped_model
 from random_chains import python_events, random_stream
 
 STUB = Path(__file__).parents[2] / "firmware" / "teensy" / "stub"
 
 
-@pytest.fixture(scope="module")
-def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture(scope="module", params=["network", "svm"])
+def library(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("library")
-    model = learned(ESTIMATORS.default, Task.REGRESSION)
-    shipped = shipped_model()
-    assert shipped.network is not None
-    MODEL_EXPORTERS["c"].write(Trained((model,), shipped.own_detector, shipped.network), folder)
+    model = shipped_model()
+    if request.param == "svm":
+        model = Model(model.detector, (learned(ESTIMATORS.default, Task.REGRESSION),))
+    MODEL_EXPORTERS["c"].write(model, folder)
     return folder
 
 
@@ -109,4 +108,4 @@ def test_a_detector_that_python_judges_has_no_form_in_c(tmp_path: Path) -> None:
 
     detector = make_detector("svm").fit(closings(12))
     with pytest.raises(InputError, match="svm"):
-        MODEL_EXPORTERS["c"].write(Trained(detector=detector), tmp_path)
+        MODEL_EXPORTERS["c"].write(Model(detector), tmp_path)

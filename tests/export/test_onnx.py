@@ -10,8 +10,8 @@ import pytest
 from firstcontact.core import InputError
 from firstcontact.core.installation import import_onnxruntime
 from firstcontact.export import MODEL_EXPORTERS
-from firstcontact.export.parts import NamedModel, Trained
-from firstcontact.models import ESTIMATORS, Task, make_estimator
+from firstcontact.models import ESTIMATORS, Model, Task, make_estimator
+from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.testing.synthetic import RATE, toy_windows
 
 
@@ -21,7 +21,7 @@ from firstcontact.testing.synthetic import RATE, toy_windows
 def test_onnx_predicts_the_values_of_python(task: Task, tmp_path: Path) -> None:
     X, y, groups = toy_windows()
     model = make_estimator("cnn", task, RATE, **ESTIMATORS["cnn"].quick).fit(X, y, groups, seed=1)
-    MODEL_EXPORTERS["onnx"].write(Trained((NamedModel("stiffness", model, None),)), tmp_path)
+    MODEL_EXPORTERS["onnx"].write(Model(None, (WindowPredictor(model),)), tmp_path)
     X = toy_windows(60, seed=8)[0]
     session = import_onnxruntime().InferenceSession(str(tmp_path / "stiffness.onnx"))
     (got,) = session.run(["prediction"], {"volts": X})
@@ -34,6 +34,6 @@ def test_onnx_predicts_the_values_of_python(task: Task, tmp_path: Path) -> None:
 def test_other_models_have_no_form_in_onnx(tmp_path: Path) -> None:
     X, y, groups = toy_windows()
     peak = make_estimator("peak", Task.REGRESSION, RATE).fit(X, y, groups, seed=1)
-    for trained in (Trained(), Trained((NamedModel("stiffness", peak, None),))):
+    for trained in (Model(), Model(None, (WindowPredictor(peak),))):
         with pytest.raises(InputError, match="--to c"):
             MODEL_EXPORTERS["onnx"].write(trained, tmp_path)

@@ -18,12 +18,12 @@ from random_chains import random_image
 FLOORS = Calibration(tuple(VibrationCalibration(f, 0.0018) for f in Finger))
 
 
-def model_image(seed: int) -> HandImage:
+def model_image(seed: int, model: str = "network") -> HandImage:
     """Return the image of a random model with a detector that finds the twin's contacts."""
     digest = f"{seed:016x}"
     floors = [FLOORS.noise(f) or 0.0 for f in Finger]
     text = json.dumps({"model": digest, "floors": floors})
-    image = random_image(seed, DetectorKind.THRESHOLD, floors=floors, text=text)
+    image = random_image(seed, DetectorKind.THRESHOLD, model, floors=floors, text=text)
     return HandImage(image.data, digest)
 
 

@@ -17,7 +17,6 @@ from firstcontact.chain import image
 from firstcontact.chain.image import DetectorKind
 from random_chains import random_image
 
-CHAIN = Path(__file__).parents[2] / "src/firstcontact/chain/c"
 #: Record of images.c for each image.
 RESULT = np.dtype(
     [("why", "S72"), ("contacts", "i4"), ("estimates", "i4"), ("wrong", "i4"), ("unused", "i4"),
@@ -51,8 +50,8 @@ class Patch:
         return struct.pack("<II", self.length, len(parts)) + b"".join(parts)
 
 
-def intact_image() -> tuple[bytes, list[Field]]:
-    """Return an intact image and all its arrays."""
+def intact_image(model: str = "network") -> tuple[bytes, list[Field]]:
+    """Return an intact image with a random model, and all its arrays."""
     arrays: list[Field] = []
     put = image._Writer.put
 
@@ -62,14 +61,13 @@ def intact_image() -> tuple[bytes, list[Field]]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(image._Writer, "put", put_and_note)
-        data = random_image(3, DetectorKind.THRESHOLD, text='{"model":"a"}').data
+        data = random_image(3, DetectorKind.THRESHOLD, model, text='{"model":"a"}').data
     return data, arrays
 
 
 def program() -> building.Program:
     """Return images.c with the chain's own files."""
-    sources = map(str, sorted(CHAIN.glob("fc_*.c")))
-    return building.Program("images.c", Path("no-further-sources"), {}, [*sources, f"-I{CHAIN}"])
+    return building.chain_program("images.c", Path("no-further-sources"))
 
 
 def program_input(data: bytes, patches: Sequence[Patch]) -> bytes:

@@ -13,9 +13,8 @@ from firmware_build import need_arm
 
 from firstcontact.chain import EventKind, Image
 from firstcontact.chain.image import DetectorKind
-from random_chains import Stream, python_events, random_image, random_stream
+from random_chains import MODELS, Stream, python_events, random_image, random_stream
 
-CHAIN = Path(__file__).parents[2] / "src/firstcontact/chain/c"
 FIELDS = [name for name in building.EVENT.names or () if name not in ("instructions", "waited")]
 KINDS = (DetectorKind.LOGISTIC, DetectorKind.THRESHOLD)
 #: Streams with one random model.
@@ -31,8 +30,7 @@ Ask = Callable[[Path, bytes, Path], bytes]
 @pytest.fixture(scope="module")
 def program() -> building.Program:
     """Return the program that runs the chain's own C files over streams."""
-    sources = map(str, sorted(CHAIN.glob("fc_*.c")))
-    return building.Program("streams.c", Path("no-further-sources"), {}, [*sources, f"-I{CHAIN}"])
+    return building.chain_program("streams.c", Path("no-further-sources"))
 
 
 def assert_same_events(
@@ -58,10 +56,11 @@ def assert_same_events(
 
 def assert_random_streams_agree(n: int, binary: Path, ask: Ask, folder: Path, least: int) -> None:
     counts: Counter[int] = Counter()
-    for seed in range(0, n, MOST):
+    size = min(MOST, n // len(MODELS))
+    for k, seed in enumerate(range(0, n, size)):
         rng = np.random.default_rng(seed)
-        image = random_image(seed, KINDS[seed // MOST % 2])
-        streams = [random_stream(rng) for _ in range(min(MOST, n - seed))]
+        image = random_image(seed, KINDS[k % len(KINDS)], list(MODELS)[k % len(MODELS)])
+        streams = [random_stream(rng) for _ in range(min(size, n - seed))]
         counts += assert_same_events(image, streams, binary, ask, folder)
     assert all(counts[kind] >= least for kind in NEEDED), counts
 

@@ -242,7 +242,7 @@ def test_device_without_models_is_refused_before_the_measurement(
 def test_models_that_a_hand_cannot_run_are_named(folder: Path, tmp_path: Path) -> None:
     model = load_model(folder)
     replace(model, predictors=()).write(tmp_path / "detector")
-    with pytest.raises(InputError, match="no network"):
+    with pytest.raises(InputError, match="no predictor"):
         hand_image(tmp_path / "detector")
     other = make_detector("svm").fit(closings(12))
     replace(model, detector=other).write(tmp_path / "svm")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -19,8 +21,9 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.models import WindowPredictor
+from firstcontact.models import Spec, Task, WindowPredictor
 from firstcontact.models.anytime import PredictorLadder
+from firstcontact.models.svm import SvmModel, shape_and_level
 from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline
 from firstcontact.streaming.events import Estimate
 
@@ -36,24 +39,24 @@ def running(events: list[Event]) -> list[Estimate]:
     return [e for e in events if isinstance(e, Estimate) and not e.final]
 
 
-def test_an_answer_that_is_not_finite_is_refused_aloud(
-    fresh: Dataset,
-    detector: Detector,
-    models: list[WindowPredictor],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Weights can overflow for one window only. The closing then reports a reason."""
-    model = models[1].model
-    pipeline = Pipeline(LAYOUT, detector, PredictorLadder([models[1]]))
-    monkeypatch.setattr(type(model), "outputs", lambda self, X: np.full((len(X), 1), np.nan))
-    events = run(pipeline, as_blocks(fresh.take([0])))
+def test_an_answer_that_is_not_finite_is_refused_aloud(fresh: Dataset, detector: Detector) -> None:
+    """Weights can overflow for all windows but one. The closing then reports a reason."""
+    tried = 0.1 * np.sin(np.arange(74.0))[None, :, None].astype(np.float32)
+    one, target = np.array([0.0, 1.0]), np.array([0.0, 1e12])
+    vector = shape_and_level(tried, one)
+    spec, parameters = Spec(Task.REGRESSION, LAYOUT.rate, 74), np.ones(3)
+    pipelines = [
+        partial(Pipeline, LAYOUT, detector, WindowPredictor(
+            SvmModel(spec, one, vector, weights, np.ones(1), target, parameters)
+        ))
+        for weights in (-np.ones((1, 1)), np.zeros((1, 1)))
+    ]  # fmt: skip
+    events = run(pipelines[0](), as_blocks(fresh.take([0])))
     assert not [e for e in events if isinstance(e, Estimate)]
     (refused,) = [e for e in events if isinstance(e, NoEstimate)]
     assert "not a finite number" in refused.reason
     with pytest.raises(InputError, match="not a finite number"):
-        Pipeline(
-            LAYOUT, detector, PredictorLadder([models[1]])
-        )  # one that never answers is not begun with
+        pipelines[1]()  # one that never answers is not begun with
 
 
 def test_live_is_offline(fresh: Dataset, detector: Detector, models: list[WindowPredictor]) -> None:

@@ -37,6 +37,8 @@ CONFIRMED, LASTING, LAG = 0.003, 0.002, 0.0002
 BEFORE_PUSH, GUARD = 0.017, 0.001
 #: Shortest time for which samples stay in memory, s.
 REMEMBERED = 0.1
+#: Largest number of SVMs of a model.
+SVMS_MOST = 8
 #: Samples of the Fourier transform, and points of the spectrum.
 TURN, LINES = 512, 400
 
@@ -171,9 +173,38 @@ class ModelConstants:
     rigs: Sequence[RigConstants]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SvmConstants:
+    """Support vector machine with a radial basis function kernel. Lengths are in samples."""
+
+    samples: int
+    #: Quiet signal before the contact: length, distance of its end, and shortest length.
+    baseline: int
+    guard: int
+    least: int
+    #: A window's level is (ln(RMS) - level) * slope.
+    level: float
+    slope: float
+    gamma: float
+    #: Mean and scale of the target of a regression.
+    mean: float
+    scale: float
+    #: Support vectors, shape (vectors, samples + 1), weights (decisions, vectors), bias.
+    vectors: Array
+    weights: Array
+    bias: Array
+    #: Values of the classes; empty for a regression.
+    classes: Sequence[float] = ()
+    #: Predictions at which the interval's width changes, and half widths; without one, empty.
+    edges: Sequence[float] = ()
+    half_widths: Sequence[float] = ()
+    #: Ends of the scale.
+    limits: tuple[float, float] = (-1e30, 1e30)
+
+
 @dataclass(frozen=True, slots=True)
-class ProgramConstants:
-    """Model in Python, which the chain calls. Lengths are in samples."""
+class WindowConstants:
+    """SVMs, or a model in Python, which the chain calls. Lengths are in samples."""
 
     #: Longest signal before a contact that the model uses.
     before: int
@@ -181,6 +212,11 @@ class ProgramConstants:
     moments: Sequence[int]
     #: Further samples that the model's filter needs.
     lookahead: int = 0
+    #: Machine for each moment; empty for a model in Python.
+    svms: Sequence[SvmConstants] = ()
+
+
+Constants = ModelConstants | WindowConstants
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +247,7 @@ class Image:
 def build_image(
     rate: float,
     detector: DetectorConstants = NO_DETECTOR,
-    model: ModelConstants | ProgramConstants | None = None,
+    model: Constants | None = None,
     *,
     after: float = 0.2,
     floors: Sequence[float] = (),
@@ -237,7 +273,7 @@ def build_image(
     w = _Writer()
     w.put([rate], "f8")
     needed = 0 if model is None else model.before + model.moments[-1]
-    needed += model.lookahead if isinstance(model, ProgramConstants) else 0
+    needed += model.lookahead if isinstance(model, WindowConstants) else 0
     w.put(_timing(rate, after, detector, needed), "i4")
     d = detector
     numbers = [d.kind, d.window, d.step, d.steady, d.search, d.looks, *d.lengths, 0, 0]
@@ -247,12 +283,13 @@ def build_image(
     raw = text.encode("ascii")
     w.put([len(raw), _model_kind(model)], "i4")
     w.put(np.frombuffer(raw, np.uint8), "u1")
-    if isinstance(model, ProgramConstants):
-        sizes = [model.before, 0, 0, len(model.moments), 0, 0, 0, model.lookahead]
-        w.put(sizes, "i4")
-        w.put(np.add(model.moments, model.lookahead), "i4")
-    elif model is not None:
+    if isinstance(model, ModelConstants):
         _put_model(w, model, rate)
+    elif model is not None:
+        w.put([model.before, 0, 0, len(model.moments), 0, 0, 0, model.lookahead], "i4")
+        w.put(np.add(model.moments, model.lookahead), "i4")
+        for svm in model.svms:
+            _put_svm(w, svm)
     body = w.data
     head = struct.pack("<4sIII", b"FCCH", VERSION, len(body) + 16, zlib.crc32(body))
     return Image(head + body)
@@ -260,9 +297,7 @@ def build_image(
 
 def work_memory(image: Image, channels: int) -> int:
     """Return the bytes of work memory that a chain of so many vibration channels needs."""
-    capacity = struct.unpack_from("<i", image.data, 16 + 8 + 4 * 10)[0]
-    _, window, _, steady = struct.unpack_from("<4i", image.data, 16 + 8 + 4 * 12)
-    return 8 * int(capacity * channels + max(window, steady) * (channels + 1))
+    return int(chain_extension().memory(image.handle, channels))
 
 
 class _Writer:
@@ -280,9 +315,11 @@ class _Writer:
         return b"".join(self._parts)
 
 
-def _model_kind(model: ModelConstants | ProgramConstants | None) -> int:
+def _model_kind(model: Constants | None) -> int:
     """Return the number of a model's kind, as in ``fc_touch.h``."""
-    return 0 if model is None else 2 if isinstance(model, ProgramConstants) else 1
+    if model is None or isinstance(model, ModelConstants):
+        return int(model is not None)
+    return 3 if model.svms else 2
 
 
 def _timing(rate: float, after: float, detector: DetectorConstants, needed: int) -> list[int]:
@@ -331,6 +368,20 @@ def _put_model(w: _Writer, m: ModelConstants, rate: float) -> None:
         w.put(values, kind)
     for rig in m.rigs:
         _put_rig(w, rig)
+
+
+def _put_svm(w: _Writer, m: SvmConstants) -> None:
+    vectors = m.vectors.astype(np.float64)
+    edges = len(m.half_widths) - 1
+    sizes = [m.guard, m.baseline, m.least, len(vectors), len(m.classes), edges, 0, 0]
+    w.put(sizes, "i4")
+    w.put([m.level, m.slope, m.gamma, m.mean, m.scale, *m.limits], "f8")
+    w.put(2.0 * m.gamma * vectors, "f4")
+    w.put(-m.gamma * np.square(vectors).sum(axis=1), "f4")
+    w.put(m.weights, "f4")
+    w.put(m.bias, "f4")
+    for values in (m.classes, m.edges, m.half_widths):
+        w.put(values, "f8")
 
 
 def _put_matrix(w: _Writer, matrix: Matrix) -> None:

@@ -66,6 +66,29 @@ def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.floa
     return out
 
 
+def predict_window(
+    image: Image, signal: NDArray[np.float64], lead: int
+) -> tuple[float, float, float] | None:
+    """Return value, low and high that the image's SVM predicts from one contact.
+
+    ``signal`` has ``lead`` samples before the contact. Return None if it cannot be used.
+    """
+    made: tuple[float, float, float] | None = chain_extension().svm(
+        image.handle, np.ascontiguousarray(signal, np.float64), lead
+    )
+    return made
+
+
+def svm_outputs(image: Image, windows: Array, outputs: int) -> NDArray[np.float32]:
+    """Return the decision of a regression, or the votes for each class, shape (n, outputs).
+
+    The windows must vary. NaN stands for decisions that are not finite.
+    """
+    out = np.empty((len(windows), outputs), np.float32)
+    chain_extension().svm_outputs(image.handle, np.ascontiguousarray(windows, np.float32), out)
+    return out
+
+
 def _contacts(
     signals: Array, valid: Array, fingers: Array, speeds: Array, errors: Array, radii: Array
 ) -> tuple[Array, ...]:

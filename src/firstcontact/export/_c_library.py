@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from importlib.resources import files
 from pathlib import Path
+from textwrap import fill
+
+import numpy as np
 
 from firstcontact import __version__
-from firstcontact.core import InputError
-from firstcontact.export.c_code import write_chain, write_model
-from firstcontact.export.parts import ModelExporter, Trained
+from firstcontact.chain import build_image
+from firstcontact.chain.image import work_memory
+from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.export.hand_image import detector_in_c, predictor_in_c
+from firstcontact.export.registry import ModelExporter
+from firstcontact.models import Model
 
+#: Vibration channels for which the chain's memory is counted.
+CHANNELS = 2
 _PROPERTIES = """\
 name=FirstContactModel
 version={version}
@@ -19,45 +27,70 @@ sentence=Contact and stiffness on the hand's microcontroller.
 paragraph=Written by firstcontact export-model: {parts}.
 category=Sensors
 architectures=*
-includes={includes}
+includes=fc_model_image.h
+"""
+_HEADER = """\
+/* Image for the chain ({parts}) at {rate:g} Hz.
+   Written by `firstcontact export-model`: do not edit.
+
+   Constants {size} bytes. A chain of {channels} channels needs FC_MODEL_MEMORY bytes of work
+   memory, and one fc_chain. Nothing on a heap. See fc_chain.h. */
+#ifndef FC_MODEL_IMAGE_H
+#define FC_MODEL_IMAGE_H
+
+#include "fc_chain.h"
+
+enum {{ FC_MODEL_BYTES = {size}, FC_MODEL_MEMORY = {memory} }};
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+/* Bytes for fc_image_read, as words of a little-endian machine. */
+extern const uint64_t fc_model_image[FC_MODEL_BYTES / 8];
+
+#ifdef __cplusplus
+}}
+#endif
+#endif
+"""
+_SOURCE = """\
+/* Image for the chain. Written by `firstcontact export-model`: do not edit. */
+#include "fc_model_image.h"
+
+#include "fc_flash.h"
+
+const uint64_t fc_model_image[FC_MODEL_BYTES / 8] FC_FLASH = {{
+{words}}};
 """
 
 
-def write(trained: Trained, out: Path) -> list[str]:
+def write(model: Model, out: Path) -> list[str]:
     """Write the library into an empty folder. Return notes for the user."""
-    units = [write_model(named) for named in trained.models]
-    if trained.has_chain:
-        units.append(write_chain(trained))
-    if not units:
-        raise InputError("the model has no part that can be written in C: train an SVM")
+    detector, predictor = model.own_detector, model.default() if model.predictors else None
+    rate = detector.rate or FINGERTIP_RATE if predictor is None else predictor.rate
+    constants = None if predictor is None else predictor_in_c(predictor)
+    image = build_image(rate, detector_in_c(detector, rate), constants)
     source, example = out / "src", out / "examples" / "cycles"
     source.mkdir()
     example.mkdir(parents=True)
     own, chain = (files(f"firstcontact.{room}") / "c" for room in ("export", "chain"))
-    fixed = ["fc_flash.h", *["fc_svm.c", "fc_svm.h"] * bool(trained.models)]
-    shared = "fc_" if trained.has_chain else "fc_math."
-    entries = [own / name for name in fixed]
-    entries += [entry for entry in chain.iterdir() if entry.name.startswith(shared)]
-    for entry in entries:
+    shared = [entry for entry in chain.iterdir() if entry.name.startswith("fc_")]
+    for entry in [own / "fc_flash.h", *shared]:
         (source / entry.name).write_text(entry.read_text(encoding="utf-8"), encoding="utf-8")
-    for unit in units:
-        (source / f"{unit.name}.h").write_text(unit.header, encoding="utf-8")
-        (source / f"{unit.name}.c").write_text(unit.source, encoding="utf-8")
-    headers = [f"{unit.name}.h" for unit in units]
-    properties = _PROPERTIES.format(
-        version=__version__, parts="; ".join(trained.parts), includes=",".join(headers)
-    )
+    names = [f"detector: {detector.name}"]
+    names += [] if predictor is None else [f"predictor: {predictor.name}"]
+    parts, size, memory = ", ".join(names), len(image.data), work_memory(image, CHANNELS)
+    words = ", ".join(f"{word:#x}u" for word in np.frombuffer(image.data, "<u8"))
+    header = _HEADER.format(parts=parts, rate=rate, size=size, memory=memory, channels=CHANNELS)
+    text = _SOURCE.format(words=fill(words, 100, break_long_words=False))
+    (source / "fc_model_image.h").write_text(header, encoding="utf-8")
+    (source / "fc_model_image.c").write_text(text, encoding="utf-8")
+    properties = _PROPERTIES.format(version=__version__, parts=parts)
     (out / "library.properties").write_text(properties, encoding="utf-8")
-    calls = [
-        f'  run_model<FC_{m.name.upper()}_SAMPLES * FC_{m.name.upper()}_CHANNELS>("fc_{m.name}", '
-        f"fc_{m.name});"
-        for m in trained.models
-    ] + ["  run_chain();"] * trained.has_chain
     sketch = (own / "cycles.ino").read_text(encoding="utf-8")
-    includes = "\n".join(f"#include <{header}>" for header in headers)
-    sketch = sketch.replace("@INCLUDES@", includes).replace("@CALLS@", "\n".join(calls))
     (example / "cycles.ino").write_text(sketch, encoding="utf-8")
-    return [unit.summary for unit in units]
+    return [f"{parts}: {size} bytes of constants, {memory} of memory, for {rate:g} Hz"]
 
 
 C = ModelExporter("c", write)

@@ -6,7 +6,7 @@ from firstcontact.core import Dataset, InputError
 from firstcontact.core.files import AnyPath, given_path, replacing_folder
 from firstcontact.core.installation import require_extra
 from firstcontact.export.budget import small_enough
-from firstcontact.export.parts import MODEL_EXPORTERS, exported_parts
+from firstcontact.export.registry import MODEL_EXPORTERS
 from firstcontact.models import Model, load_model
 from firstcontact.models.training_runs import training_pinches
 from firstcontact.signal import resample_dataset
@@ -19,8 +19,11 @@ def export_model(
     to: str = "c",
     data: Dataset | None = None,
     budget_us: float | None = None,
+    estimator: str | None = None,
 ) -> list[str]:
-    """Export a trained model: a support vector machine or the network as C99, a CNN as ONNX.
+    """Export a trained model: its default predictor and its detector as C99, or its CNNs as ONNX.
+
+    C has the network with its regressions, and support vector machines.
 
     Parameters
     ----------
@@ -36,6 +39,8 @@ def export_model(
         role "test" are ignored.
     budget_us
         Longest allowed computing time of a window model on a Cortex-M7 at 600 MHz, us.
+    estimator
+        Name of the estimator to export, by default the first one of the model.
 
     Returns
     -------
@@ -66,9 +71,10 @@ def export_model(
         )
     learned = None if data is None else training_pinches(data)
     loaded = model if isinstance(model, Model) else load_model(model)
-    parts = exported_parts(loaded)
-    if learned is not None and parts.rate is not None:
-        learned = resample_dataset(learned, parts.rate)
-    trained = small_enough(parts, learned, budget_us)
+    loaded = loaded if estimator is None else loaded.only(estimator)
+    if learned is not None and loaded.predictors:
+        learned = resample_dataset(learned, loaded.rate)
+    if budget_us is not None:
+        loaded = small_enough(loaded, learned, budget_us)
     with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
-        return list(exporter.write(trained, making))
+        return list(exporter.write(loaded, making))

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import InputError
-from firstcontact.export.parts import ModelExporter, Trained
+from firstcontact.export.registry import ModelExporter
+from firstcontact.models import Model
 from firstcontact.models.cnn import CnnModel
 
 
@@ -53,24 +54,23 @@ def to_onnx(model: CnnModel) -> bytes:
     return serialised
 
 
-def write(trained: Trained, out: Path) -> list[str]:
+def write(model: Model, out: Path) -> list[str]:
     """Write one graph per CNN into the folder. Return notes for the user."""
     lines = []
-    for named in trained.models:
-        if not isinstance(named.model, CnnModel):
-            raise InputError(
-                f"only a CNN can be written as ONNX, but {named.name} is of kind "
-                f"{named.model.kind!r}: use --to c"
-            )
-        raw = to_onnx(named.model)
-        (out / f"{named.name}.onnx").write_bytes(raw)
-        lines.append(f"{named.name}.onnx: {len(raw)} bytes")
+    for window in model.windows:
+        if not isinstance(window.model, CnnModel):
+            continue
+        length = f"_{1e3 * window.duration:.6g}ms".replace(".", "_")
+        name = f"stiffness{length if len(model.windows) > 1 else ''}.onnx"
+        raw = to_onnx(window.model)
+        (out / name).write_bytes(raw)
+        lines.append(f"{name}: {len(raw)} bytes")
     if not lines:
         raise InputError(
             "only a CNN can be written as ONNX, but this model has only "
-            f"{', '.join(trained.parts)}: use --to c"
+            f"{', '.join(model.estimators) or 'a detector'}: use --to c"
         )
-    return lines + ["note: the detector and the network are left out"] * trained.has_chain
+    return [*lines, "note: only the CNNs are written"]
 
 
 ONNX = ModelExporter("onnx", write, "cnn", CnnModel.modules)

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from firstcontact.contact.contacts import first_contact
 from firstcontact.core import Contact, Dataset, InputError
-from firstcontact.export.parts import NamedModel, Trained
-from firstcontact.models import Windows
+from firstcontact.models import Model, Windows
 from firstcontact.models.svm import SvmModel
-from firstcontact.signal import contact_windows
+from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.signal import contact_windows, samples_in
+from firstcontact.signal.windowing import BASELINE
 
 _log = logging.getLogger("firstcontact.export")
 #: Clock of a Teensy 4, Hz, and assumed cycles per instruction.
@@ -27,23 +28,21 @@ def microseconds(count: float) -> float:
     return 1e6 * CYCLES * count / CLOCK
 
 
-def require_svm(named: NamedModel) -> SvmModel:
+def require_svm(window: WindowPredictor) -> SvmModel:
     """Return the model. Raise InputError if it is not a support vector machine."""
-    if not isinstance(named.model, SvmModel):
-        raise InputError(
-            f"{named.name} is a model of kind {named.model.kind!r}, which cannot run in C: train "
-            "with --estimator svm"
-        )
-    return named.model
+    if not isinstance(window.model, SvmModel):
+        raise InputError(f"{window.name} has no smaller form: train with --estimator svm")
+    return window.model
 
 
 def instructions(model: SvmModel) -> int:
     """Return an upper bound on the instructions of a prediction on a Cortex-M7."""
-    sizes = model.constants()
-    vectors, decisions, classes = (int(sizes[k]) for k in ("vectors", "decisions", "class_count"))
-    samples = model.spec.samples * model.spec.channels
+    vectors, inputs = model.to_arrays()["vectors"].shape
+    decisions, classes = len(model.to_arrays()["bias"]), len(model.spec.classes)
+    samples = inputs - 1
     count = _rows(vectors, samples + 1) + 40 * vectors + 5 * samples + 45  # the kernel
     count += _rows(decisions, vectors) + 14 * decisions + 25 * decisions * bool(classes)
+    count += 88 * (samples + samples_in(BASELINE, model.spec.rate))  # the window and its baseline
     return int(1.02 * (count + 26 * samples + 10 * classes + 450))
 
 
@@ -53,60 +52,61 @@ def _rows(n: int, inputs: int) -> int:
     return -(-n // rows) * (each * inputs + overhead) + 35
 
 
-def small_enough(trained: Trained, dataset: Dataset | None, budget_us: float | None) -> Trained:
-    """Return the exported parts of a model, reduced to fit a time budget."""
-    contacts = [] if dataset is None else _contacts(dataset, trained)
-    models = tuple(_fitting(named, dataset, contacts, budget_us) for named in trained.models)
-    return replace(trained, models=models)
+def small_enough(model: Model, dataset: Dataset | None, budget_us: float) -> Model:
+    """Return a model whose window models are reduced to fit a time budget."""
+    contacts = [] if dataset is None else _contacts(dataset, model)
+    predictors = tuple(
+        _fitting(p, dataset, contacts, budget_us) if isinstance(p, WindowPredictor) else p
+        for p in model.predictors
+    )
+    return replace(model, predictors=predictors)
 
 
-def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
+def forms(window: WindowPredictor, X: Windows, sessions: NDArray[np.str_]) -> list[WindowPredictor]:
     """Return smaller forms of a support vector machine, and the model itself, in order of size."""
-    model = require_svm(named)
+    model = require_svm(window)
     is_held_out = np.isin(sessions, np.unique(sessions)[::5])
     if is_held_out.all():
         is_held_out = np.arange(len(X)) % 5 == 0
     candidates = []
     for form in model.smaller(X[~is_held_out]):
-        interval = named.interval
+        interval = window.interval
         if interval is not None:
             away = np.abs(form.predict(X[is_held_out]) - model.predict(X[is_held_out]))
             further = float(np.quantile(away, interval.level))
             wider = tuple(half + further for half in interval.half_widths)
             interval = replace(interval, half_widths=wider)
-        candidates.append(replace(named, model=form, interval=interval))
-    return [*candidates, named]
+        candidates.append(WindowPredictor(form, interval, window.record))
+    return [*candidates, window]
 
 
-def _contacts(dataset: Dataset, trained: Trained) -> list[Contact | None]:
-    if any(p.first is not None for p in dataset.pinches) or trained.detector is None:
+def _contacts(dataset: Dataset, model: Model) -> list[Contact | None]:
+    if any(p.first is not None for p in dataset.pinches) or model.detector is None:
         return [p.first for p in dataset.pinches]
-    return [first_contact(trained.detector, pinch) for pinch in dataset.pinches]
+    return [first_contact(model.detector, pinch) for pinch in dataset.pinches]
 
 
 def _fitting(
-    named: NamedModel,
+    window: WindowPredictor,
     dataset: Dataset | None,
     contacts: list[Contact | None],
-    budget_us: float | None,
-) -> NamedModel:
-    if budget_us is None:
-        return named
-    candidates = [named]
+    budget_us: float,
+) -> WindowPredictor:
+    candidates = [window]
     if dataset is not None:
-        named.model.spec.require_rate(dataset.layout.rate)
-        X, has_window = contact_windows(dataset, contacts, named.model.spec.duration)
+        window.model.spec.require_rate(dataset.layout.rate)
+        X, has_window = contact_windows(dataset, contacts, window.model.spec.duration)
         if len(X) < FEWEST_WINDOWS:
             raise InputError(
                 f"--data holds only {len(X)} contacts: give the recordings that the model was "
                 "trained on"
             )
-        candidates = forms(named, X, dataset.sessions[has_window])
+        candidates = forms(window, X, dataset.sessions[has_window])
     times = [microseconds(instructions(require_svm(form))) for form in candidates]
     quick = [form for form, time in zip(candidates, times, strict=True) if time <= budget_us]
     if not quick:
         raise InputError(
-            f"the smallest form of {named.name} takes about {times[0]:.0f} us, more than "
+            f"the smallest form of {window.name} takes about {times[0]:.0f} us, more than "
             f"--budget-us {budget_us:g}: raise it"
             + ("" if dataset is not None else ", or give its training recordings with --data")
         )

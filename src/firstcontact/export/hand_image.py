@@ -8,10 +8,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from firstcontact.chain import build_image
-from firstcontact.chain.image import DetectorKind, ModelConstants, ProgramConstants
+from firstcontact.chain.image import (
+    SVMS_MOST,
+    Constants,
+    DetectorConstants,
+    DetectorKind,
+    ModelConstants,
+    WindowConstants,
+)
+from firstcontact.contact import Detector
 from firstcontact.core import Calibration, Finger, InputError, fingertip_layout
 from firstcontact.core.weights import digest
 from firstcontact.models import load_model
+from firstcontact.models.anytime import Predictor
 
 #: Kinds of detectors that C computes.
 IN_C = (DetectorKind.LOGISTIC, DetectorKind.THRESHOLD)
@@ -27,39 +36,56 @@ class HandImage:
     digest: str
 
 
-def hand_image(folder: Path, calibration: Calibration | None = None) -> HandImage:
-    """Return the image of a model folder for a hand."""
-    model = load_model(folder)
-    layout = fingertip_layout()
-    if model.anytime is None:
+def detector_in_c(detector: Detector, rate: float) -> DetectorConstants:
+    """Return the detector's constants. Raise InputError if it judges in Python."""
+    constants = detector.constants(rate)
+    if constants.kind not in IN_C:
         raise InputError(
-            f"{folder}: the folder has no network: name a folder that `firstcontact adapt` wrote"
+            f"the detector {detector.name!r} cannot run in C: train with the default "
+            "--detector-type"
         )
-    network, detector = model.anytime, model.own_detector
-    model_constants = network.constants()
-    if isinstance(model_constants, ProgramConstants):
+    return constants
+
+
+def predictor_in_c(predictor: Predictor) -> Constants:
+    """Return the predictor's constants. Raise InputError if it predicts in Python."""
+    constants = predictor.constants()
+    if isinstance(constants, WindowConstants) and not constants.svms:
         raise InputError(
-            f"{folder}: {network.name} predicts in Python, so it cannot run on a hand: adapt with "
-            "another estimator"
+            f"{predictor.name} predicts in Python, so it cannot run in C: choose the network, or "
+            f"at most {SVMS_MOST} SVMs of one channel, with --estimator"
         )
-    if network.rate != layout.rate:
+    return constants
+
+
+def hand_image(
+    folder: Path, calibration: Calibration | None = None, estimator: str | None = None
+) -> HandImage:
+    """Return the image of a model folder for a hand. By default, the default estimator predicts."""
+    model, layout = load_model(folder), fingertip_layout()
+    predictor, detector = model.default(estimator), model.own_detector
+    model_constants = predictor_in_c(predictor)
+    if predictor.rate != layout.rate:
         raise InputError(
-            f"{folder}: the model needs {network.rate:g} samples a second, but a hand measures "
+            f"{folder}: the model needs {predictor.rate:g} samples a second, but a hand measures "
             f"{layout.rate:g}: adapt it to recordings of the hand"
         )
+    predictor.check(layout)
     fingers = layout.vibration_fingers
-    constants = detector.constants(network.rate), _of_fingers(model_constants, fingers)
-    if constants[0].kind not in IN_C:
-        raise InputError(
-            f"{folder}: the detector {detector.name!r} cannot run on a hand: train with the "
-            "default --detector-type"
-        )
+    if isinstance(model_constants, ModelConstants):
+        model_constants = _of_fingers(model_constants, fingers)
+    constants = detector_in_c(detector, layout.rate), model_constants
     floors = [calibration.noise(f) if calibration else None for f in fingers]
     known = [0.0 if noise is None else noise for noise in floors]
-    identity = digest(build_image(network.rate, *constants).data)[:16]
-    text = {"model": identity, "detector": detector.name, "anytime": network.name, "floors": known}
+    identity = digest(build_image(layout.rate, *constants).data)[:16]
+    text = {
+        "model": identity,
+        "detector": detector.name,
+        "anytime": predictor.name,
+        "floors": known,
+    }
     data = build_image(
-        network.rate, *constants, floors=known, text=json.dumps(text, separators=(",", ":"))
+        layout.rate, *constants, floors=known, text=json.dumps(text, separators=(",", ":"))
     ).data
     if len(data) > ROOM:
         raise InputError(

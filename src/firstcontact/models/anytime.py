@@ -5,13 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from copy import copy
+from dataclasses import replace
 from math import nan
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.chain.image import ModelConstants, ProgramConstants
+from firstcontact.chain.image import SVMS_MOST, Constants, WindowConstants
 from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Layout, Pinch
 from firstcontact.core.physics import is_same_rate, parse_radius
 from firstcontact.models.card import AnytimeCard, TrainingRecord, WindowCard
@@ -134,9 +135,9 @@ class Predictor(ABC):
             None if the signal is unusable, for example constant or too short before the contact.
         """
 
-    def constants(self) -> ModelConstants | ProgramConstants:
+    def constants(self) -> Constants:
         """Return what the chain needs. By default, it calls :meth:`predict` in Python."""
-        return ProgramConstants(self.before, self.lengths, self.lookahead)
+        return WindowConstants(self.before, self.lengths, self.lookahead)
 
     def check(self, layout: Layout) -> None:
         """Raise InputError if the model cannot predict from samples with this layout."""
@@ -256,6 +257,14 @@ class PredictorLadder(Predictor):
     ) -> Prediction | None:
         """Predict from one contact; see :meth:`Predictor.predict`."""
         return self._steps[samples].predict(signal, samples, finger, hints)
+
+    def constants(self) -> Constants:
+        """Return what the chain needs: the constants of SVMs, or those of models in Python."""
+        each = [self._steps[n].constants() for n in self.lengths]
+        svms = [svm for c in each if isinstance(c, WindowConstants) for svm in c.svms]
+        constants = WindowConstants(self.before, self.lengths, self.lookahead)
+        is_in_c = len(svms) == len(each) <= SVMS_MOST
+        return replace(constants, svms=svms) if is_in_c else constants
 
     def check(self, layout: Layout) -> None:
         """Raise InputError if a predictor cannot predict from samples with this layout."""

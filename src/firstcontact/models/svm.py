@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations, product
 from types import MappingProxyType
 from typing import Any, ClassVar
@@ -11,6 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import Image, build_image
+from firstcontact.chain.image import SvmConstants, WindowConstants
+from firstcontact.chain.touch import svm_outputs
 from firstcontact.core.display import BLUE
 from firstcontact.core.kernel import RbfKernel
 from firstcontact.models.estimator import Estimator, library_targets, target_scale, training_spec
@@ -25,6 +29,8 @@ from firstcontact.models.window_model import (
     WindowModel,
     Windows,
 )
+from firstcontact.signal import SavitzkyGolay, samples_in
+from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD, BASELINE_LEAST
 
 #: Weight of the level relative to a sample of the shape, all with unit variance. With 74 samples
 #: the level then carries about a tenth of all variance.
@@ -32,10 +38,6 @@ LEVEL_WEIGHT = 3.0
 #: Smallest and largest sum of squares of a window (V²). Outside them float32 holds too few digits
 #: of the power, and the level is NaN.
 LEAST_POWER, MOST_POWER = 1e-30, 1e38
-#: Decision above which the first class of a pair wins. Kernel values below exp(-87) are 0 in C but
-#: not in NumPy. Their weighted sum stays below this value, so both choose the same class even
-#: if a pair's bias is 0.
-LEAST_DECISION = 1e-30
 #: Numbers of support vectors of the models that :meth:`SvmModel.smaller` yields.
 SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
@@ -70,15 +72,10 @@ class SvmModel(ArraysModel):
         "parameters": ArrayCheck((3,), positive=1),
     }
 
-    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
-        super().__init__(spec, *arrays)
-        self._level, vectors, weights, bias, _, self.parameters = self._arrays.values()
-        k = len(spec.classes)
-        self._kernel = RbfKernel(vectors.astype(np.float32), float(self.parameters[1]))
-        self._weights = np.ascontiguousarray(weights, dtype=np.float32)
-        self._bias = bias.astype(np.float32)
-        pairs = np.array(list(combinations(range(k), 2)), dtype=np.intp).reshape(-1, 2)
-        self._first, self._second = pairs[:, 0].copy(), pairs[:, 1].copy()
+    @property
+    def parameters(self) -> NDArray[np.float64]:
+        """C, gamma and epsilon."""
+        return self._arrays["parameters"]
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
@@ -91,42 +88,40 @@ class SvmModel(ArraysModel):
     def notes(self) -> Mapping[str, Any]:
         """Return the hyper-parameters of the search, and the number of support vectors."""
         c, gamma, epsilon = (float(p) for p in self.parameters)
-        chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._kernel)}
+        chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._arrays["vectors"])}
         return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
-        """Return the decision values for windows (n, samples, channels), shape (n, rows)."""
-        inputs = shape_and_level(X, self._level)
-        decisions: NDArray[np.float32] = self._kernel.rows(inputs) @ self._weights.T + self._bias
-        return decisions
+        """Return decisions or votes for windows, from the chain's C; see :func:`svm_outputs`."""
+        return svm_outputs(self._image, X, len(self.spec.classes) or 1)
 
-    def constants(self) -> dict[str, float | NDArray[Any]]:
-        """Return the fields of ``fc_svm`` in C that hold this model's arithmetic."""
-        a, k = self._arrays, len(self.spec.classes)
-        vectors, gamma = a["vectors"].astype(np.float64), float(self.parameters[1])
-        arrays = {
-            "scaled": 2 * gamma * vectors,
-            "norms": -gamma * (vectors * vectors).sum(axis=1),
-            "weights": a["weights"],
-            "bias": a["bias"],
-        }
-        return {
-            "samples": self.spec.samples,
-            "channels": self.spec.channels,
-            "vectors": len(vectors),
-            "decisions": len(a["bias"]),
-            "class_count": k,
-            "level": float(self._level[0]),
-            "slope": LEVEL_WEIGHT / float(self._level[1]),
-            "least_power": LEAST_POWER,
-            "most_power": MOST_POWER,
-            "gamma": gamma,
-            **{name: array.astype(np.float32).ravel() for name, array in arrays.items()},
-            "least_decision": LEAST_DECISION,
-            "mean": self.target[0],
-            "scale": self.target[1],
-            **({"classes": np.array(self.spec.classes)} if k else {}),
-        }
+    @cached_property
+    def _image(self) -> Image:
+        svm = self.constants()
+        before = svm.guard + svm.baseline + SavitzkyGolay.lookahead
+        constants = WindowConstants(before, [svm.samples], SavitzkyGolay.lookahead, [svm])
+        return build_image(self.spec.rate, model=constants)
+
+    def constants(self) -> SvmConstants:
+        """Return this model's arithmetic for the chain, without an interval."""
+        a, rate = self._arrays, self.spec.rate
+        level, deviation = a["level"]
+        mean, scale = self.target
+        return SvmConstants(
+            samples=self.spec.samples * self.spec.channels,
+            baseline=samples_in(BASELINE, rate),
+            guard=samples_in(BASELINE_GUARD, rate),
+            least=max(1, samples_in(BASELINE_LEAST, rate)),
+            level=level,
+            slope=LEVEL_WEIGHT / deviation,
+            gamma=float(self.parameters[1]),
+            mean=mean,
+            scale=scale,
+            vectors=a["vectors"].astype(np.float32),
+            weights=a["weights"],
+            bias=a["bias"],
+            classes=self.spec.classes,
+        )
 
     def smaller(self, X: Windows) -> Iterator[SvmModel]:
         """Yield models with fewer support vectors, fitted to windows, the smallest first."""
@@ -135,12 +130,6 @@ class SvmModel(ArraysModel):
         for chosen, fitted, offset in _reduced_sets(vectors, float(parameters[1]), weights, inputs):
             narrow = fitted.astype(np.float32), (bias + offset).astype(np.float32)
             yield SvmModel(self.spec, level, vectors[chosen], *narrow, target, parameters)
-
-    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Return the class that wins most pairs."""
-        winners = np.where(outputs > LEAST_DECISION, self._first, self._second)
-        votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
-        return np.asarray(votes.argmax(axis=1))
 
 
 #: Regularisation: share of the kernel's mean square that is added to keep weights small.

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain.image import SvmConstants
 from firstcontact.core import InputError
 from firstcontact.core.physics import is_same_rate
 
@@ -141,6 +142,10 @@ class WindowModel(ABC):
         must be above 0, in the unit of the prediction. It scales the half width of the conformal
         interval. ``X`` holds windows that were checked already, shape (n, samples, channels).
         """
+        return None
+
+    def constants(self) -> SvmConstants | None:
+        """Return what the chain needs to predict in C; None if the model predicts in Python."""
         return None
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:

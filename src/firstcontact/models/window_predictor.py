@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from math import nan
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import Image, build_image
+from firstcontact.chain.image import WindowConstants
+from firstcontact.chain.touch import predict_window
 from firstcontact.core import InputError, Layout
 from firstcontact.models.anytime import Hints, Prediction, Predictor
 from firstcontact.models.card import TrainingRecord, WindowCard
@@ -83,13 +87,32 @@ class WindowPredictor(Predictor):
         self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
     ) -> Prediction | None:
         """Predict from one contact; see :meth:`Predictor.predict`."""
-        conditioned = SavitzkyGolay().update(signal[:, None])
         start = len(signal) - samples - self.lookahead
+        if self._image is not None:
+            made = predict_window(self._image, signal, start)
+            return None if made is None else Prediction(*made)
+        conditioned = SavitzkyGolay().update(signal[:, None])
         window = cut_window(conditioned[:, 0], start, samples, self.rate)
         if window is None:
             return None
         value, spread, low, high = (float(a[0]) for a in self.predict_windows(window[None]))
         return Prediction(value, low, high, spread=spread)
+
+    def constants(self) -> WindowConstants:
+        """Return what the chain needs: the constants of an SVM, or those of a model in Python."""
+        svm, rule = self.model.constants(), self.interval
+        constants = WindowConstants(self.before, self.lengths, self.lookahead)
+        if svm is None or (rule is not None and rule.scaled) or self.model.spec.channels > 1:
+            return constants
+        if rule is not None:
+            limits = rule.limits or svm.limits
+            svm = replace(svm, edges=rule.edges, half_widths=rule.half_widths, limits=limits)
+        return replace(constants, svms=(svm,))
+
+    @cached_property
+    def _image(self) -> Image | None:
+        constants = self.constants()
+        return build_image(self.rate, model=constants) if constants.svms else None
 
     def check(self, layout: Layout) -> None:
         """Raise InputError if the model cannot predict from samples with this layout."""

@@ -148,7 +148,7 @@ def _remarks(
         yield _who_predicts(model, predictor, estimator)
     device, slot = source.descriptor.predictor, source.descriptor.model_slot
     if device is not None:
-        yield _device_model(device, model if is_given else None)
+        yield _device_model(device, model if is_given else None, estimator)
     if slot is not None and slot.fault:
         yield skipped_model(slot, device is not None)
 
@@ -166,7 +166,7 @@ def _who_predicts(model: Model, predictor: Predictor, estimator: str | None) -> 
     return f"{predictor.name} predicts{choice}"
 
 
-def _device_model(device: DevicePredictor, model: Model | None) -> str:
+def _device_model(device: DevicePredictor, model: Model | None, estimator: str | None) -> str:
     from firstcontact.export.hand_image import hand_image
 
     line = f"the device predicts by itself, with the model {device.model}"
@@ -174,7 +174,7 @@ def _device_model(device: DevicePredictor, model: Model | None) -> str:
     if folder is None:
         return f"{line}: name the folder that it was flashed from with --model to check it"
     try:
-        digest = hand_image(folder).digest
+        digest = hand_image(folder, estimator=estimator).digest
     except InputError:  # the folder holds no model for a device
         digest = "another"
     if digest == device.model:

@@ -19,11 +19,22 @@ static size_t room_of_detector(const fc_detector_constants *d)
     return (size_t)(d->window > d->steady ? d->window : d->steady);
 }
 
-size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream)
+/* Return the size of the past and of the detector's room, in numbers of 8 bytes. */
+static size_t fixed_room(const fc_image *image, const fc_stream *stream)
 {
     const size_t channels = (size_t)stream->channels;
     const size_t past = (size_t)image->timing->capacity * channels;
-    return sizeof(double) * (past + room_of_detector(image->detector) * (channels + 1));
+    return past + room_of_detector(image->detector) * (channels + 1);
+}
+
+size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream)
+{
+    size_t most = 0;
+    for (int32_t k = 0; image->model.kind == FC_MODEL_SVM && k < image->model.moments; k++) {
+        const size_t room = fc_svm_room(image->model.svm + k);
+        most = room > most ? room : most;
+    }
+    return sizeof(double) * (fixed_room(image, stream) + (most + 1) / 2);
 }
 
 void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
@@ -44,6 +55,7 @@ void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
     c->detector.window = c->past.volts + (size_t)t->capacity * (size_t)stream->channels;
     c->detector.work
         = c->detector.window + room_of_detector(image->detector) * (size_t)stream->channels;
+    c->svm_room = (float *)(void *)(c->past.volts + fixed_room(image, stream));
     c->gate.channels = stream->channels;
     c->gate.taxels = stream->taxels;
     c->gate.step = t->gate_step;
@@ -407,6 +419,12 @@ static int32_t predict(fc_chain *c, int32_t samples)
         fc_touch_hint(&c->touch, &c->hints);
         if (fc_touch_predict(&c->touch, samples, &c->room, out))
             reason = FC_DONE;
+    } else if (m->kind == FC_MODEL_SVM) {
+        double numbers[3] = {NAN, NAN, NAN};
+        reason = fc_svm_predict(m->svm + k, &c->past, c->channel, c->first, c->svm_room, numbers);
+        const fc_estimate estimate
+            = {(float)numbers[0], (float)numbers[1], (float)numbers[2], NAN, NAN, false};
+        *out = estimate;
     } else if (c->program.predict != NULL) {
         const int64_t oldest = c->first - m->before;
         const int64_t start = oldest > c->past.begin ? oldest : c->past.begin;
@@ -426,9 +444,9 @@ static bool is_effort_spent(fc_chain *c, bool was_put_off)
 {
     int32_t ignored;
     bool is_long = c->detector.effort > EFFORT_MOST;
-    if (c->image->model.kind != FC_MODEL_NETWORK || was_put_off)
+    if (c->image->model.kind == FC_MODEL_PROGRAM || was_put_off)
         return false;
-    if (c->past.end - 1 == c->decided)
+    if (c->image->model.kind == FC_MODEL_NETWORK && c->past.end - 1 == c->decided)
         is_long |= begin_touch(c, &ignored) && c->touch.rig->has_pitch;
     return is_long;
 }

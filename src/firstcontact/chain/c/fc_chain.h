@@ -109,6 +109,7 @@ typedef struct fc_chain {
     fc_touch touch;
     float before[FC_BEFORE_MOST];
     fc_touch_room room;
+    float *svm_room;
     bool varies;            /* the signal of the contact is not constant */
     int32_t predicted;      /* samples that the newest estimate needed */
     int32_t failed;         /* reason why no further estimate follows; 0 if there is none */

@@ -22,7 +22,7 @@ uint32_t fc_image_checksum(const uint8_t *bytes, size_t n)
 typedef struct {
     const uint8_t *bytes;
     size_t left;
-    bool is_cut;
+    bool is_cut, is_large;
 } cursor;
 
 /* Return the next array, which takes a multiple of 8 bytes. After the end, return NULL. */
@@ -48,7 +48,8 @@ static const float *floats(cursor *c, int64_t n)
 {
     const float *const x = take(c, n, sizeof *x);
     for (int64_t k = 0; x != NULL && k < n; k++)
-        c->is_cut |= !(fabsf(x[k]) < 1e30f);
+        c->is_large |= !(fabsf(x[k]) < 1e30f);
+    c->is_cut |= c->is_large;
     return c->is_cut ? NULL : x;
 }
 
@@ -56,7 +57,8 @@ static const double *doubles(cursor *c, int64_t n)
 {
     const double *const x = take(c, n, sizeof *x);
     for (int64_t k = 0; x != NULL && k < n; k++)
-        c->is_cut |= !(fabs(x[k]) < 1e100);
+        c->is_large |= !(fabs(x[k]) < 1e100);
+    c->is_cut |= c->is_large;
     return c->is_cut ? NULL : x;
 }
 
@@ -180,16 +182,58 @@ static const char *read_rig(cursor *c, const fc_model *m, fc_rig *r)
     return c->is_cut ? CUT : NULL;
 }
 
-/* Read the moments of a model that the calling program computes. */
-static const char *read_program(cursor *c, fc_model *m)
+/* Largest magnitude of the ends of an interval, which become float. */
+static const double WIDEST = 1e30;
+
+static const char *read_svm(cursor *c, const fc_model *m, int32_t samples, fc_svm *s)
 {
+    const fc_svm_numbers *const n = s->numbers = take(c, 1, sizeof *n);
+    if (n == NULL)
+        return CUT;
+    const double scalars[] = {n->level, n->slope, n->gamma, n->mean, n->scale, n->lowest, n->highest};
+    for (size_t k = 0; k < sizeof scalars / sizeof *scalars; k++)
+        if (!(fabs(scalars[k]) < 1e100))
+            return WRONG;
+    if (n->guard < 0 || n->baseline < 1 || n->least < 1 || n->guard > m->before
+        || n->baseline > m->before - n->guard - FC_SVM_LOOKAHEAD || n->vectors < 0
+        || n->class_count < 0 || n->class_count > FC_CLASSES_MOST || n->edges < -1
+        || !(n->gamma > 0.0 && n->gamma < 1e20) || n->lowest > n->highest
+        || fabs(n->lowest) > WIDEST || fabs(n->highest) > WIDEST)
+        return WRONG;
+    s->samples = samples;
+    s->decisions = n->class_count > 0 ? n->class_count * (n->class_count - 1) / 2 : 1;
+    s->scaled = floats(c, (int64_t)n->vectors * (samples + 1));
+    s->norms = floats(c, n->vectors);
+    s->weights = floats(c, (int64_t)n->vectors * s->decisions);
+    s->bias = floats(c, s->decisions);
+    s->classes = doubles(c, n->class_count);
+    s->edge = doubles(c, n->edges > 0 ? n->edges : 0);
+    s->half_width = doubles(c, (int64_t)n->edges + 1);
+    for (int32_t k = 0; !c->is_cut && k <= n->edges; k++)
+        if (!(s->half_width[k] >= 0.0 && s->half_width[k] <= WIDEST))
+            return WRONG;
+    return c->is_cut ? CUT : NULL;
+}
+
+/* Read a model whose windows have several lengths: SVMs, or a model that the calling program
+   computes. */
+static const char *read_windows(cursor *c, fc_model *m)
+{
+    const bool is_svm = m->kind == FC_MODEL_SVM;
+    const char *fault = NULL;
     if (m->before < 0 || m->before > FC_CAPACITY_MOST || m->lookahead < 0
-        || m->lookahead > FC_CAPACITY_MOST || m->moments < 1 || m->moments > FC_MOMENTS_MOST)
+        || m->lookahead > FC_CAPACITY_MOST || m->moments < 1
+        || m->moments > (is_svm ? FC_SVMS_MOST : FC_MOMENTS_MOST)
+        || (is_svm && m->lookahead != FC_SVM_LOOKAHEAD))
         return WRONG;
     m->moment = integers(c, m->moments);
     if (c->is_cut)
         return CUT;
-    return ascend(m->moment, m->moments, m->lookahead + 1, FC_CAPACITY_MOST) ? NULL : WRONG;
+    if (!ascend(m->moment, m->moments, m->lookahead + 1, FC_CAPACITY_MOST))
+        return WRONG;
+    for (int32_t k = 0; is_svm && fault == NULL && k < m->moments; k++)
+        fault = read_svm(c, m, m->moment[k] - FC_SVM_LOOKAHEAD, m->svm + k);
+    return fault;
 }
 
 static const char *read_model(cursor *c, fc_model *m)
@@ -205,8 +249,8 @@ static const char *read_model(cursor *c, fc_model *m)
     m->stages = sizes[4];
     m->rigs = sizes[5];
     m->pitch.samples = sizes[6];
-    if (m->kind == FC_MODEL_PROGRAM)
-        return read_program(c, m);
+    if (m->kind != FC_MODEL_NETWORK)
+        return read_windows(c, m);
     if (m->lookahead != 0 || m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->guard > m->before
         || m->baseline < 1 || m->baseline > m->before - m->guard || m->pitch.samples < 2 || m->pitch.samples > m->before
         || m->moments < 1 || m->stages < 1 || m->rigs < 1 || m->rigs > FC_RIGS_MOST)
@@ -261,10 +305,12 @@ static bool is_long_enough(const fc_image *image)
 {
     const int32_t capacity = image->timing->capacity;
     const fc_model *const m = &image->model;
-    const int32_t points = m->kind == FC_MODEL_PROGRAM ? m->moment[m->moments - 1] : 2 * FC_POINTS;
+    int32_t points = 0;
+    if (m->kind != FC_MODEL_NONE)
+        points = m->kind == FC_MODEL_NETWORK ? 2 * FC_POINTS : m->moment[m->moments - 1];
     return image->detector->window <= capacity
            && image->detector->steady <= capacity - image->timing->age
-           && (m->kind == FC_MODEL_NONE || m->before + points <= capacity);
+           && m->before + points <= capacity;
 }
 
 static bool is_timing(const fc_timing *t)
@@ -291,7 +337,7 @@ const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
         return CUT;
     if (head[3] != fc_image_checksum(bytes + sizeof head, n - sizeof head))
         return "the image of the model is damaged: its checksum differs";
-    cursor c = {bytes + sizeof head, n - sizeof head, false};
+    cursor c = {bytes + sizeof head, n - sizeof head, false, false};
     const double *const rate = doubles(&c, 1);
     image->timing = take(&c, 1, sizeof *image->timing);
     image->detector = take(&c, 1, sizeof *image->detector);
@@ -306,9 +352,11 @@ const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
         return WRONG;
     image->text = take(&c, flags[0], 1);
     image->model.kind = flags[1];
-    if (flags[1] < FC_MODEL_NONE || flags[1] > FC_MODEL_PROGRAM)
+    if (flags[1] < FC_MODEL_NONE || flags[1] > FC_MODEL_SVM)
         return WRONG;
     const char *const fault = flags[1] == FC_MODEL_NONE ? NULL : read_model(&c, &image->model);
+    if (c.is_large)
+        return OVERFLOWS;
     if (fault != NULL || c.is_cut)
         return fault != NULL ? fault : CUT;
     return c.left == 0 && is_long_enough(image) ? NULL : WRONG;

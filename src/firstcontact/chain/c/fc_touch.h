@@ -10,6 +10,7 @@
 
 #include "fc_network.h"
 #include "fc_pitch.h"
+#include "fc_svm.h"
 
 enum {
     FC_POINTS = 74,         /* most samples after the contact that the network uses */
@@ -54,11 +55,12 @@ typedef struct {
 enum {
     FC_MODEL_NONE,
     FC_MODEL_NETWORK,
-    FC_MODEL_PROGRAM          /* the calling program predicts */
+    FC_MODEL_PROGRAM,         /* the calling program predicts */
+    FC_MODEL_SVM              /* one support vector machine for each moment */
 };
 
-/* Model that predicts at any time after a contact. Lengths are in samples. A model of the kind
-   FC_MODEL_PROGRAM has no fields below `moment`. */
+/* Model that predicts at any time after a contact. Lengths are in samples. Only a model of the kind
+   FC_MODEL_NETWORK has the fields from `stage` on. */
 typedef struct {
     int32_t kind;
     int32_t before;           /* signal before the contact */
@@ -66,6 +68,7 @@ typedef struct {
     int32_t guard, baseline;  /* baseline: length of the quiet signal that ends `guard` before the contact */
     int32_t moments, stages;
     const int32_t *moment;    /* samples after the contact that each prediction needs, with lookahead */
+    fc_svm svm[FC_SVMS_MOST]; /* of a model of the kind FC_MODEL_SVM, one for each moment */
     const int32_t *stage;     /* stages, ascending */
     fc_network network;
     const double *factors;    /* half width of an interval, in spreads (stages) */

@@ -399,12 +399,24 @@ static PyObject *state(PyObject *self, PyObject *const *args, Py_ssize_t n)
                          c->is_confirmed, (long long)c->next, c->is_open);
 }
 
+/* memory(image, channels): bytes of work memory of a chain */
+static PyObject *memory(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    (void)self;
+    if (!has(n, 2))
+        return NULL;
+    const held_image *const held = PyCapsule_GetPointer(args[0], IMAGE);
+    const fc_stream stream = {.channels = (int32_t)PyLong_AsLong(args[1])};
+    return PyErr_Occurred() ? NULL : PyLong_FromSize_t(fc_chain_bytes(&held->image, &stream));
+}
+
 PyMethodDef STREAM_FUNCTIONS[] = {
     {"image", make_image, METH_O, "Check and hold an image of a model."},
     {"chain", FAST(make_chain), METH_FASTCALL, "Return a chain."},
     {"take", FAST(take), METH_FASTCALL, "Process samples and return their events."},
     {"finish", FAST(finish), METH_FASTCALL, "End the stream and return its events."},
     {"hint", FAST(hint), METH_FASTCALL, "Set closing speed and radius."},
+    {"memory", FAST(memory), METH_FASTCALL, "Return the bytes of work memory of a chain."},
     {"state", FAST(state), METH_FASTCALL, "Return the state of a chain."},
     {NULL, NULL, 0, NULL},
 };

@@ -276,7 +276,83 @@ static PyObject *shifts(PyObject *self, PyObject *const *args, Py_ssize_t n)
     Py_RETURN_NONE;
 }
 
+/* Return the image of a capsule if its model has SVMs, and memory for the first one's prediction. */
+static const fc_svm *take_svm(PyObject *capsule, float **room)
+{
+    const held_image *const held = PyCapsule_GetPointer(capsule, IMAGE);
+    if (held == NULL || held->image.model.kind != FC_MODEL_SVM)
+        return refuse("the image has no SVM"), NULL;
+    *room = PyMem_Malloc(fc_svm_room(held->image.model.svm) * sizeof **room);
+    return *room == NULL ? (PyErr_NoMemory(), NULL) : held->image.model.svm;
+}
+
+/* svm(image, signal, lead): predict from a signal (n,), float64, with `lead` samples before the
+   contact. Return value, low and high; or None if the signal cannot be used. */
+static PyObject *svm(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    Py_buffer view;
+    float *room;
+    double out[3];
+    int32_t reason = FC_NO_SIGNAL;
+    (void)self;
+    if (!has(n, 3))
+        return NULL;
+    const long lead = PyLong_AsLong(args[2]);
+    if (PyErr_Occurred() || !array_get(args[1], &view, F64, false))
+        return NULL;
+    const long samples = (long)(view.len / 8);
+    const fc_svm *const m = take_svm(args[0], &room);
+    fc_past past = {view.buf, 1, 1, 0, samples};
+    while (past.capacity < samples && past.capacity < FC_CAPACITY_MOST)
+        past.capacity *= 2;
+    if (m != NULL && lead >= 0 && samples <= past.capacity
+        && samples - lead >= m->samples + FC_SVM_LOOKAHEAD)
+        reason = fc_svm_predict(m, &past, 0, lead, room, out);
+    PyBuffer_Release(&view);
+    if (m == NULL)
+        return NULL;
+    PyMem_Free(room);
+    if (reason != FC_DONE)
+        Py_RETURN_NONE;
+    return Py_BuildValue("ddd", out[0], out[1], out[2]);
+}
+
+/* svm_outputs(image, windows, out)
+
+   windows (n, samples), float32, which vary. out (n, outputs), float32: see fc_svm_outputs; NaN for
+   outputs that are not finite. */
+static PyObject *svm_outputs(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    Py_buffer v[2];
+    float *room;
+    int held = 0;
+    (void)self;
+    if (!has(n, 3))
+        return NULL;
+    const fc_svm *const m = take_svm(args[0], &room);
+    if (m == NULL)
+        return NULL;
+    const int32_t classes = m->numbers->class_count, each = classes > 0 ? classes : 1;
+    const bool is_right
+        = array_get(args[1], v, F32, false) && ++held
+          && array_take(args[2], v + 1, v[0].len / 4 / m->samples * each, F32, true) && ++held;
+    for (Py_ssize_t i = 0; is_right && i < v[0].len / 4 / m->samples; i++) {
+        float *const out = (float *)v[1].buf + i * each;
+        memcpy(room, (const float *)v[0].buf + i * m->samples, (size_t)m->samples * sizeof *room);
+        const float *const outputs = fc_svm_outputs(m, room);
+        for (int32_t k = 0; k < each; k++)
+            out[k] = outputs == NULL ? NAN : outputs[k];
+    }
+    release(v, held);
+    PyMem_Free(room);
+    if (!is_right)
+        return NULL;
+    Py_RETURN_NONE;
+}
+
 PyMethodDef TOUCH_FUNCTIONS[] = {
+    {"svm", FAST(svm), METH_FASTCALL, "Predict from a signal with an SVM."},
+    {"svm_outputs", FAST(svm_outputs), METH_FASTCALL, "Write the outputs of an SVM."},
     {"predict", FAST(predict), METH_FASTCALL, "Predict from contacts."},
     {"inputs", FAST(inputs), METH_FASTCALL, "Write inputs and traits of contacts."},
     {"rig_inputs", FAST(rig_inputs), METH_FASTCALL, "Write inputs of contacts of known rigs."},

@@ -18,20 +18,22 @@ class FlashModel:
     """Send a model to a device that runs it. The device stores the complete model or none of it."""
 
     model: Annotated[Path, Option(positional=True)]
-    """Model folder, as `adapt` writes it."""
+    """Model folder, as `adapt` or `train` writes it."""
     device: str
     """Serial port of the device."""
     calibration: Path | None = None
     """File that `calibrate` wrote; by default the noise is measured first."""
+    estimator: str | None = None
+    """Estimator that shall predict, by default the first one of the model."""
 
     def run(self) -> None:
         from firstcontact.device.flashing import check_model_fits, flash_model
         from firstcontact.export.hand_image import hand_image
 
         # Refuse a model before anything changes on the device, and before the user has to wait.
-        image = hand_image(self.model)
+        image = hand_image(self.model, estimator=self.estimator)
         check_model_fits(self.device, image.data)
-        image = hand_image(self.model, self._floors())
+        image = hand_image(self.model, self._floors(), self.estimator)
         digest = flash_model(self.device, image.data)
         if digest != image.digest:
             raise InputError(

@@ -1,6 +1,6 @@
-// Prints the number of cycles of each prediction on this board.
+// Prints the number of cycles of the chain's costliest sample on this board.
 // Written by `firstcontact export-model`. It compiles against a stub of the Teensy's headers.
-@INCLUDES@
+#include <fc_model_image.h>
 
 #define DEMCR (*(volatile uint32_t *)0xe000edfcu)
 #define DWT_CTRL (*(volatile uint32_t *)0xe0001000u)
@@ -12,7 +12,7 @@ static void print_cycles(const char *name, uint32_t cycles) {
   Serial.println(cycles);
 }
 
-// A decaying oscillation. Any window does, because the time does not depend on the samples.
+// A decaying oscillation.
 static inline void fill(float *window, int n) {
   float x = 0.0f, y = 0.5f;
   for (int k = 0; k < n; k++) {
@@ -22,7 +22,6 @@ static inline void fill(float *window, int n) {
   }
 }
 
-#ifdef FC_MODEL_IMAGE_H
 static void on_event(void *, const fc_event *event) {
   Serial.print("event ");
   Serial.print((int)event->kind);
@@ -63,19 +62,6 @@ static void run_chain() {
   fc_chain_finish(&chain);
   print_cycles("costliest sample of the chain", most);
 }
-#endif
-
-#ifdef FC_SVM_H
-template <int N>
-static void run_model(const char *name, fc_status (*predict)(const float *, fc_prediction *)) {
-  static float window[N];
-  fc_prediction prediction;
-  fill(window, N);
-  const uint32_t before = DWT_COUNT;
-  (void)predict(window, &prediction);
-  print_cycles(name, DWT_COUNT - before);
-}
-#endif
 
 void setup() {
   Serial.begin(0);
@@ -84,6 +70,6 @@ void setup() {
 }
 
 void loop() {
-@CALLS@
+  run_chain();
   delay(1000);
 }

@@ -8,7 +8,7 @@ those of the index finger along the upper and left edge, those of the thumb on t
 from __future__ import annotations
 
 from circuit import CABLE
-from layout import BACK, FRONT, Layout, Point, Step, Text, Track
+from layout import BACK, FRONT, REVISION, Layout, Point, Step, Text, Track
 
 VIA = Step.VIA
 WIDTH, HEIGHT = 65.0, 60.5
@@ -46,6 +46,9 @@ PLACES = {
     "R17": (37.33, 19.9, 90), "R18": (39.87, 19.9, 90),
     "R27": (42.41, 19.9, 90), "R28": (44.95, 19.9, 90),
     "R16": (9.2, 12.0, 90), "R26": (55.6, 36.0, 90),
+    # Above the Teensy's pins 2 to 4, and on the way from its pins 5 to 7 to the connector.
+    "R30": (55.11, 4.4, 270), "R31": (52.57, 4.4, 270), "R32": (50.03, 4.4, 270),
+    "R40": (51.3, 34.25, 90), "R41": (48.76, 34.25, 90), "R42": (46.22, 34.25, 90),
     "TP1": (17.0, 28.4, 0), "TP2": (21.6, 40.2, 0), "TP3": (14.0, 28.4, 0),
 }  # fmt: skip
 
@@ -115,17 +118,21 @@ def _digital() -> list[Track]:
     return [
         # Rows of the index finger: above the Teensy, down the left edge, below the connector.
         *(
-            Track((f"A1.{pin}", (None, 5.0 - 0.6 * n), (7.3 - 0.6 * n, None),
+            Track((f"R{32 - n}.1", (None, 2.4 - 0.6 * n), (7.3 - 0.6 * n, None),
                    (None, below + 0.6 * n), (pad, None), f"J1.{6 + n}"))
-            for n, (pin, pad) in enumerate(((4, 21.9), (3, 24.4), (2, 26.9)))
+            for n, pad in enumerate((21.9, 24.4, 26.9))
         ),
+        *(Track((f"A1.{4 - n}", f"R{32 - n}.2")) for n in range(3)),
         Track(("A1.8", (None, 5.6), (9.2, None), "R16.2")),
         Track(("R16.1", (9.2, 13.6), (8.0, 14.8), (8.0, 44.0), VIA, (8.0, below + 2.4),
                (29.4, None), "J1.9")),
         # Rows of the thumb: below the Teensy and straight down.
         *(
-            Track((f"A1.{pin}", (None, 11.0), (x, 14.81), (x, 46.0), f"J2.{pad}"))
-            for pin, x, pad in ((7, 46.22, 6), (6, 48.76, 7), (5, 51.3, 8))
+            Track((f"A1.{5 + r}", (None, 11.0), (51.3 - 2.54 * r, 14.81), f"R{40 + r}.2"))
+            for r in range(3)
+        ),
+        *(
+            Track((f"R{40 + r}.1", (51.3 - 2.54 * r, 46.0), f"J2.{8 - r}")) for r in range(3)
         ),
         Track(("A1.9", (None, 12.6), (53.84, None), VIA, (53.84, 32.0), "R26.2"), BACK),
         Track(("R26.1", "J2.9")),
@@ -149,7 +156,7 @@ def _texts() -> list[Text]:
             for n, word in enumerate(words)
         ),
         Text("firstcontact", (12.0, 8.6), 1.4, align=-1),
-        Text("amplifier, rev A", (12.0, 10.8), align=-1),
+        Text(f"amplifier, rev {REVISION}", (12.0, 10.8), align=-1),
         Text("two fingertips", (12.0, 12.6), align=-1),
         Text("CERN-OHL-P-2.0", (12.0, 14.4), align=-1),
         Text("J1 INDEX", (14.2, 38.0), 1.2),
@@ -177,6 +184,8 @@ _NAMES = {
     "R13": (0.0, 2.5), "R23": (0.0, 2.5), "R14": (0.0, 2.5), "R24": (0.0, 2.5),
     "R15": (-2.0, -0.3), "R25": (2.0, -0.6), "R16": (0.0, -2.4), "R26": (2.1, 0.0),
     **dict.fromkeys(("C10", "C20", "R17", "R18", "R27", "R28"), (0.0, -3.0)),
+    **dict.fromkeys(("R30", "R31", "R32"), (0.0, -3.0)),
+    **dict.fromkeys(("R40", "R41", "R42"), (0.0, 2.6)),
 }  # fmt: skip
 
 AMPLIFIER = Layout(

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from circuit import ACCESSORIES, Kind, Part, fingertip_parts, parts
+from circuit import FINGERS, TEENSY, Kind, Part, fingertip_parts, parts
 from project import net_name
 from schematic import read_nets
 from sexpr import all_of, numbers, one_of, parse, property_of
 
 FOLDER = Path(__file__).resolve().parent / "boards"
+#: Header in which the firmware assigns the Teensy's pins.
+PINS = FOLDER.parents[1] / "firmware/teensy/firstcontact/pins.h"
 #: Parts of each board by its name.
 BOARDS = {"amplifier": parts(), "fingertip": fingertip_parts()}
 #: Kinds of parts that a machine places. Connector and sockets are soldered by hand.
@@ -79,6 +82,33 @@ def differences(folder: Path, name: str, table: Iterable[Part]) -> list[str]:
     return found
 
 
+def read_pins(file: Path = PINS) -> dict[str, str]:
+    """Return the net of each pin that the firmware's header assigns."""
+    nets = {}
+    pattern = r"(\w+)_PIN\S+ = \{(.*)\};"
+    for name, values in re.findall(pattern, file.read_text("utf-8")):
+        pins = [
+            int(number) + 14 * (letter == "A")
+            for letter, number in re.findall(r"(A?)(\d+)", values)
+        ]
+        each = len(pins) // len(FINGERS)
+        for place, pin in enumerate(pins):
+            finger, line = FINGERS[place // each], place % each
+            kind = name.lower().replace("piezo", "adc")
+            nets[str(pin)] = f"{kind}_{finger}" if each == 1 else f"{finger}_{kind}_{line}"
+    return nets
+
+
+def pin_differences(file: Path = PINS) -> list[str]:
+    """Return sentences on pins that the firmware's header assigns otherwise than the table."""
+    header = read_pins(file)
+    return [
+        f"pin {pin} is {header.get(pin)} in {file.name}, and {TEENSY.get(pin)} on the board"
+        for pin in sorted({*header, *(p for p in TEENSY if p.isdigit())}, key=int)
+        if header.get(pin) != TEENSY.get(pin)
+    ]
+
+
 def read_symbols(file: Path) -> dict[str, tuple[str, str, str]]:
     """Return value, footprint and number of each symbol of a schematic, by reference."""
     return {
@@ -94,17 +124,3 @@ def read_symbols(file: Path) -> dict[str, tuple[str, str, str]]:
 def placed() -> set[str]:
     """Return the references of the parts that a machine places."""
     return {part.reference for part in parts() if part.kind in SMD}
-
-
-def bill_of_materials() -> list[tuple[str, ...]]:
-    """Return the rows of the amplifier's bill of materials, with its heading."""
-    rows: dict[tuple[str, str, str], list[str]] = {}
-    for part in parts():
-        if part.number:
-            key = part.number, part.label, part.footprint.split(":")[1]
-            rows.setdefault(key, []).append(part.reference)
-    return [
-        ("number", "quantity", "references", "value", "footprint"),
-        *((n, str(len(r)), " ".join(r), value, shape) for (n, value, shape), r in rows.items()),
-        *((n, str(count), "", purpose, "") for n, count, purpose in ACCESSORIES),
-    ]

@@ -17,7 +17,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from boards import BOARDS, bill_of_materials, placed
+from boards import BOARDS, pin_differences
+from fab_files import FAB, positions, write_lists, write_zip
 from sexpr import Element, all_of, numbers, one_of, parse, property_of, write
 
 HERE = Path(__file__).resolve().parent
@@ -36,8 +37,8 @@ def missing_packages() -> str:
     if version.startswith("9.") and footprints.is_dir():
         return ""
     return (
-        "hardware/boards stays as it is, since KiCad 9 is missing: install it with apt-get install "
-        "-t bookworm-backports --no-install-recommends kicad kicad-footprints"
+        f"hardware/boards stays as it is: KiCad 9 is needed, and {version or 'none'} was found. "
+        "hardware/install-kicad installs it on Debian 12"
     )
 
 
@@ -106,7 +107,7 @@ def export(folder: Path, name: str, out: Path) -> None:
         f"{gerbers}/",
         board,
     )
-    shutil.make_archive(str(out / f"{name}-gerbers"), "zip", gerbers)
+    write_zip(FAB / f"{name}-gerbers.zip", [f for f in gerbers.iterdir() if f.suffix != ".gbrjob"])
     _run(*pcb, "step", "--subst-models", "--drill-origin", "-f", "-o", out / f"{name}.step", board)
     _run("kicad-cli", "sch", "export", "pdf", "-o", out / f"{name}-schematic.pdf", sheet)
     _run("kicad-cli", "sch", "export", "svg", "-o", out, sheet)
@@ -148,7 +149,7 @@ def export(folder: Path, name: str, out: Path) -> None:
             board,
         )
     if name == "amplifier":
-        positions = out / f"{name}-positions.csv"
+        file = out / f"{name}-positions.csv"
         _run(
             *pcb,
             "pos",
@@ -161,14 +162,17 @@ def export(folder: Path, name: str, out: Path) -> None:
             "--smd-only",
             "--use-drill-file-origin",
             "-o",
-            positions,
+            file,
             board,
         )
-        rows = list(csv.DictReader(positions.read_text("utf-8").splitlines()))
-        if {row["Ref"] for row in rows} != placed():
-            raise RuntimeError(f"{positions} does not list the parts that a machine places")
-        with (out / f"{name}-bom.csv").open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file).writerows(bill_of_materials())
+        rows = csv.DictReader(file.read_text("utf-8").splitlines())
+        kicads = {(r["Ref"], *(round(float(r[c]), 3) for c in ("PosX", "PosY"))) for r in rows}
+        _, *ours = positions("jlcpcb")
+        if kicads != {
+            (r[0], *(round(float(x.removesuffix("mm")), 3) for x in r[1:3])) for r in ours
+        }:
+            raise RuntimeError(f"{file} has other parts or places than the list for the house")
+        write_lists()
 
 
 # --- faults that the checks must find -----------------------------------------------------------
@@ -239,9 +243,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--selftest", action="store_true", help="only the seeded faults")
     is_selftest = parser.parse_args().selftest
+    if found := pin_differences():
+        print("\n".join(found), file=sys.stderr)
+        return 1
     if missing := missing_packages():
-        print(missing)
-        return 0
+        print(missing, file=sys.stderr)
+        return 1
     boards = HERE / "boards"
     if is_selftest:
         selftest(boards / "amplifier")

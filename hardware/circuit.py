@@ -25,6 +25,8 @@ TEENSY = {
 #: Wires of a fingertip's cable, in the order of the connector's pins. The disc lies between two
 #: grounds. The strip changes by 3.3 V at the very contact, so it lies farthest from the disc.
 CABLE = ("column_1", "column_0", "gnd", "disc", "gnd", "row_2", "row_1", "row_0", "strip")
+#: Numbers of the distributor LCSC by manufacturer's number, where public lists of parts agree.
+LCSC = {"BAV199,215": "C40919"}
 PAPER = "paper"
 ASSUMED = "assumption"
 
@@ -91,6 +93,11 @@ class Part:
     source: str = ASSUMED
 
     @property
+    def lcsc(self) -> str:
+        """Number of the distributor LCSC, from which JLCPCB takes parts, or nothing."""
+        return LCSC.get(self.number, "")
+
+    @property
     def label(self) -> str:
         """Value as it is printed on a drawing, such as ``33k`` or ``33n``."""
         if self.kind in (Kind.TEST_POINT, Kind.PADS):
@@ -125,11 +132,14 @@ def _wire(wire: str, finger: str) -> str:
         return wire
     if wire in ("disc", "strip"):
         return f"{'pad' if wire == 'strip' else wire}_{finger}"
-    return f"{finger}_{wire}"
+    return f"{finger}_{wire.replace('row', 'line')}"
 
 
 def _finger(place: int, finger: str) -> list[Part]:
-    """Return the parts of one finger. Their references begin at 10 times ``place``."""
+    """Return the parts of one finger.
+
+    Their references begin at 10 times ``place``, those of the rows at 20 more.
+    """
     n = 10 * place
     disc, clamp, inverting, out = (f"{net}_{finger}" for net in ("disc", "clamp", "fb", "out"))
     parts = [
@@ -153,12 +163,19 @@ def _finger(place: int, finger: str) -> list[Part]:
             f"cable to the {finger} fingertip", number="S9B-XH-A(LF)(SN)",
         ),
     ]  # fmt: skip
-    return parts + [
+    parts += [
         _resistor(
             f"R{n + 7 + c}", f"{finger}_column_{c}", "gnd", 22e3, "22K",
             f"divider of column {c}",
         )
         for c in range(COLUMNS)
+    ]  # fmt: skip
+    return parts + [
+        _resistor(
+            f"R{n + 20 + r}", f"{finger}_line_{r}", f"{finger}_row_{r}", 330, "330R",
+            f"protects the pins of row {r}",
+        )
+        for r in range(ROWS)
     ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import math
 
 from circuit import CABLE, COLUMNS, ROWS
 from dimensions import NOMINAL
-from layout import BACK, TRACK, Layout, Point, Step, Text, Track
+from layout import BACK, REVISION, TRACK, Layout, Point, Step, Text, Track
 
 #: Size of the board and its thickness, mm.
 LENGTH, WIDTH = NOMINAL.board_length, NOMINAL.board_width
@@ -80,10 +80,11 @@ def _spines() -> list[Track]:
     xs = [taxel_center(row, 0)[0] for row in range(ROWS)]
     way = 0.6  # of row 1 from the middle: as far from the spines of row 2 as from the via of row 0
     return [
-        # Columns, straight through the three taxels and to the corners at the cable.
+        # Columns, straight through the three taxels. Column 1 ends at the cable. Column 0 returns
+        # to it round the tip: no track lies below the wires, which leave over the board's edge.
         Track(((xs[0], -y_column), (-9.45, -y_column), Step.VIA, "J1.1"), width=0.4),
-        Track(((xs[0], y_column), (-9.45, y_column)), width=0.4, net="column_0"),
-        Track(((-9.45, y_column), (-9.45, 6.75), Step.VIA, (-9.6, 6.6), (-9.6, -4.35), "J1.2")),
+        Track(((xs[-1], y_column), (9.45, y_column)), width=0.4, net="column_0"),
+        Track(((9.45, y_column), Step.VIA, (9.45, -7.05), (-6.4, -7.05), (-7.1, -4.35), "J1.2")),
         # Row 0 runs between the halves of row 1, and both run between those of row 2.
         Track(((xs[0], -y_row), (xs[0], y_row)), width=0.3, net="row_0"),
         Track(((xs[0], 0), (-5.5, 0), Step.VIA, (-5.5, 3.2), (-6.65, 4.35), "J1.8")),
@@ -125,7 +126,7 @@ FINGERTIP = Layout(
     grounded=(BACK,),
     texts=(
         Text("firstcontact", (0.5, -6.2), 0.9, side=BACK),
-        Text("fingertip, rev A", (0.2, 6.3), 0.8, side=BACK),
+        Text(f"fingertip, rev {REVISION}", (0.2, 6.3), 0.8, side=BACK),
         Text("1", (-7.1, -5.8), 0.8, side=BACK),
         Text("strip", (-5.6, 4.75), 0.8, side=BACK),
         *(

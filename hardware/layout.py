@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 FRONT, BACK = "F.Cu", "B.Cu"
+#: Revision of both boards.
+REVISION = "B"
 #: Smallest values on both boards, mm. They cost nothing extra at the usual board houses.
 TRACK, CLEARANCE, DRILL, VIA = 0.2, 0.2, 0.3, 0.6
 

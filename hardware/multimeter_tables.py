@@ -48,7 +48,9 @@ def reading(a: str, b: str) -> str:
     if a == b:
         return "0 Ω"
     value = resistance(a, b)
-    return "open" if math.isinf(value) else f"{value / 1e3:.3g} kΩ"
+    if math.isinf(value):
+        return "open"
+    return f"{value:.3g} Ω" if value < 1e3 else f"{value / 1e3:.3g} kΩ"
 
 
 def _spot(finger: str, name: str) -> tuple[str, str]:
@@ -84,7 +86,7 @@ def resistors_table() -> str:
     for pin, wire in enumerate(CABLE, 1):
         if wire not in ("gnd", "disc"):
             nets = [j.pins[str(pin)] for j in connectors]
-            ends = [net.replace("pad", "strip") for net in nets]
+            ends = [net.replace("pad", "strip").replace("line", "row") for net in nets]
             rows.append(
                 tuple(
                     f"{j.reference} pin {pin} and {_teensy(end)}: {reading(net, end)}"

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from circuit import Kind, Part
+from layout import REVISION
 from project import path_id
 from sexpr import Element, Word, all_of, numbers, one_of, parse, property_of, write
 from symbols import FLAG, GRID, LIBRARY, POWER, SYMBOLS, definition, symbol_name, text_size
@@ -105,7 +106,7 @@ class _Writer:
             _word("generator_version", "9.0"), _word("uuid", self.root),
             _word("paper", self.sheet.paper),
             _word(
-                "title_block", _word("title", self.sheet.title), _word("rev", "A"),
+                "title_block", _word("title", self.sheet.title), _word("rev", REVISION),
                 _word("comment", 1, "CERN-OHL-P-2.0. Nobody has built it yet."),
                 _word("comment", 2, "Written by hardware/write_schematics.py"),
             ),

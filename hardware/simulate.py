@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from circuit import parts
+from circuit import COLUMNS, FINGERS, ROWS, parts
 from disc import sensitivity
 from numpy.typing import NDArray
-from spice import COUNT, board, simulate, sound_input
+from spice import COUNT, SAMPLE_TIME, board, sampled_charge, simulate, sound_input
+from taxels import Method, readings
 
 from firstcontact.twin.mechanics import FingerParameters
 
@@ -32,6 +33,12 @@ SOUND_DISC = 20e-9
 RESPONSE = ("gain", "low_hz", "high_hz")
 #: Largest relative difference between the board and the twin.
 AGREEMENT = 0.07
+#: Largest difference of two resistors of the table, as a share of the supply.
+DIVIDER = 0.02
+#: Largest current between two connected rows, A. The Teensy's maker recommends at most 4 mA.
+SHORT_AMPERES = 5e-3
+#: Conductance of the taxels in the test of the dividers, S.
+TAXEL = 1 / 22e3
 
 
 @dataclass(frozen=True)
@@ -61,23 +68,76 @@ class Board:
     coupling_counts: float
     """Largest deviation of the other finger during the knock."""
     ripple_counts: float
-    """Amplitude at the converter by 10 mV of 1 kHz on the supply."""
+    """Peak to peak reading by 10 mV of 1 kHz on the supply, which is the converter's reference."""
+    half_volts: float
+    """Reference of both amplifiers, V."""
+    thumb: tuple[float, float, float]
+    """Gain of the thumb's amplifier and its corner frequencies."""
+    force_volts: list[float]
+    """Voltage of each column of both fingers behind equal taxels in a driven row, row by row."""
+    short_amperes: float
+    """Current through the pins of two connected rows, one driven and one at ground, A."""
+    carry_counts: tuple[float, float]
+    """Steps that the piezo's reading leaves in the next reading of a column, and in the second."""
     tolerance: dict[str, tuple[float, float]]
     """1st and 99th percentile of gain and corners over random boards."""
     sound_hz: dict[str, float]
     """Frequency below which a sound input loses 3 dB of a two-euro disc, by its ohms."""
 
 
-def response(**options: Any) -> tuple[float, float, float]:
+def response(finger: str = "index", **options: Any) -> tuple[float, float, float]:
     """Return the largest gain of the board and its two corner frequencies, Hz."""
-    lines = board(discs={"index": "DC 0 AC 1"}, **options)
-    return _corners(*simulate(lines, "ac dec 100 5 30k", "vm(adc_index)"))
+    lines = board(discs={finger: "DC 0 AC 1"}, **options)
+    return _corners(*simulate(lines, "ac dec 100 5 30k", f"vm(adc_{finger})"))
 
 
 def resting(**options: Any) -> float:
     """Return the offset of the index finger's converter from 1.65 V, counts."""
     _, volts = simulate(board(**options), "op", "v(adc_index)")
     return float(volts[0] - 1.65) / COUNT
+
+
+def ripple() -> float:
+    """Return the reading by 10 mV of 1 kHz on the supply, counts peak to peak.
+
+    The converter compares with the supply, so its reading is a ratio.
+    """
+    lines = board(supply="DC 3.3 AC 10m")
+    _, real, imaginary = simulate(lines, "ac lin 1 1k 1k", "vr(adc_index)", "vi(adc_index)")
+    rest = resting() * COUNT + 1.65
+    share = (real[0] + 1j * imaginary[0]) / 3.3 - rest * 10e-3 / 3.3**2
+    return float(2 * abs(share) * 3.3 / COUNT)
+
+
+def columns(**options: Any) -> list[float]:
+    """Return the voltage of each column of both fingers behind taxels of a driven row, by row."""
+    nets = [f"v({finger}_column_{c})" for finger in FINGERS for c in range(COLUMNS)]
+    volts = [
+        simulate(board(driven=row, taxel=TAXEL, **options), "op", *nets)[1:] for row in range(ROWS)
+    ]
+    return [float(value[0]) for row in volts for value in row]
+
+
+def short_current(**options: Any) -> float:
+    """Return the largest current through a pin if two rows of a finger are connected, A."""
+    amperes = [
+        simulate(
+            [*board(driven=row, **options), f"Rshort {finger}_line_{row} {finger}_line_{other} 1m"],
+            "op", f"i(vrow_{finger}_{row})",
+        )[1]
+        for finger in FINGERS
+        for row in range(ROWS)
+        for other in range(ROWS) if other != row
+    ]  # fmt: skip
+    return float(np.abs(amperes).max())
+
+
+def carries() -> tuple[float, float]:
+    """Return the steps of the piezo's level in the first and the second reading of a column."""
+    ohm = next(p.value for p in parts() if p.purpose.startswith("divider of column"))
+    _, volts = simulate(sampled_charge(1.65, ohm), f"tran 10n {SAMPLE_TIME} uic", "v(sample)")
+    left = float(volts[-1]) / 1.65
+    return left * 1.65 / COUNT, left**2 * 1.65 / COUNT
 
 
 def noise() -> float:
@@ -121,7 +181,6 @@ def measure(boards: int, seed: int) -> Board:
     vectors = [f"v({net})" for net in ("adc_index", "clamp_index", "adc_thumb")]
     lines = board(discs={"index": KNOCK})
     times, adc, clamp, other = simulate(lines, "tran 20u 200m 0 5u", *vectors)
-    _, ripple = simulate(board(supply="DC 3.3 AC 10m"), "ac lin 1 1k 1k", "vm(adc_index)")
     series = next(p.value for p in parts() if set(p.pins.values()) == {"clamp_index", "in_index"})
     gain, low, high = response()
     return Board(
@@ -142,7 +201,12 @@ def measure(boards: int, seed: int) -> Board:
         input_amperes=float(np.maximum(clamp - 3.3, -clamp).max()) / series,
         recovery_s=float(times[np.abs(adc - adc[0]) > COUNT].max()) - KNOCK_END,
         coupling_counts=float(np.abs(other - other[0]).max()) / COUNT,
-        ripple_counts=float(ripple[0]) / COUNT,
+        ripple_counts=ripple(),
+        half_volts=float(simulate(board(), "op", "v(vref)")[1][0]),
+        thumb=response("thumb"),
+        force_volts=columns(),
+        short_amperes=short_current(),
+        carry_counts=carries(),
         tolerance=tolerances(boards, seed),
         sound_hz={f"{ohm / 1e3:g}k": sound_corner(ohm, SOUND_DISC) for ohm in (2e3, 10e3, 1e6)},
     )
@@ -164,15 +228,21 @@ def twin_response() -> tuple[float, float, float]:
 
 def check(results: Board) -> None:
     """Raise AssertionError if the board and the twin differ, or if a pin leaves its limits."""
-    for name, ours, twin in zip(
-        ("gain", "lower corner", "upper corner"),
-        (results.gain, results.low_hz, results.high_hz),
-        twin_response(),
-        strict=True,
-    ):
-        assert abs(ours / twin - 1) <= AGREEMENT, (
-            f"{name}: {ours:.4g} on the board, {twin:.4g} in the twin"
+    for finger in ((results.gain, results.low_hz, results.high_hz), results.thumb):
+        for name, ours, twin in zip(
+            ("gain", "lower corner", "upper corner"), finger, twin_response(), strict=True
+        ):
+            assert abs(ours / twin - 1) <= AGREEMENT, (
+                f"{name}: {ours:.4g} on the board, {twin:.4g} in the twin"
+            )
+    expected = readings(np.array([TAXEL] * COLUMNS + [0.0] * (ROWS - 1) * COLUMNS), Method.GROUNDED)
+    for place, volts in enumerate(results.force_volts):
+        assert abs(volts - expected[0]) <= DIVIDER * expected[0], (
+            f"column {place % COLUMNS}: {volts:.3f} V on the board, {expected[0]:.3f} V in the twin"
         )
+    assert abs(results.half_volts / 1.65 - 1) <= DIVIDER, f"{results.half_volts:.3f} V"
+    assert results.short_amperes <= SHORT_AMPERES, f"{results.short_amperes} A in connected rows"
+    assert results.carry_counts[1] < 1 / 2, results.carry_counts
     volts = sensitivity().all
     assert abs(volts / FingerParameters().piezo_volts_per_newton - 1) <= AGREEMENT, (
         f"{volts:.4g} V/N of the disc"

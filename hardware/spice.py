@@ -8,14 +8,20 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from circuit import FINGERS, Kind, parts
+from circuit import COLUMNS, FINGERS, ROWS, Kind, parts
 from disc import CAPACITANCE
 from numpy.typing import NDArray
 
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS
+from firstcontact.twin.mechanics import VelostatParameters
 
 #: Step of the Teensy's converter, V.
 COUNT = ADC_VOLTS / (ADC_COUNTS - 1)
+#: Resistance of a pin of the Teensy, ohm.
+PIN = VelostatParameters().pin
+#: Converter of the i.MX RT1062 (data sheet): capacitance of its sample, F, and resistance of its
+#: switch, ohm. It samples for 2 us as Teensyduino sets it. The cable and the pin have 60 pF more.
+SAMPLE_FARAD, SWITCH_OHM, SAMPLE_TIME, CABLE_FARAD = 2e-12, 6e3, 2e-6, 60e-12
 #: One amplifier of the MCP6024, from its data sheet: offset at most 0.5 mV, gain-bandwidth
 #: product 10 MHz, 7 V/us, 8.7 nV/sqrt(Hz), output within 20 mV of the rails. The model is our own:
 #: an integrator with limits. 4600 ohm have the noise voltage of the data sheet at 27 degrees.
@@ -51,6 +57,8 @@ def board(
     diode: str = "bav199",
     supply: str = "DC 3.3",
     leakage: tuple[float, float] = (1.0, 1.0),
+    driven: int | None = None,
+    taxel: float = 0.0,
     celsius: float = 27.0,
 ) -> list[str]:
     """Return the lines of the amplifier board's netlist, with two discs.
@@ -69,6 +77,10 @@ def board(
         SPICE source of the 3.3 V supply.
     leakage
         Factors on the leakage of the diodes to ground and to the supply.
+    driven
+        Row at 3.3 V. The others are at ground.
+    taxel
+        Conductance of the taxels in the driven row, S. The others do not conduct.
     celsius
         Temperature.
     """
@@ -80,6 +92,14 @@ def board(
             f"Cdisc_{finger} force_{finger} disc_{finger} {CAPACITANCE}",
             f"Rpull_{finger} 3v3 strip_{finger} 100k",  # within the Teensy
         ]
+        for row in range(ROWS):
+            lines.append(f"Vrow_{finger}_{row} pin_{finger}_{row} 0 {3.3 * (row == driven)}")
+            lines.append(f"Rrow_{finger}_{row} pin_{finger}_{row} {finger}_row_{row} {PIN}")
+        if driven is not None and taxel:
+            lines += [
+                f"Rtaxel_{finger}_{c} {finger}_line_{driven} {finger}_column_{c} {1 / taxel:.9g}"
+                for c in range(COLUMNS)
+            ]
     outputs = []
     for part in parts():
         nets = part.pins
@@ -122,6 +142,24 @@ def sound_input(input_ohm: float, disc: float) -> list[str]:
         "D1 input 0 d1n4148",
         "D2 0 input d1n4148",
         f"Rinput input 0 {input_ohm}",
+    ]
+
+
+def sampled_charge(volts: float, column_ohm: float) -> list[str]:
+    """Return the netlist of a column at ground whose reading follows one of another pin.
+
+    Parameters
+    ----------
+    volts
+        Voltage that the earlier reading left on the converter, V.
+    column_ohm
+        Resistance of the column's divider, ohm.
+    """
+    return [
+        f"Rcolumn column 0 {column_ohm}",
+        f"Ccable column 0 {CABLE_FARAD} ic=0",
+        f"Rswitch column sample {SWITCH_OHM}",
+        f"Csample sample 0 {SAMPLE_FARAD} ic={volts}",
     ]
 
 

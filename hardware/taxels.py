@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from circuit import parts
 from numpy.typing import NDArray
 
 from firstcontact.collect.calibration import Weighing, fit_force
@@ -25,6 +26,8 @@ from firstcontact_lab.report.tables import fill, markdown_table
 
 ROWS, COLUMNS = 3, 2
 SHEET = VelostatParameters()
+#: Resistance of a row, ohm: its pin and the resistor that protects it. The twin has the pin alone.
+ROW_OHM = SHEET.pin + next(p.value for p in parts() if p.purpose == "protects the pins of row 0")
 #: Position of each taxel on the board of 20 x 15 mm, mm.
 PLACES = np.array(
     [(20 / 3 * (r - 1), 7.5 * (c - 0.5)) for r in range(ROWS) for c in range(COLUMNS)]
@@ -48,7 +51,7 @@ def conductances(forces: Sequence[float] | Array) -> Array:
     return SHEET.leak + SHEET.conductance * np.asarray(forces, dtype=float) ** SHEET.exponent
 
 
-def readings(conductance: Array, method: Method, pin: float = SHEET.pin) -> Array:
+def readings(conductance: Array, method: Method, pin: float = ROW_OHM) -> Array:
     """Return the voltage of each taxel's column while its row is driven, by nodal analysis."""
     g = conductance.reshape(ROWS, COLUMNS)
     volts = np.zeros((ROWS, COLUMNS))

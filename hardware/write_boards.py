@@ -15,7 +15,19 @@ from amplifier_layout import AMPLIFIER
 from circuit import Part, fingertip_parts, parts
 from fingertip_layout import FINGERTIP
 from footprints import write_footprints
-from layout import BACK, CLEARANCE, DRILL, FRONT, VIA, Layout, Point, Step, Track, octilinear
+from layout import (
+    BACK,
+    CLEARANCE,
+    DRILL,
+    FRONT,
+    REVISION,
+    VIA,
+    Layout,
+    Point,
+    Step,
+    Track,
+    octilinear,
+)
 from project import net_name, path_id, write_projects
 
 FOOTPRINTS = Path("/usr/share/kicad/footprints")
@@ -94,7 +106,7 @@ class Builder:
     def _sheet(self) -> None:
         title = self.board.GetTitleBlock()
         title.SetTitle(self.layout.title)
-        title.SetRevision("A")
+        title.SetRevision(REVISION)
         title.SetComment(0, "CERN-OHL-P-2.0")
         settings = self.board.GetDesignSettings()
         settings.SetBoardThickness(pcbnew.FromMM(1.6))

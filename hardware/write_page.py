@@ -41,7 +41,7 @@ def parts_table() -> str:
         tolerance = f" ± {100 * part.tolerance:g} %" if part.tolerance else ""
         key = value + tolerance, part.number, part.source
         rows.setdefault(key, []).append(part.reference)
-        purpose = re.sub(r" to the (index|thumb) fingertip| of column \d", "", part.purpose)
+        purpose = re.sub(r" to the (index|thumb) fingertip| of (column|row) \d", "", part.purpose)
         previous = purposes.setdefault(key, purpose)
         if purpose not in previous:
             purposes[key] = f"{previous}; {purpose}"
@@ -60,7 +60,7 @@ def pins_table() -> str:
     } | {f"strip_{f}": (f, "strip, over 1 kΩ") for f in FINGERS}  # fmt: skip
     for finger in FINGERS:
         words |= {f"{finger}_column_{c}": (finger, f"column {c} with its 22 kΩ") for c in range(2)}
-        words |= {f"{finger}_row_{r}": (finger, f"row {r}") for r in range(3)}
+        words |= {f"{finger}_row_{r}": (finger, f"row {r}, over 330 Ω") for r in range(3)}
     cells = []
     for pin, net in TEENSY.items():
         if net in words:
@@ -81,7 +81,9 @@ SIMULATION = """| quantity | simulated | compare |
 | knock of 40 V, voltage at the Teensy | {pin_volts[0]:.2f} to {pin_volts[1]:.2f} V | −0.3 to 3.6 V are allowed |
 | – until the offset is below one step | {recovery_ms:.0f} ms | |
 | – at the other finger | {coupling_counts:.2f} steps | |
-| 10 mV of 1 kHz on the supply | {ripple_counts:.1f} steps | |
+| 10 mV of 1 kHz on the supply, also the converter's reference | {ripple_counts:.1f} steps peak to peak | below 3 Hz both move alike |
+| two connected rows, current through their pins | {milliamperes:.1f} mA | 4 mA are recommended, 72 mA flow without the row's resistors |
+| piezo's level in a column's first and second reading | {carry_counts[0]:.1f} and {carry_counts[1]:.2f} steps | the first reading is discarded |
 | two-euro disc at 2 kΩ, 10 kΩ and 1 MΩ, lower corner | {sound_hz[2k]:.0f}, {sound_hz[10k]:.0f} and {sound_hz[1000k]:.0f} Hz | [tutorial](../tutorial/two-euro-disc.md) |"""
 
 
@@ -95,6 +97,7 @@ def simulation_table(board: Board) -> str:
         highs=board.tolerance["high_hz"],
         microvolts=1e6 * board.noise_volts,
         recovery_ms=1e3 * board.recovery_s,
+        milliamperes=1e3 * board.short_amperes,
     )
 
 

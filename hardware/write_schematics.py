@@ -33,6 +33,7 @@ def _finger(place: int, finger: str, x: float, y: float) -> Sheet:
     n, unit = 10 * place, place
     plus, minus, out = (("3", "2", "1"), ("5", "6", "7"))[place - 1]
     r = [f"R{n + k}" for k in range(9)]
+    rows = [f"R{n + 20 + k}" for k in range(ROWS)]
     j, d, c = f"J{place}", f"D{n}", f"C{n}"
     puts = (
         Put(j, (x, y + 5)),
@@ -43,6 +44,7 @@ def _finger(place: int, finger: str, x: float, y: float) -> Sheet:
         Put(r[5], (x + 51, y + 3), 90), Put(c, (x + 54, y + 4.5)),
         Put(r[6], (x + 3, y + 13), 90),
         Put(r[7], (x + 15, y + 12)), Put(r[8], (x + 25, y + 12)),
+        *(Put(name, (x + 44, y + 12 + 2 * k), 90) for k, name in enumerate(rows)),
     )  # fmt: skip
     wires = [
         Wire(((x + 13, y + 2), f"{r[0]}.1", f"{r[1]}.1")),
@@ -59,6 +61,11 @@ def _finger(place: int, finger: str, x: float, y: float) -> Sheet:
             Wire((f"{r[7 + k]}.1", (None, y + 9.5), (x + 15.5 + 10 * k, None)))
             for k in range(COLUMNS)
         ),
+        *(
+            Wire((f"{name}.{pin}", (x + 44 + side, None)))
+            for name in rows
+            for pin, side in ((1, -2.5), (2, 2.5))
+        ),
     ]  # fmt: skip
     nets = {part.reference: part for part in parts()}[j].pins
     labels = [
@@ -72,6 +79,8 @@ def _finger(place: int, finger: str, x: float, y: float) -> Sheet:
         Label(f"pad_{finger}", (x + 0.5, y + 13), 180), Label(f"strip_{finger}", (x + 5.5, y + 13)),
         *(Label(f"{finger}_column_{k}", (x + 15.5 + 10 * k, y + 9.5)) for k in range(COLUMNS)),
         *(Label("gnd", f"{r[7 + k]}.2") for k in range(COLUMNS)),
+        *(Label(f"{finger}_line_{k}", (x + 41.5, y + 12 + 2 * k), 180) for k in range(ROWS)),
+        *(Label(f"{finger}_row_{k}", (x + 46.5, y + 12 + 2 * k)) for k in range(ROWS)),
     ]  # fmt: skip
     return Sheet(
         "",

@@ -90,3 +90,12 @@ def test_all_faults_are_measured_and_misses_are_marked() -> None:
     assert rows[""]["found"] <= script.FALSE * rows[""]["hands"]
     missed = [n for n, r in rows.items() if n and r["found"] < script.FOUND * r["hands"]]
     assert script.PAGE.read_text("utf-8").count("misses the goal") == len(missed)
+
+
+def test_taps_that_fade_into_the_noise_have_no_decay_of_zero() -> None:
+    verdicts = [
+        check_fingertips(script.BenchSource("paper-rig", n), drift=0)[1] for n in (104, 106)
+    ]
+    measured = [v.measured for hand in verdicts for v in hand if v.check == "rattle"]
+    assert measured.count("taps fade into the noise") == 3
+    assert not any(words.startswith("0.0") for words in measured)

@@ -70,3 +70,11 @@ def test_how_to_has_the_pins_of_the_sketch() -> None:
     numbers = [int(text) for cell in cells for text in re.findall(r"(?<!A)\b\d+", cell)]
     assert len(pins) == 14
     assert sorted(numbers) == sorted(pins)
+
+
+def test_teensyduino_that_keeps_the_pads_keeper_on_is_refused(
+    request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    need_arm(request, "arm-none-eabi-gcc", "arm-none-eabi-g++")
+    with pytest.raises(AssertionError, match=r"Teensyduino is older than 1\.59"):
+        make(tmp_path, "sketch", "TEENSYDUINO=158")

@@ -7,11 +7,13 @@ import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import boards
 import build_boards
 import circuit
+import fab_files
 import fingertip_layout as fingertip
 import layout
 import project
@@ -87,6 +89,29 @@ def test_a_seeded_fault_is_a_difference(fault, reference: str, tmp_path: Path) -
     assert any(re.match(rf"{reference}\b", sentence) for sentence in found), found
 
 
+def test_firmware_has_the_pins_of_the_board() -> None:
+    assert boards.pin_differences() == []
+    assert len(boards.read_pins()) == 14
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "pins"),
+    [
+        ("{2, 3, 4}", "{2, 4, 3}", {"3", "4"}), ("{A0, A1}", "{A1, A0}", {"14", "15"}),
+        ("{8, 9}", "{8, 10}", {"9", "10"}), ("{A4, A5}", "{A5, A4}", {"18", "19"}),
+    ],
+)  # fmt: skip
+def test_another_pin_in_the_firmware_is_a_difference(
+    old: str, new: str, pins: set[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    header = tmp_path / "pins.h"
+    header.write_text(boards.PINS.read_text("utf-8").replace(old, new), "utf-8")
+    assert {sentence.split()[1] for sentence in boards.pin_differences(header)} == pins
+    monkeypatch.setattr(build_boards, "pin_differences", lambda: boards.pin_differences(header))
+    monkeypatch.setattr(sys, "argv", ["build_boards.py"])
+    assert build_boards.main() == 1  # make hardware stops before KiCad
+
+
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_each_part_is_where_the_layout_has_it(name: str) -> None:
     for reference, part in boards.read_board(
@@ -155,15 +180,48 @@ def test_disc_lies_between_grounds_and_far_from_the_strip() -> None:
     assert distance["strip"] == max(distance.values())
 
 
-def test_bill_of_materials_lists_each_bought_part_once() -> None:
-    heading, *rows = boards.bill_of_materials()
-    references = [name for row in rows for name in row[2].split()]
-    assert sorted(references) == sorted(p.reference for p in circuit.parts() if p.number)
-    assert all(int(row[1]) == len(row[2].split()) for row in rows if row[2])
-    symbols = boards.read_symbols(boards.FOLDER / "amplifier/amplifier.kicad_sch")
-    for row in rows:
-        for name in row[2].split():
-            assert symbols[name] == (row[heading.index("value")], symbols[name][1], row[0])
+@pytest.mark.parametrize("house", fab_files.HOUSES)
+def test_assembly_house_gets_each_placed_part_once(house: str) -> None:
+    heading, *rows = fab_files.bom(house)
+    references = [r for row in rows for r in row[heading.index("Designator")].split(",")]
+    assert len(references) == len(set(references))
+    assert set(references) == boards.placed()
+    assert [len(row) for row in rows] == [len(heading)] * len(rows)
+    numbers = {n: p.number for p in circuit.parts() for n in [p.reference]}
+    column = next(k for k, name in enumerate(heading) if name.startswith(("Mfg", "Manufacturer P")))
+    assert all(
+        numbers[n] == row[column]
+        for row in rows
+        for n in row[heading.index("Designator")].split(",")
+    )
+    _, *places = fab_files.positions(house)
+    assert {row[0] for row in places} == boards.placed()
+    for _, x, y, side, _ in places:
+        assert 0 < float(x[:-2]) < AMPLIFIER.size[0]
+        assert 0 < float(y[:-2]) < AMPLIFIER.size[1]
+        assert side == "Top"
+
+
+def test_accessories_are_what_no_machine_places() -> None:
+    names = [row[0] for row in fab_files.accessories()]
+    by_hand = {p.number for p in circuit.parts() if p.number and p.kind not in boards.SMD}
+    assert by_hand | {name for name, _, _ in circuit.ACCESSORIES} == set(names[1:])
+
+
+def test_committed_lists_are_those_of_the_table(tmp_path: Path) -> None:
+    fab_files.write_lists(tmp_path)
+    for file in tmp_path.iterdir():
+        assert (fab_files.FAB / file.name).read_text("utf-8") == file.read_text("utf-8"), file.name
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_committed_gerbers_have_all_layers_and_drills(name: str) -> None:
+    with zipfile.ZipFile(fab_files.FAB / f"{name}-gerbers.zip") as archive:
+        texts = {n: archive.read(n).decode() for n in archive.namelist()}
+    assert len([n for n in texts if n.endswith(".drl")]) == 2
+    for layer in build_boards.LAYERS.split(","):
+        assert any(layer.replace(".", "_") in n for n in texts), layer
+    assert not any(re.search("CreationDate|DRILL file .* date", text) for text in texts.values())
 
 
 def test_machine_places_the_parts_that_the_board_marks_as_surface_mounted() -> None:
@@ -205,6 +263,16 @@ def test_committed_boards_are_those_that_the_script_writes(tmp_path: Path) -> No
     for name in LAYOUTS:
         file = f"{name}/{name}.kicad_pcb"
         assert (tmp_path / file).read_text("utf-8") == (boards.FOLDER / file).read_text("utf-8")
+
+
+def test_another_version_of_kicad_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = tmp_path / "kicad-cli"
+    program.write_text("#!/bin/sh\necho 6.0.11\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    monkeypatch.setattr(sys, "argv", ["build_boards.py"])
+    assert "6.0.11" in build_boards.missing_packages()
+    assert build_boards.main() == 1
 
 
 @needs_kicad

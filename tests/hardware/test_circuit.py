@@ -6,6 +6,7 @@ import math
 import re
 import shutil
 from collections import Counter
+from dataclasses import replace
 
 import circuit
 import multimeter_tables
@@ -47,12 +48,44 @@ def test_page_names_the_legs_of_the_amplifier_that_are_connected_side_by_side() 
     assert "only 8 and 9, and 13 and 14, are connected" in write_page.BUILD.read_text("utf-8")
 
 
+@needs_ngspice
+@pytest.mark.parametrize("reference", ["R17", "R28", "R31", "R42"])
+def test_a_wrong_divider_or_row_fails_the_check(reference: str) -> None:
+    value = next(part.value for part in circuit.parts() if part.reference == reference)
+    wrong = {
+        "force_volts": simulate.columns(values={reference: 0.8 * value}),
+        "short_amperes": simulate.short_current(values={reference: 0.1 * value}),
+    }
+    with pytest.raises(AssertionError):
+        simulate.check(replace(write_page.read_results(), **wrong))
+
+
+@needs_ngspice
+def test_readings_are_ratios_to_a_supply_with_ripple() -> None:
+    # The reference of 1.65 V is steady at 1 kHz, so the reading moves by half of the ripple.
+    counts = 2 * 0.5 * 10e-3 / spice.COUNT
+    assert simulate.ripple() == pytest.approx(counts, rel=0.02)
+
+
+@needs_ngspice
+def test_connected_rows_carry_the_current_of_their_resistors() -> None:
+    assert simulate.short_current() == pytest.approx(3.3 / (2 * (330 + 23)), rel=1e-3)
+    without = {p.reference: 1e-3 for p in circuit.parts() if p.purpose.startswith("protects the p")}
+    assert simulate.short_current(values=without) == pytest.approx(72e-3, rel=0.01)
+
+
+@needs_ngspice
+def test_second_reading_of_a_column_is_free_of_the_piezos_charge() -> None:
+    first, second = simulate.carries()
+    assert second < 0.05 < 2 < first < 5
+
+
 def test_drawing_shows_the_values_of_the_table() -> None:
     drawing = (write_page.ROOT / "docs/images/fingertip-circuit.svg").read_text("utf-8")
     shown = set(re.findall(r"[\d.]+ [kµn]?[ΩF]", drawing)) - {"5.9 nF"}  # the disc
     units = {circuit.Kind.RESISTOR: "Ω", circuit.Kind.CAPACITOR: "F"}
     table = {
-        re.sub(r"([\d.]+)(\D)", r"\1 \2", part.label).replace("u", "µ") + units[part.kind]
+        re.sub(r"([\d.]+)(\D?)", r"\1 \2", part.label, count=1).replace("u", "µ") + units[part.kind]
         for part in circuit.parts()
         if part.kind in units
     }

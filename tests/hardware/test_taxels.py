@@ -39,8 +39,14 @@ def test_columns_of_grounded_rows_are_solved_exactly(forces: list[float]) -> Non
 @given(loads)
 def test_pins_change_a_loaded_taxel_by_less_than_two_percent(forces: list[float]) -> None:
     g = taxels.conductances(forces)
-    solved = in_siemens(taxels.alone(taxels.readings(g, Method.SOLVED)))
+    solved = in_siemens(taxels.alone(taxels.readings(g, Method.SOLVED, pin=SHEET.pin)))
     assert solved == pytest.approx(g, rel=0.02, abs=0.05 * SHEET.leak + 0.003 * g.max())
+
+
+def test_resistors_of_rows_change_both_loaded_taxels_of_a_row_by_eight_percent() -> None:
+    g = taxels.conductances([6, 6, 0, 0, 0, 0])
+    solved = in_siemens(taxels.alone(taxels.readings(g, Method.SOLVED)))
+    assert solved[:2] / g[:2] == pytest.approx(0.92, abs=0.01)
 
 
 def test_floating_rows_show_load_at_the_fourth_corner_of_a_rectangle() -> None:

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 enum { LOW = 0, HIGH = 1 };
-enum { INPUT = 0, OUTPUT = 1, INPUT_PULLUP = 2 };
+enum { INPUT = 0, OUTPUT = 1, INPUT_PULLUP = 2, INPUT_DISABLE = 5 };
 enum { A0 = 14, A1, A2, A3, A4, A5 };
 
 #if defined(__arm__)

@@ -38,9 +38,11 @@ TAPS, MOST_TAPS = 5, 10
 #: Number of corners of a pad, each of which is tapped once.
 CORNERS = 4
 PATIENCE = 20.0
-#: Least peak of a good tap, V: its decay is then clear of the noise. Most requests for harder taps.
+#: Least peak of a good tap, V: its decay is then clear of the noise.
 CLEAR = 0.3
-REQUESTS = 3
+#: Number of soft taps, more than half of all, from which on harder ones are asked for; fewer leave
+#: enough good ones. Most requests.
+SOFT_TAPS, REQUESTS = 3, 3
 #: Time for the six places of a pad, s, and how often they are pressed again before a verdict.
 PRESSES = 15.0
 PRESSED_AGAIN = 2
@@ -146,7 +148,7 @@ class _Steps:
             if clipped > clipped_before:
                 self._say("too hard: tap more gently")
                 self._order("gentler")
-            elif soft_before < soft <= REQUESTS:
+            elif soft > soft_before and 2 * soft > len(taps) and 0 <= soft - SOFT_TAPS < REQUESTS:
                 self._say("too soft: tap a little harder")
                 self._order("harder")
         return taps

@@ -1,32 +1,48 @@
-"""The files and names of the code tour exist, and the glossary stays short."""
+"""The code tour names what exists, the rooms are listed, and the glossary stays short."""
 
 from __future__ import annotations
 
 import re
+import tomllib
 
 import pytest
 from pages import ROOT
 
 TOUR = (ROOT / "docs" / "explanation" / "code-tour.md").read_text(encoding="utf-8")
 GLOSSARY = (ROOT / "docs" / "reference" / "glossary.md").read_text(encoding="utf-8")
-SECTIONS = re.split(r"^## ", TOUR, flags=re.MULTILINE)[1:]
-ROW = re.compile(r"^\| `([^`]+)` \| (.+) \|$", re.MULTILINE)
+ROWS = re.findall(r"^\| ([^|]+\?) \| (.+) \| (`.+`) \| (.+) \|$", TOUR, re.MULTILINE)
 
 
-def test_there_are_five_questions() -> None:
-    assert len(SECTIONS) == 5
-    assert all(section.partition("\n")[0].endswith("?") for section in SECTIONS)
+def source(path: str) -> str:
+    folder = ROOT if path.startswith("firmware/") else ROOT / "src" / "firstcontact"
+    return (folder / path).read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("section", SECTIONS, ids=[s.partition("\n")[0] for s in SECTIONS])
-def test_an_answer_names_at_most_three_files_and_what_is_in_them(section: str) -> None:
-    rows = ROW.findall(section)
-    assert 1 <= len(rows) <= 3
-    for file, names in rows:
-        text = (ROOT / file).read_text(encoding="utf-8")
-        for name in re.findall(r"`([^`]+)`", names):
-            defined = rf"\b(?:def|class) {name}\b|\b{name}\b *[:=]"
-            assert re.search(defined if file.endswith(".py") else re.escape(name), text), name
+def test_each_row_of_the_tour_is_a_question() -> None:
+    assert len(ROWS) >= 15
+    assert len(ROWS) == sum(".py:" in line or ".c:" in line for line in TOUR.splitlines())
+
+
+@pytest.mark.parametrize(("question", "places", "word"), [(q, p, w) for q, _, p, w in ROWS])
+def test_places_of_an_answer_exist_and_its_word_leads_there(question, places, word) -> None:
+    named = re.findall(r"`([^`:]+):(\w+)`", places)
+    assert len(named) == places.count(", ") + 1
+    texts = {path: source(path) for path, _ in named}
+    assert len(texts) <= 3
+    for path, name in named:
+        is_python = path.endswith(".py")
+        defined = rf"\b(?:def|class) {name}\b|\b{name}\b *[:=]" if is_python else rf"\b{name}\b"
+        assert re.search(defined, texts[path]), f"{path}:{name}"
+    assert word.lower() in " ".join(texts[named[0][0]].lower().split())
+
+
+def test_the_page_on_architecture_lists_all_rooms() -> None:
+    page = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
+    listed = page.partition("## The rooms")[2].partition("### ")[0]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
+    layers = " ".join(contracts["contracts"][0]["layers"])
+    rooms = [cells.split(" | ")[0] for cells in re.findall(r"^\| (`.+) \|$", listed, re.MULTILINE)]
+    assert sorted(re.findall(r"\w+", " ".join(rooms))) == sorted(re.findall(r"\w+", layers))
 
 
 def test_the_glossary_is_in_order_and_each_entry_is_short() -> None:

@@ -1,6 +1,7 @@
 """Rate of a device's clock, and times of samples on the host's clock, from arrival times.
 
 Both are fitted to the least delayed blocks, because buffers delay blocks but never make them early.
+Clock drift is measured here. Signals are never corrected for it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Recorder that writes samples to a file in its own thread, so that slow disks delay nothing."""
+"""Recorder that writes samples to a file in its own thread, so that slow disks delay nothing.
+
+If the disk is full, the recording ends, and the session goes on.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """Card (``model.json``) of a model folder, and digests of its training pinches.
 
-A digest is eight bytes of BLAKE2b of the piezo signals in V, as float32. Copies under other names,
-and complete exports that are imported again, have the same digest. Resampled, filtered, scaled or
-newly cut pinches have other digests, as have channels of other sensors.
+Equal digests mean the same pinch. A digest is eight bytes of BLAKE2b of the piezo signals in V, as
+float32. Copies under other names, and complete exports that are imported again, have the same
+digest. Resampled, filtered, scaled or newly cut pinches have other digests, as have channels of
+other sensors.
 """
 
 from __future__ import annotations

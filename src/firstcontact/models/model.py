@@ -1,6 +1,7 @@
 """Model of a rig, which holds a contact detector and predictors of stiffness.
 
-A model folder holds one such model. ``train`` and ``adapt`` return a model.
+A model folder holds one such model. ``train`` and ``adapt`` return a model. :meth:`Model.default`
+picks the model that predicts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Live pipeline: samples in, contacts and estimates out, block by block."""
+"""Live pipeline: samples in, contacts and estimates out, block by block.
+
+The source decides the block size. The pipeline joins blocks until an event is possible.
+"""
 
 from __future__ import annotations
 

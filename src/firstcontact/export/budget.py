@@ -42,7 +42,7 @@ def instructions(model: SvmModel) -> int:
     samples = inputs - 1
     count = _rows(vectors, samples + 1) + 40 * vectors + 5 * samples + 45  # the kernel
     count += _rows(decisions, vectors) + 14 * decisions + 25 * decisions * bool(classes)
-    count += 88 * (samples + samples_in(BASELINE, model.spec.rate))  # the window and its baseline
+    count += 72 * (samples + samples_in(BASELINE, model.spec.rate))  # the window and its baseline
     return int(1.02 * (count + 26 * samples + 10 * classes + 450))
 
 

@@ -63,14 +63,9 @@ def hand_image(
 ) -> HandImage:
     """Return the image of a model folder for a hand. By default, the default estimator predicts."""
     model, layout = load_model(folder), fingertip_layout()
-    predictor, detector = model.default(estimator), model.own_detector
-    model_constants = predictor_in_c(predictor)
-    if predictor.rate != layout.rate:
-        raise InputError(
-            f"{folder}: the model needs {predictor.rate:g} samples a second, but a hand measures "
-            f"{layout.rate:g}: adapt it to recordings of the hand"
-        )
+    predictor, detector = model.default(estimator, layout.rate), model.own_detector
     predictor.check(layout)
+    model_constants = predictor_in_c(predictor)
     fingers = layout.vibration_fingers
     if isinstance(model_constants, ModelConstants):
         model_constants = _of_fingers(model_constants, fingers)
@@ -78,19 +73,13 @@ def hand_image(
     floors = [calibration.noise(f) if calibration else None for f in fingers]
     known = [0.0 if noise is None else noise for noise in floors]
     identity = digest(build_image(layout.rate, *constants).data)[:16]
-    text = {
-        "model": identity,
-        "detector": detector.name,
-        "anytime": predictor.name,
-        "floors": known,
-    }
-    data = build_image(
-        layout.rate, *constants, floors=known, text=json.dumps(text, separators=(",", ":"))
-    ).data
+    names = {"model": identity, "detector": detector.name, "anytime": predictor.name}
+    text = json.dumps(names | {"floors": known}, separators=(",", ":"))
+    data = build_image(layout.rate, *constants, floors=known, text=text).data
     if len(data) > ROOM:
         raise InputError(
             f"{folder}: the model has {len(data)} bytes, and a hand has room for {ROOM}: adapt it "
-            "to recordings of fewer fingers"
+            "to recordings of fewer fingers, or name a smaller one with --estimator"
         )
     return HandImage(data, identity)
 

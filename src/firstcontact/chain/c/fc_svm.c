@@ -105,6 +105,7 @@ static double smoothed(const fc_past *p, int32_t channel, int64_t n)
     const uint32_t begin = (uint32_t)p->begin, mask = (uint32_t)(p->capacity - 1);
     const int32_t first = (int32_t)(n - p->begin) - FC_SVM_LOOKAHEAD;
     double y = 0.0;
+    UNROLL
     for (int32_t k = 0; k < 5; k++)
         y += SMOOTHING[k] * volts[(begin + (uint32_t)(first + k > 0 ? first + k : 0)) & mask];
     return y;

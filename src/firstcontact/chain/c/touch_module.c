@@ -293,24 +293,21 @@ static PyObject *svm(PyObject *self, PyObject *const *args, Py_ssize_t n)
     Py_buffer view;
     float *room;
     double out[3];
-    int32_t reason = FC_NO_SIGNAL;
     (void)self;
-    if (!has(n, 3))
-        return NULL;
-    const long lead = PyLong_AsLong(args[2]);
-    if (PyErr_Occurred() || !array_get(args[1], &view, F64, false))
-        return NULL;
-    const long samples = (long)(view.len / 8);
-    const fc_svm *const m = take_svm(args[0], &room);
-    fc_past past = {view.buf, 1, 1, 0, samples};
-    while (past.capacity < samples && past.capacity < FC_CAPACITY_MOST)
-        past.capacity *= 2;
-    if (m != NULL && lead >= 0 && samples <= past.capacity
-        && samples - lead >= m->samples + FC_SVM_LOOKAHEAD)
-        reason = fc_svm_predict(m, &past, 0, lead, room, out);
-    PyBuffer_Release(&view);
+    const long lead = has(n, 3) ? PyLong_AsLong(args[2]) : -1;
+    const fc_svm *const m = PyErr_Occurred() ? NULL : take_svm(args[0], &room);
     if (m == NULL)
         return NULL;
+    if (!array_get(args[1], &view, F64, false)) {
+        PyMem_Free(room);
+        return NULL;
+    }
+    const Py_ssize_t samples = view.len / 8;
+    const fc_past past = {view.buf, FC_CAPACITY_MOST, 1, 0, samples};
+    const bool fits = lead >= 0 && samples <= past.capacity
+                      && samples - lead >= m->samples + FC_SVM_LOOKAHEAD;
+    const int32_t reason = fits ? fc_svm_predict(m, &past, 0, lead, room, out) : FC_NO_SIGNAL;
+    PyBuffer_Release(&view);
     PyMem_Free(room);
     if (reason != FC_DONE)
         Py_RETURN_NONE;

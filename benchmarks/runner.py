@@ -18,8 +18,7 @@ import numpy as np
 from distributed import LocalCluster
 
 from firstcontact.core import Dataset
-from firstcontact.core.cluster import use_cluster
-from firstcontact.core.jobs import Runner, parallel
+from firstcontact.jobs import Runner, parallel, use_cluster
 from firstcontact.models import LabelledWindows, Task
 from firstcontact.models.splits import by_session
 from firstcontact.models.training import DURATION, Question, held_out, labelled_windows

@@ -38,6 +38,7 @@ CHAPTERS = {
 #: Rooms with a face for others, from the ground floor up.
 FACES = (
     "core",
+    "jobs",
     "recording",
     "signal",
     "chain",

@@ -1,6 +1,6 @@
 """Child processes by a fork, which saves the time that a new interpreter takes to load.
 
-`firstcontact.core.Child` starts the process of a twin. Here it is forked from the test process.
+`firstcontact.jobs.Child` starts the process of a twin. Here it is forked from the test process.
 Programs that tests start with ``sys.executable`` start it as for users.
 """
 
@@ -19,7 +19,7 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
-from firstcontact.core import children
+from firstcontact.jobs import children
 
 #: Module of the process that is forked.
 TWIN = "firstcontact.device._twin_process"

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from firstcontact.chain import Image
 from firstcontact.core import Dataset
 from firstcontact.core.files import replacing
-from firstcontact.core.jobs import Serial
 from firstcontact.export.budget import forms, microseconds
 from firstcontact.export.hand_image import hand_image
+from firstcontact.jobs import Serial
 from firstcontact.models import ESTIMATORS, Interval, Task, Touches, WindowModel, adapt
 from firstcontact.models.anytime import contact_signal
 from firstcontact.models.rig_model import RigModel

@@ -37,7 +37,7 @@ async def processing(address: str) -> dict[str, list[str]]:
 
 
 def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path) -> None:
-    from firstcontact.core.cluster import use_cluster
+    from firstcontact.jobs import use_cluster
 
     simulate(tmp_path / "here", "everyday", 6, 1, 3)
     made = 0

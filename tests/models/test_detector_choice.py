@@ -11,7 +11,7 @@ import pytest
 import firstcontact as fc
 from firstcontact.contact.detector_file import is_pretrained
 from firstcontact.core import Dataset, Pinch, installation
-from firstcontact.core.jobs import Serial
+from firstcontact.jobs import Serial
 from firstcontact.models.alignment import choose_detector, detect_alignment, fit_detector
 from firstcontact.signal import resample_dataset
 from firstcontact.testing.synthetic import closings

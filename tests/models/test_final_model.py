@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.core.jobs import Serial
+from firstcontact.jobs import Serial
 from firstcontact.models import LabelledWindows, Task, load_model
 from firstcontact.models.training import train_final_model
 from firstcontact.testing.synthetic import RATE, toy_windows

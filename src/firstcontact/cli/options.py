@@ -153,7 +153,7 @@ def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
     if cluster is None:
         return nullcontext()
     require_modules("cluster", "distributed")
-    from firstcontact.core.cluster import use_cluster
+    from firstcontact.jobs import use_cluster
 
     return use_cluster(cluster)
 

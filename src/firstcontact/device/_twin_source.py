@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Self
 
 from firstcontact.core import InputError
-from firstcontact.core.children import Child
 from firstcontact.core.installation import kernels
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.serial_source import SerialSource
+from firstcontact.jobs import Child
 from firstcontact.twin.drive import LATENCY
 
 #: Largest speed, as a multiple of real time. No host reaches it.

@@ -18,9 +18,9 @@ from importlib import import_module
 from typing import Any, Self
 
 from firstcontact.core import Command, InputError
-from firstcontact.core.children import Child
 from firstcontact.core.text import summarize_error
 from firstcontact.grasp.hand import Hand, HandError, check_positions
+from firstcontact.jobs import Child
 
 #: Longest wait for the hand to open, s.
 START = 30.0

@@ -21,8 +21,8 @@ from firstcontact.contact.contacts import first_contact
 from firstcontact.contact.detector_file import is_pretrained
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.core.installation import missing_modules, require_modules
-from firstcontact.core.jobs import Runner
 from firstcontact.core.text import counted
+from firstcontact.jobs import Runner
 from firstcontact.models.splits import inner_folds
 from firstcontact.signal import resample_dataset
 from firstcontact.signal.resampling import restore_contacts

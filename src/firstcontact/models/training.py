@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, InputError, Label
-from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_WINDOW
 from firstcontact.core.text import counted, percent
+from firstcontact.jobs import Runner
 from firstcontact.models.card import Target
 from firstcontact.models.interval import (
     SHORE_A,

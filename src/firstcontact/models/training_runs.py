@@ -15,10 +15,10 @@ from firstcontact.contact.detector_file import is_pretrained
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.installation import require_extra
-from firstcontact.core.jobs import Runner, parallel, worker_count
 from firstcontact.core.physics import is_same_rate
 from firstcontact.core.records import LONGEST_NAME, to_tree
 from firstcontact.core.text import counted
+from firstcontact.jobs import Runner, parallel, worker_count
 from firstcontact.models.alignment import (
     Alignment,
     Contacts,

@@ -13,8 +13,8 @@ from pathlib import Path
 from firstcontact.core import InputError, Label, Pinch, Role, fingertip_layout
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import resolved, temporary_path
-from firstcontact.core.jobs import MOST_WORKERS, Runner, cores, parallel
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.jobs.runners import MOST_WORKERS, Runner, cores, parallel
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.twin.draw import Condition, condition, draw_pinch, draw_specimen, generator
 from firstcontact.twin.drive import Positions

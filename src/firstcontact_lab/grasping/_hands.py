@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
 from firstcontact.core import Command, Dataset, Label, Pinch, fingertip_layout
-from firstcontact.core.jobs import Serial
 from firstcontact.grasp import Grip, Hand, HandLimits
+from firstcontact.jobs import Serial
 from firstcontact.models import Touches
 from firstcontact.models.alignment import choose_detector
 from firstcontact.models.combined import adapt_combined

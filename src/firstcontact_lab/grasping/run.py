@@ -10,9 +10,9 @@ import numpy as np
 from msgspec import structs
 from numpy.typing import NDArray
 
-from firstcontact.core.jobs import Runner
 from firstcontact.grasp import POLICIES
 from firstcontact.grasp.household_policies import APPROACH, BOOST
+from firstcontact.jobs import Runner
 from firstcontact.twin.household import HOUSEHOLD as OBJECTS
 from firstcontact.twin.household import household_named
 from firstcontact_lab.grasping._hands import OwnHands, own_hand

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain.touch import HINTS, TRAITS, predict_inputs, touch_inputs
-from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.jobs import Runner
 from firstcontact.models import Rig, Touches
 from firstcontact.models.combined import (
     LEAST_LEVELS,

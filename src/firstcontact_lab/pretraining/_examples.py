@@ -12,8 +12,8 @@ from safetensors.numpy import load_file, save
 
 from firstcontact.chain.touch import HINTS
 from firstcontact.core.files import replacing
-from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.jobs import Runner
 from firstcontact.models import Rig, Touches
 from firstcontact.models.rig import spectra
 from firstcontact.models.window_model import Values

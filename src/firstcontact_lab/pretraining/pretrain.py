@@ -11,8 +11,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.jobs import Runner
 from firstcontact.models import Model, Rig, Touches
 from firstcontact.models.card import TrainingRecord
 from firstcontact.models.rig_model import RigModel

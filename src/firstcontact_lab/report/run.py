@@ -21,7 +21,7 @@ from typing import Any
 
 from firstcontact.core import InputError
 from firstcontact.core.files import write_json, write_text
-from firstcontact.core.jobs import Runner, parallel
+from firstcontact.jobs import Runner, parallel
 from firstcontact_lab.report.findings import Findings, PartResult
 from firstcontact_lab.report.page import State, render
 from firstcontact_lab.report.results import read_options, write_results

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
-from firstcontact.core.jobs import Runner
 from firstcontact.core.physics import gent_shore_a
+from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.interval import SHORE_A
 from firstcontact.models.network_estimator import rig_estimators

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from firstcontact.contact import DETECTORS, make_detector
 from firstcontact.contact.contacts import PinchDecisions
 from firstcontact.core import ChannelKind, Contact, Dataset, InputError
-from firstcontact.core.jobs import Runner
+from firstcontact.jobs import Runner
 from firstcontact.models.splits import Split, by_session
 from firstcontact_lab.study.detection_scores import judge_pinches
 from firstcontact_lab.study.scores import random_folds

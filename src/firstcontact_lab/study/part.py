@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS
 from firstcontact.core import Contact, Dataset
-from firstcontact.core.jobs import Runner
+from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, LabelledWindows, Windows
 from firstcontact.models.network_estimator import Adapted
 from firstcontact.models.training import distinct_specimens, label_windows

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from firstcontact.core import Dataset, InputError
 from firstcontact.core.files import files_below
-from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.jobs import Runner
 from firstcontact.recording import import_path, load_dataset
 from firstcontact.recording.importing import find_importer
 from firstcontact.signal import resample_dataset

@@ -15,8 +15,8 @@ from firstcontact.contact import DETECTORS, Detector, make_detector
 from firstcontact.contact.closing_start import cut_closings
 from firstcontact.contact.contacts import judge_windows
 from firstcontact.core import Block, Contact, Dataset, InputError, Layout, Record
-from firstcontact.core.jobs import Serial
 from firstcontact.core.text import percent
+from firstcontact.jobs import Serial
 from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.alignment import detect_alignment, found_as_live
 from firstcontact.models.training import DURATION, fit_model, labelled_windows

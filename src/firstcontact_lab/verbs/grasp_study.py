@@ -26,7 +26,7 @@ class GraspStudy:
     """Dask cluster that does the work: tcp://HOST:PORT."""
 
     def run(self) -> None:
-        from firstcontact.core.jobs import worker_count
+        from firstcontact.jobs import worker_count
         from firstcontact.models.training_runs import check_seed
 
         require_modules("study", "matplotlib", "jinja2")

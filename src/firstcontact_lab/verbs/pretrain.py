@@ -30,7 +30,7 @@ class Pretrain:
 
     def run(self) -> None:
         from firstcontact.core import InputError
-        from firstcontact.core.jobs import parallel, worker_count
+        from firstcontact.jobs import parallel, worker_count
         from firstcontact.models.training_runs import check_seed
 
         if self.rigs < 10 or self.epochs < 1:

@@ -41,7 +41,7 @@ class Study:
     """Dask cluster that does the work: tcp://HOST:PORT."""
 
     def run(self) -> None:
-        from firstcontact.core.jobs import worker_count
+        from firstcontact.jobs import worker_count
         from firstcontact.models import ESTIMATORS
         from firstcontact.models.training_runs import check_seed
         from firstcontact_lab.study.part import StudySettings

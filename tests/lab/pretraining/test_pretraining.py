@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from firstcontact.chain.touch import INPUTS, predict_inputs
-from firstcontact.core.jobs import Serial, parallel
+from firstcontact.jobs import Serial, parallel
 from firstcontact.models import Rig
 from firstcontact.models.context_network import ContextNetwork
 from firstcontact.models.model_file import pretrained_folder, read_card

@@ -10,7 +10,7 @@ from excerpts import subject, twin_pinches
 from msgspec.structs import replace
 
 from firstcontact.core import Pinch
-from firstcontact.core.jobs import Serial
+from firstcontact.jobs import Serial
 from firstcontact.models import ESTIMATORS, Touches
 from firstcontact.twin import BLOCKS
 from firstcontact.twin.objects import EVERYDAY_OBJECTS

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, InputError, Label, Pinch, Role
-from firstcontact.core.jobs import Serial
 from firstcontact.core.records import to_tree
+from firstcontact.jobs import Serial
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.report.run import run_jobs

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Contact, Dataset
-from firstcontact.core.jobs import Serial
+from firstcontact.jobs import Serial
 from firstcontact.models import ESTIMATORS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import NOTHING

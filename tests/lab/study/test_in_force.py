@@ -11,7 +11,7 @@ import pytest
 from excerpts import subject, twin_pinches
 
 from firstcontact.core import Dataset, InputError, Role
-from firstcontact.core.jobs import Serial
+from firstcontact.jobs import Serial
 from firstcontact.models import Touches
 from firstcontact.twin import BLOCKS
 from firstcontact.twin.objects import EVERYDAY_OBJECTS

@@ -17,7 +17,7 @@ import pytest
 import write_tables
 
 from firstcontact.core import Dataset
-from firstcontact.core.jobs import Serial
+from firstcontact.jobs import Serial
 from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.page import sections
 from firstcontact_lab.report.results import FIELDS

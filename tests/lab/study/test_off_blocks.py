@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact.core.jobs import Serial
 from firstcontact.core.physics import gent_modulus
+from firstcontact.jobs import Serial
 from firstcontact.models import LabelledWindows
 from firstcontact.models.registry import window_estimators
 from firstcontact.twin import CONDITIONS

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact.core.jobs import Serial
+from firstcontact.jobs import Serial
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.page import State
 from firstcontact_lab.report.run import Job, run_jobs

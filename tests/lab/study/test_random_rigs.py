@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact.core.jobs import Serial
+from firstcontact.jobs import Serial
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._random_rigs import BLOCK, EVERYDAY, FREE_SPEED, OWN, RANDOM, judged_rig

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.core.jobs import Serial
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.jobs import Serial
 from firstcontact_lab.study.part import StudySettings
 from firstcontact_lab.study.run import recorded, simulated
 

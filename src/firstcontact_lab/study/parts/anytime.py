@@ -10,9 +10,9 @@ from msgspec import field
 from msgspec.structs import asdict
 
 from firstcontact.core import Record
-from firstcontact.core.jobs import Runner
 from firstcontact.core.physics import is_same_rate
 from firstcontact.core.text import counted, percent
+from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, LabelledTouches, Predictions, Task, Touches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import Adapted, NetworkEstimator, rig_estimators

@@ -11,9 +11,9 @@ from msgspec.structs import asdict, replace
 from firstcontact.core import Record
 from firstcontact.core.display import INK
 from firstcontact.core.installation import missing_modules
-from firstcontact.core.jobs import Runner
 from firstcontact.core.records import ByName
 from firstcontact.core.text import percent
+from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, LabelledWindows, Task
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.scores import (

@@ -18,9 +18,9 @@ from firstcontact.contact.closing_start import (
 from firstcontact.contact.registry import untrained_name
 from firstcontact.core import Dataset, Record
 from firstcontact.core.display import INK
-from firstcontact.core.jobs import Runner
 from firstcontact.core.records import ByName
 from firstcontact.core.text import percent
+from firstcontact.jobs import Runner
 from firstcontact.models.splits import Group, Split
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult

@@ -7,7 +7,7 @@ from functools import partial
 
 from firstcontact.core.display import INK
 from firstcontact.core.installation import missing_modules
-from firstcontact.core.jobs import Runner
+from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.registry import window_estimators
 from firstcontact.twin import CONDITIONS

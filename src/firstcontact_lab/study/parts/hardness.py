@@ -10,7 +10,7 @@ from msgspec.structs import asdict
 
 from firstcontact.core import Record
 from firstcontact.core.display import INK
-from firstcontact.core.jobs import Runner
+from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, LabelledWindows, Task
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.scores import (

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Record
 from firstcontact.core.installation import missing_modules
-from firstcontact.core.jobs import Runner, one_thread
 from firstcontact.core.physics import is_same_rate
+from firstcontact.jobs import Runner
+from firstcontact.jobs.runners import one_thread
 from firstcontact.models import (
     ESTIMATORS,
     LabelledTouches,

@@ -9,8 +9,8 @@ from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, Record
-from firstcontact.core.jobs import Runner
 from firstcontact.core.records import ByName
+from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, LabelledWindows, Task
 from firstcontact.models.scores import (
     RegressionScores,

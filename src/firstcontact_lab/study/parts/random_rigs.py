@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
-from firstcontact.core.jobs import Runner
+from firstcontact.jobs import Runner
 from firstcontact.models import Touches
 from firstcontact.models.combined import adapt_combined
 from firstcontact.models.model_file import pretrained

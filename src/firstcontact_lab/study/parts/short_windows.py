@@ -8,8 +8,8 @@ import numpy as np
 
 from firstcontact.core import Record
 from firstcontact.core.display import BLUE, GREY, ORANGE, RED
-from firstcontact.core.jobs import Runner
 from firstcontact.core.text import counted, percent
+from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, LabelledWindows, Task, Touches
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.splits import leave_one_out

@@ -14,8 +14,8 @@ from firstcontact.contact.closing_start import cut_closings
 from firstcontact.contact.contacts import first_contact
 from firstcontact.contact.detector_file import is_pretrained, pretrained_detector
 from firstcontact.core import Contact, Dataset, Record
-from firstcontact.core.jobs import Runner
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.jobs import Runner
 from firstcontact.models import adapt, train
 from firstcontact.models.alignment import fit_detector
 from firstcontact.models.rig_model import RigModel

@@ -17,13 +17,13 @@ import dask
 from distributed import Client, Future, KilledWorker
 from distributed.comm import CommClosedError
 
-from firstcontact.core._errors import InputError
-from firstcontact.core.jobs import Runner, Tick, pack_payload, run_job, using
+from firstcontact.core import InputError
+from firstcontact.jobs.runners import Runner, Tick, pack_payload, run_job, using
 
 A = TypeVar("A")
 B = TypeVar("B")
 
-_log = logging.getLogger("firstcontact.core")
+_log = logging.getLogger("firstcontact.jobs")
 
 #: Time within which a scheduler or worker must answer, s.
 PATIENCE = 10.0
@@ -87,7 +87,7 @@ def _result(task: Future[bytes]) -> Any:
 
 @contextmanager
 def use_cluster(address: str) -> Iterator[None]:
-    """Run the jobs of :func:`firstcontact.core.parallel` on a Dask cluster."""
+    """Run the jobs of :func:`firstcontact.jobs.parallel` on a Dask cluster."""
     # Errors below name the problem in one sentence; the library's log lines would repeat it.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -1,6 +1,6 @@
 """Child processes that end with this process, however it ends.
 
-``python -m firstcontact.core.children PARENT SIGNAL MODULE OPTIONS`` first asks the kernel for a
+``python -m firstcontact.jobs.children PARENT SIGNAL MODULE OPTIONS`` first asks the kernel for a
 signal when the parent ends. It then runs the module in the same process.
 """
 
@@ -105,7 +105,7 @@ def _start_module(
 ) -> subprocess.Popen[bytes]:
     """Start a process that runs a module and ends with this process."""
     # Without -P a file in the user's working folder could replace a module.
-    command = [sys.executable, "-P", "-m", "firstcontact.core.children"]
+    command = [sys.executable, "-P", "-m", "firstcontact.jobs.children"]
     return subprocess.Popen(  # noqa: S603
         [*command, str(os.getpid()), str(int(number)), module, *options],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))},

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from firstcontact.core.children import Child
+from firstcontact.jobs import Child
 from processes import PATIENCE, gone, stop
 
 #: Children that do not listen, each in a way of its own.
@@ -23,7 +23,7 @@ DEAF = {
 ECHO = "import sys\nfor line in sys.stdin: print('heard', line, end='', flush=True)"
 PARENT = """
 import sys, threading
-from firstcontact.core.children import Child
+from firstcontact.jobs import Child
 made = []
 # In a thread that ends: the child must not end with that.
 thread = threading.Thread(target=lambda: made.append(Child("child")))

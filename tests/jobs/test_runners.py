@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import threadpoolctl
 
-from firstcontact.core.jobs import ALIGNMENT, Serial, pack_payload, parallel, unpack_payload
+from firstcontact.jobs.runners import ALIGNMENT, Serial, pack_payload, parallel, unpack_payload
 from processes import children, command_line, gone, stop
 
 
@@ -91,7 +91,7 @@ def test_worker_error_ends_the_map_and_the_next_map_works():
 
 PARENT = """
 import sys
-from firstcontact.core.jobs import parallel
+from firstcontact.jobs import parallel
 
 def job(number, folder):
     # The first two begin together, so in two workers; the others keep Python's lock, and would

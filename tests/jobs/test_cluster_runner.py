@@ -9,13 +9,13 @@ import pytest
 
 from dask_cluster import cluster
 from firstcontact.core import InputError
-from firstcontact.core.jobs import Serial, parallel
+from firstcontact.jobs import Serial, parallel
 from processes import until
 
 
 def use_cluster(address):
     # Only the process that runs these tests imports Dask.
-    from firstcontact.core.cluster import use_cluster
+    from firstcontact.jobs import use_cluster
 
     return use_cluster(address)
 
@@ -60,7 +60,7 @@ def test_results_are_complete_after_a_cancelled_call(two_workers):
 
 def test_killed_worker_and_killed_scheduler_are_input_errors(tmp_path, monkeypatch):
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
-    monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 4.0)
+    monkeypatch.setattr("firstcontact.jobs.cluster.PATIENCE", 4.0)
     with cluster(tmp_path, 2) as doomed, use_cluster(doomed.address), parallel(1) as runner:
         with pytest.raises(InputError, match="workers"):
             runner.map(ended, [0])
@@ -81,7 +81,7 @@ def test_invalid_addresses_are_refused(address):
 
 
 def test_missing_scheduler_and_empty_cluster_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("firstcontact.core.cluster.PATIENCE", 2.0)
+    monkeypatch.setattr("firstcontact.jobs.cluster.PATIENCE", 2.0)
     with pytest.raises(InputError, match=r"127\.0\.0\.1"), use_cluster("tcp://127.0.0.1:1"):
         pass
     with (

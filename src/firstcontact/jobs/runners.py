@@ -19,8 +19,8 @@ from uuid import uuid4
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core._errors import InputError
-from firstcontact.core.children import follow
+from firstcontact.core import InputError
+from firstcontact.jobs.children import follow
 
 A = TypeVar("A")
 B = TypeVar("B")

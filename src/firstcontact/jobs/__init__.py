@@ -1,0 +1,5 @@
+"""Parallel jobs on this machine or a Dask cluster, and child processes."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -22,7 +22,7 @@ def order_table() -> str:
     """Return the settings of the board house line by line, as Markdown."""
     both = (AMPLIFIER, FINGERTIP)
     rows = [
-        ("file", *(f"`{layout.name}-gerbers.zip`" for layout in both)),
+        ("file", *(f"`hardware/fab/{layout.name}-gerbers.zip`" for layout in both)),
         ("how many you need", "1", "2"),
         ("size", *(f"{layout.size[0]:g} × {layout.size[1]:g} mm" for layout in both)),
         ("edges", "routed, no panel", "routed, no panel, ± 0.1 mm if offered"),

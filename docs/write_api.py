@@ -69,7 +69,8 @@ firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-obje
 ```
 
 - Functions raise `fc.InputError` for input that they cannot use. Its `parameter` names the
-  parameter.
+  parameter. The subclasses `ArgumentError`, `FileError`, `DeviceError` and `ModelError` say what
+  failed.
 - Functions that take a while have a parameter `progress`. True shows a bar. A function is called
   with the number of steps that were just finished.
 - The names on these three pages follow semantic versioning. All other names are private.

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
@@ -84,7 +84,7 @@ def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
     from firstcontact.plots.style import PLAIN
 
     if type(subject) not in DRAWINGS:
-        raise InputError(
+        raise ArgumentError(
             f"an object of type {type(subject).__name__} cannot be drawn: give a Pinch, a Dataset, "
             "Predictions or one Evaluation",
             parameter="subject",
@@ -259,7 +259,7 @@ def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> D
 
     names = (*CONDITIONS, "strikes")
     if name not in names:
-        raise InputError(f"{name!r} must be one of {', '.join(names)}", parameter="name")
+        raise ArgumentError(f"{name!r} must be one of {', '.join(names)}", parameter="name")
     folder = cache_path(f"sample-{version('firstcontact')}.{RECIPE}-{name}")
 
     def make(making: Path) -> None:
@@ -319,7 +319,7 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
     elif isinstance(detector, str):
         detector = fit_detector(data, detector)
     elif not hasattr(detector, "constants"):
-        raise InputError(
+        raise ArgumentError(
             f"{detector!r} is not a detector: give a fitted detector, a model, or a name",
             parameter="detector",
         )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.core.files import given_path
 
 if TYPE_CHECKING:
@@ -142,9 +142,9 @@ def live(
         ("pinches", "the number of pinches", pinches),
     ):
         if bound is not None and not bound > 0:
-            raise InputError(f"{noun} is {bound:g}: give a number above 0", parameter=name)
+            raise ArgumentError(f"{noun} is {bound:g}: give a number above 0", parameter=name)
     if hand is not None and (kind := find_hand(hand)).begins is Begins.US:
-        raise InputError(
+        raise ArgumentError(
             f"{kind.name} closes only on request, and this function cannot send requests: run "
             f"`firstcontact live --hand {kind.name}` instead",
             parameter="hand",
@@ -168,4 +168,4 @@ def live(
                 break
             yield event
         if session.recording.failed:
-            raise InputError(session.recording.failed, parameter="record")
+            raise ArgumentError(session.recording.failed, parameter="record")

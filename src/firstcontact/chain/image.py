@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ModelError
 from firstcontact.core.installation import kernels
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
@@ -238,7 +238,7 @@ class Image:
         try:
             return extension.image(self.data)
         except ValueError as error:
-            raise InputError(f"{error}: train or adapt the model again") from None
+            raise ModelError(f"{error}: train or adapt the model again") from None
 
     def __getstate__(self) -> dict[str, Any]:
         return {"data": self.data}

@@ -14,7 +14,7 @@ from typing import IO, Annotated, Literal
 
 from msgspec import Meta
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError, InputError
 from firstcontact.core.files import read_regular
 from firstcontact.core.records import Name, read_record
 from firstcontact.recording.messages import LAST_SAMPLE
@@ -168,7 +168,7 @@ class Journal:
         if is_there:
             self._read(opened)
         if not self.actions and not is_new_allowed:
-            raise InputError(
+            raise FileError(
                 f"{path} holds no labels, so there is nothing to write: label on the page first"
             )
         try:
@@ -208,7 +208,7 @@ class Journal:
         try:
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise InputError(
+            raise FileError(
                 f"{self.path} is in use by another `firstcontact label`: end that command, or "
                 "choose another folder"
             ) from None
@@ -226,13 +226,13 @@ class Journal:
         if not end:
             # A crash can cut off the first line. A power cut can leave zeros instead of labels.
             if not _line(opened).startswith(raw):
-                raise InputError(
+                raise FileError(
                     f"{self.path} is damaged (none of its {len(raw)} bytes can be read): {remedy}"
                 )
             return 0
         first, *lines = raw[:end].splitlines()
         if read_record(first, Opened, f"{self.path}: line 1", remedy) != opened:
-            raise InputError(f"{self.path} was written for other recordings: {remedy}")
+            raise FileError(f"{self.path} was written for other recordings: {remedy}")
         remedy = "remove this line and all behind it to keep the labels before it"
         self.actions = [
             read_record(line, Action, f"{self.path}: line {number}", remedy)
@@ -242,7 +242,7 @@ class Journal:
         return end
 
     def _failed(self, error: OSError) -> InputError:
-        return InputError(
+        return FileError(
             f"{self.path} cannot be written ({error.strerror}): your earlier labels are in it; "
             "make room on the disk and run the same command again"
         )

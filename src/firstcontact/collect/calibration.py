@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from firstcontact.core import (
+    ArgumentError,
     Calibration,
     Channel,
     ChannelKind,
+    FileError,
     Finger,
     ForceCurve,
     InputError,
@@ -107,21 +109,21 @@ def calibrate(
     require_source(source)
     shortest, longest = SECONDS
     if not shortest <= seconds <= longest:
-        raise InputError(
+        raise ArgumentError(
             f"the time at rest must lie between {shortest:g} and {longest:g} s",
             parameter="seconds",
         )
     if not 0 <= patience <= longest:
-        raise InputError(
+        raise ArgumentError(
             f"the additional wait must lie between 0 and {longest:g} s", parameter="patience"
         )
     if weigh and weights is not None:
-        raise InputError(
+        raise ArgumentError(
             "known weights are either given (`weights`) or measured (`weigh`): leave one out",
             parameter="weigh",
         )
     if weigh and confirmed is None:
-        raise InputError(
+        raise ArgumentError(
             "a person must place each weight: also pass `confirmed`, a function that returns True "
             "once the weight is on the taxel",
             parameter="weigh",
@@ -169,7 +171,7 @@ def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
     """Return a force curve for each finger, fitted to its weighings."""
     fingers = sorted({w.finger for w in weighings})
     if not fingers:
-        raise InputError("there are no weights: add a row for each weight", parameter="weights")
+        raise ArgumentError("there are no weights: add a row for each weight", parameter="weights")
     return tuple(fit_force([w for w in weighings if w.finger is f]) for f in fingers)
 
 
@@ -234,7 +236,7 @@ def wait_for_tap(
                     replace(p, tap=peak) if p.finger is finger else p for p in calibration.piezo
                 )
                 return replace(calibration, piezo=tuple(piezo))
-    raise InputError(
+    raise ArgumentError(
         f"no tap on the {finger_words(finger)} was measured within {patience:g} s: tap harder, "
         "check the sensor's plug, or skip the tap test",
         parameter="tap",
@@ -310,7 +312,7 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
             finger = Finger[row["finger"].upper()]
             newtons, volts = parse_float(row["newtons"]), parse_float(row["volts"])
         except (KeyError, ValueError) as error:
-            raise InputError(
+            raise FileError(
                 f"{path}, line {line}: give the finger (index or thumb), then newtons and volts "
                 "as numbers"
             ) from error

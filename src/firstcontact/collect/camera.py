@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from firstcontact.core import Finger, InputError
+from firstcontact.core import FileError, Finger, InputError
 from firstcontact.core.text import parse_float, parse_int, percent
 from firstcontact.recording import Recording
 from firstcontact.recording.table import read_rows
@@ -58,12 +58,12 @@ def read_contacts(path: Path) -> dict[Key, float]:
             if not abs(time) <= LONGEST:
                 raise ValueError
         except (KeyError, ValueError) as error:
-            raise InputError(
+            raise FileError(
                 f"{path}, line {line}: give a pinch's number, the finger (index or thumb), and a "
                 "time in s"
             ) from error
         if key in contacts:
-            raise InputError(f"{path}, line {line}: this contact is listed twice: keep one")
+            raise FileError(f"{path}, line {line}: this contact is listed twice: keep one")
         contacts[key] = time
     return contacts
 
@@ -81,7 +81,7 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     }
     both = [key for key in contacts if key in device]
     if (count := len({number for number, _ in both})) < LEAST:
-        raise InputError(
+        raise FileError(
             f"{recording.path}: only {count} pinches have contacts both from "
             f"the strips and from the camera, but {LEAST} are needed: check the pinch numbers"
         )

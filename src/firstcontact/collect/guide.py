@@ -14,7 +14,16 @@ import numpy as np
 from firstcontact.collect._closing_check import ClosingCheck
 from firstcontact.contact import ThresholdDetector
 from firstcontact.contact.closing import ClosingBegan, Closings, ClosingSamples
-from firstcontact.core import Block, Calibration, ChannelKind, InputError, Label, Layout, Role
+from firstcontact.core import (
+    Block,
+    Calibration,
+    ChannelKind,
+    FileError,
+    InputError,
+    Label,
+    Layout,
+    Role,
+)
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import check_text, parse_float, parse_int
 from firstcontact.device import Arrival
@@ -77,16 +86,16 @@ def read_plan(path: Path) -> tuple[Item, ...]:
     rows = read_rows(path, COLUMNS[:2])
     for name in rows[0][1] if rows else ():
         if name not in COLUMNS:
-            raise InputError(
+            raise FileError(
                 f"{path}: the column {name!r} is unknown: use only {', '.join(COLUMNS)}"
             )
     items = tuple(_item(path, line, row) for line, row in rows)
     if not items:
-        raise InputError(f"{path} has no objects: add a line for each object")
+        raise FileError(f"{path} has no objects: add a line for each object")
     labels = [item.label("") for item in items]
     for k, label in enumerate(labels):
         if label in labels[:k]:
-            raise InputError(
+            raise FileError(
                 f"{path}, line {rows[k][0]}: {label.specimen} is listed twice: keep one line"
             )
     return items
@@ -107,7 +116,7 @@ def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
                 raise InputError(f"{name} is {quote(values[name])}: give {kind}") from error
         return Item(**values)
     except InputError as error:
-        raise InputError(f"{path}, line {line}: {error}") from error
+        raise FileError(f"{path}, line {line}: {error}") from error
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from firstcontact.collect._label_marks import Mark, Status
-from firstcontact.core import Block, Contact, InputError, Label
+from firstcontact.core import Block, Contact, FileError, Label
 from firstcontact.core.files import creating
 from firstcontact.core.text import counted
 from firstcontact.recording import Header, Marker, PinchMark, Recording, RecordingWriter
@@ -42,11 +42,11 @@ def write_labelled(
         with creating(path) as temporary:
             _write(temporary, header, recording, pinches, accepted, by)
     except FileExistsError as error:
-        raise InputError(
+        raise FileError(
             f"{path} exists and recordings are never overwritten: choose another folder"
         ) from error
     except OSError as error:
-        raise InputError(
+        raise FileError(
             f"{path} cannot be written ({error.strerror}): make room on the disk and run the "
             "command again"
         ) from error

@@ -17,7 +17,7 @@ from msgspec import Meta
 from firstcontact.collect._label_marks import MOST, Action, Journal, Mark, Marks, Opened, Whole
 from firstcontact.collect.label_result import Labeller, is_inside, write_labelled
 from firstcontact.contact.finder import find_onsets
-from firstcontact.core import ChannelKind, InputError, Label, finger_name
+from firstcontact.core import ChannelKind, FileError, InputError, Label, finger_name
 from firstcontact.core.records import read_record
 from firstcontact.core.text import counted
 from firstcontact.recording import Recording, read_recording
@@ -125,7 +125,7 @@ class Session:
         self._paths = [out / r.path.name for r in recordings]
         existing = next((p for p in self._paths if p.exists()), None)
         if existing is not None:
-            raise InputError(
+            raise FileError(
                 f"{existing} exists and recordings are never overwritten: choose another folder"
             )
         onsets = find_marks(recordings)
@@ -134,7 +134,7 @@ class Session:
             if is_new_allowed:
                 out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(
+            raise FileError(
                 f"{out} cannot be created ({error.strerror}): choose another folder"
             ) from error
         self._journal = Journal(

@@ -13,7 +13,7 @@ from typing import Literal
 
 from firstcontact.collect.calibration import rest_request
 from firstcontact.collect.guide import Guide, Item, Judged, read_plan
-from firstcontact.core import Calibration, InputError, Label, Role
+from firstcontact.core import ArgumentError, Calibration, InputError, Label, Role
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import AnyPath, given_path
@@ -135,13 +135,13 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
             continue
         header = recording.header
         if header.session != session:
-            raise InputError(
+            raise ArgumentError(
                 f"{part} belongs to session {header.session!r}, not to {session!r}: choose "
                 "another name or folder",
                 parameter="session",
             )
         if (header.layout, header.source) != (descriptor.layout, descriptor.source):
-            raise InputError(
+            raise ArgumentError(
                 f"{part} was recorded with another sensor or layout than this device has: choose "
                 "another folder",
                 parameter="out",
@@ -230,7 +230,7 @@ def record(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(
+        raise ArgumentError(
             f"the folder cannot be created ({error.strerror}): choose another one", parameter="out"
         ) from error
     wanted = sum(item.pinches for item in items)
@@ -280,7 +280,7 @@ def _record(
     finally:
         screen.end()
     if not complete and not stopped():
-        raise InputError(
+        raise ArgumentError(
             "the source ended before all pinches were recorded: run the command again with the "
             f"same session and folder, to continue {earlier.path}",
             parameter="source",
@@ -299,14 +299,14 @@ def _items(
 ) -> tuple[Item, ...]:
     """Return the objects to record, with the Shore A of objects that the source knows."""
     if (plan is None) == (not object):
-        raise InputError(
+        raise ArgumentError(
             "give either one object or a plan for several, not both"
             if object
             else "no object is given: name one, or give a plan for several",
             parameter="object",
         )
     if role not in tuple(Role):
-        raise InputError(f"{role!r} must be one of {', '.join(Role)}", parameter="role")
+        raise ArgumentError(f"{role!r} must be one of {', '.join(Role)}", parameter="role")
     if plan is None:
         items: tuple[Item, ...] = (Item(object, pinches, shore_a, specimen, Role(role)),)
     elif isinstance(plan, str | os.PathLike):

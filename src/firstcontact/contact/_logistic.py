@@ -19,7 +19,7 @@ from firstcontact.chain.touch import fit_predictions, look_features
 from firstcontact.contact.closing_start import cut_closings
 from firstcontact.contact.detector import TrainedDetector, WindowSizes, spread_out, stored_array
 from firstcontact.contact.training import SteadyState, session_groups
-from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core import Dataset, ModelError, Pinch
 from firstcontact.core.display import GREEN
 from firstcontact.core.installation import require_modules
 from firstcontact.signal import DeviceSmoothing, samples_in
@@ -291,7 +291,7 @@ class LogisticDetector(TrainedDetector):
         detector._line = stored_array(arrays, "line", (2 * EACH + 1,))
         detector._rate = float(stored_array(arrays, "rate", ()))
         if detector._rate < cls.lowest:
-            raise InputError(
+            raise ModelError(
                 f"the detector's sampling rate is {detector._rate:g} Hz, but must be "
                 f"{cls.lowest:g} Hz or more: train it on recordings with a higher rate"
             )

@@ -19,7 +19,7 @@ from firstcontact.contact.training import (
     training_windows,
     window_features,
 )
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import Dataset, ModelError
 from firstcontact.core.display import BLUE
 from firstcontact.core.installation import require_modules
 from firstcontact.core.kernel import RbfKernel
@@ -68,7 +68,7 @@ class RbfMachine:
                 rows = self._kernel.rows((x[start : start + ROWS] - self.mean) / self.scale)
                 out[start : start + ROWS] = rows @ self.weights + self.intercept
         if not np.isfinite(out).all():
-            raise InputError(
+            raise ModelError(
                 "the detector's output is not a finite number: train the detector again"
             )
         return out
@@ -93,7 +93,7 @@ class RbfMachine:
         }
         a = {name: stored_array(arrays, name, shape) for name, shape in shapes.items()}
         if a["scale"].min(initial=1.0) <= 0 or a["gamma"] <= 0:
-            raise InputError(
+            raise ModelError(
                 "the detector's arrays 'scale' and 'gamma' must be above 0: train a detector again"
             )
         stored = a["mean"], a["scale"], a["support"], a["weights"]
@@ -192,7 +192,7 @@ class SvmDetector(TrainedDetector):
         detector._rate = float(stored_array(arrays, "rate", ()))
         features = feature_count(cls.sizes(detector._rate).step)
         if len(detector._machine.mean) != features:
-            raise InputError(
+            raise ModelError(
                 f"the detector has {len(detector._machine.mean)} features, but a window at "
                 f"{detector._rate:g} Hz has {features}: train the detector again"
             )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain.image import DetectorConstants, DetectorKind
 from firstcontact.contact.detector import Detector
-from firstcontact.core import InputError, Layout
+from firstcontact.core import Layout, ModelError
 from firstcontact.core.display import ORANGE
 
 #: Threshold in sigmas for contacts from rest. Without a motor's noise, the sigma is small.
@@ -64,7 +64,7 @@ class ThresholdDetector(Detector):
         """Restore a detector from :meth:`to_arrays`."""
         sigmas = np.asarray(arrays.get("sigmas", np.nan))
         if sigmas.shape != () or not 0.0 < sigmas <= HIGHEST:
-            raise InputError(
+            raise ModelError(
                 "the detector's array 'sigmas' must be one number above 0 and at most "
                 f"{HIGHEST:g}: save the detector again"
             )

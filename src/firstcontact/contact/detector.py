@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain.image import DetectorConstants, DetectorKind
 from firstcontact.contact.finder import LEAST_LOUD
-from firstcontact.core import Dataset, InputError, Layout, Pinch
+from firstcontact.core import Dataset, InputError, Layout, ModelError, Pinch
 from firstcontact.core.display import SKY
 from firstcontact.signal import samples_in
 
@@ -193,27 +193,27 @@ class TrainedDetector(Detector):
     def _check_rate(self, rate: float) -> None:
         self._require_training("fit it or load a trained one")
         if rate != self._rate:
-            raise InputError(
+            raise ModelError(
                 f"the {self.title} detector was trained at {self._rate:g} Hz but the samples come "
                 f"at {rate:g} Hz: train one for this rate with `firstcontact train --rate {rate:g}`"
             )
 
     def _require_training(self, otherwise: str) -> None:
         if not self.trained:
-            raise InputError(f"the {self.noun} detector has not been trained: {otherwise}")
+            raise ModelError(f"the {self.noun} detector has not been trained: {otherwise}")
 
     def _window_sizes(self, dataset: Dataset) -> tuple[float, WindowSizes]:
         """Return the rate of the training data, Hz, and the window lengths at that rate."""
         rate = dataset.layout.rate if len(dataset) else self.lowest
         if rate < self.lowest:
-            raise InputError(
+            raise ModelError(
                 f"the {self.noun} detector needs samples at {self.lowest:g} Hz or more, not "
                 f"{rate:g} Hz: use the detector 'three_sigma', which is not trained"
             )
         return rate, self.sizes(rate)
 
     def _too_few(self, count: int) -> InputError:
-        return InputError(
+        return ModelError(
             f"only {count} pinches have a labelled first contact, a working sensor and at least 43 "
             f"ms of quiet before the contact, but the {self.noun} detector needs two: record more"
         )

@@ -12,7 +12,7 @@ import numpy as np
 
 from firstcontact.contact.detector import Detector
 from firstcontact.contact.registry import DETECTORS, untrained_detector
-from firstcontact.core import InputError, Layout
+from firstcontact.core import InputError, Layout, ModelError
 from firstcontact.core.files import AnyPath
 from firstcontact.core.records import Name
 from firstcontact.core.weights import (
@@ -108,7 +108,7 @@ def load_detector(path: AnyPath) -> Detector:
     file = folder / CARD
     card = read_card(file, "detector", DETECTOR_FORMAT, FORMAT_VERSION, DetectorCard)
     if card.name not in DETECTORS:
-        raise InputError(
+        raise ModelError(
             f"{file}: no detector is called {card.name!r} "
             f"(available: {', '.join(DETECTORS.names)}): update firstcontact or train again"
         )
@@ -116,16 +116,16 @@ def load_detector(path: AnyPath) -> Detector:
     if card.sha256 is not None:
         arrays = read_weights(folder / DETECTOR_WEIGHTS, card.sha256, CARD)
     elif kind.learns:
-        raise InputError(f"{file}: the field 'sha256' is missing: train again")
+        raise ModelError(f"{file}: the field 'sha256' is missing: train again")
     else:
         arrays = {}
     try:
         with np.errstate(all="ignore"):  # the decision refuses values that overflow
             detector = kind.from_arrays(arrays)
     except InputError as error:
-        raise InputError(f"{folder / DETECTOR_WEIGHTS}: {error}") from None
+        raise ModelError(f"{folder / DETECTOR_WEIGHTS}: {error}") from None
     if card.rate_hz != detector.rate:
-        raise InputError(
+        raise ModelError(
             f"{file}: the field 'rate_hz' is {card.rate_hz!r}, but the detector in "
             f"{DETECTOR_WEIGHTS} was trained at {detector.rate!r}: train again"
         )

@@ -2,7 +2,11 @@
 
 from ._block import Block as Block
 from ._block import merge_blocks as merge_blocks
+from ._errors import ArgumentError as ArgumentError
+from ._errors import DeviceError as DeviceError
+from ._errors import FileError as FileError
 from ._errors import InputError as InputError
+from ._errors import ModelError as ModelError
 from ._estimate import Estimate as Estimate
 from .calibration import Calibration as Calibration
 from .calibration import ForceCurve as ForceCurve

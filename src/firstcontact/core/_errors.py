@@ -7,7 +7,8 @@ class InputError(ValueError):
     """Error for an input that cannot be used, such as a damaged file or a wrong parameter.
 
     The message names the file and the field in it, says what is wrong, and gives a remedy. The
-    command line prints it with the parameter's option and exits with code 2.
+    command line prints it with the parameter's option and exits with code 2. The subclasses say
+    what failed, for programs: ``ArgumentError``, ``FileError``, ``DeviceError``, ``ModelError``.
 
     Parameters
     ----------
@@ -30,3 +31,19 @@ class InputError(ValueError):
         super().__init__(f"{parameter}: {message}" if parameter else message)
         self.message = message
         self.parameter = parameter
+
+
+class ArgumentError(InputError):
+    """Error for an argument of a function. ``parameter`` names it."""
+
+
+class FileError(InputError):
+    """Error for a file or folder that cannot be read, written or used."""
+
+
+class DeviceError(InputError):
+    """Error for a device, or for the samples that it sends."""
+
+
+class ModelError(InputError):
+    """Error for a model or its folder: damaged, or unfit for the task or the data."""

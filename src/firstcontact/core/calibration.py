@@ -14,7 +14,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import ArgumentError, FileError, InputError
 from firstcontact.core.files import AnyPath, given_path, read_regular, write_json
 from firstcontact.core.given import given_choice, given_number
 from firstcontact.core.layout import ADC_VOLTS, Finger
@@ -153,7 +153,7 @@ class Calibration:
             fingers = [part.finger for part in parts if isinstance(part, kind)]
             if len(set(fingers)) < len(parts):
                 message = f"give one {kind.__name__} for each finger"
-                raise InputError(message, parameter=name)
+                raise ArgumentError(message, parameter=name)
 
     def noise(self, finger: Finger | None) -> float | None:
         """Return the resting noise (RMS) of a finger's vibration sensor; None if not measured."""
@@ -199,7 +199,7 @@ def read_calibration(path: Path) -> Calibration:
     try:
         data = read_regular(path, LONGEST)
     except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+        raise FileError(f"{path} cannot be read ({error.strerror}): check the path") from error
     head = read_record(data, _Head, str(path), _REMEDY)
     if head.format != FORMAT:
         raise _foreign(path, f'its format is not "{FORMAT}"')
@@ -216,8 +216,8 @@ def given_calibration(calibration: Calibration | AnyPath | None) -> Calibration 
 
 
 def _unwritable(path: Path, error: OSError) -> InputError:
-    return InputError(f"{path} cannot be written ({error.strerror}): choose another file")
+    return FileError(f"{path} cannot be written ({error.strerror}): choose another file")
 
 
 def _foreign(path: Path, reason: str) -> InputError:
-    return InputError(f"{path} is not a calibration ({reason}): {_REMEDY}")
+    return FileError(f"{path} is not a calibration ({reason}): {_REMEDY}")

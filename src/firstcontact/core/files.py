@@ -25,7 +25,7 @@ from stat import S_ISREG
 from typing import IO, Any
 from uuid import uuid4
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import ArgumentError, FileError, InputError
 
 #: Path of a file or folder that a Python caller may pass.
 AnyPath = str | os.PathLike[str]
@@ -39,9 +39,9 @@ _NOT_EMPTY = (errno.ENOTEMPTY, errno.EEXIST)
 def given_path(path: object, parameter: str = "path") -> Path:
     """Return a path that a caller gave, which no library was asked for yet."""
     if not isinstance(path, str | os.PathLike):
-        raise InputError(f"{path!r} is not a path: give the path as text", parameter=parameter)
+        raise ArgumentError(f"{path!r} is not a path: give the path as text", parameter=parameter)
     if "\0" in os.fspath(path):
-        raise InputError(
+        raise ArgumentError(
             f"{os.fspath(path)!r} contains a zero byte: remove it",
             parameter=parameter,
         )
@@ -49,12 +49,12 @@ def given_path(path: object, parameter: str = "path") -> Path:
         os.lstat(path)
     except UnicodeEncodeError:
         message = f"{path!r} has characters that no path can have: remove them"
-        raise InputError(message, parameter=parameter) from None
+        raise ArgumentError(message, parameter=parameter) from None
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
             start = f"{str(path)[:60]}..."
             message = f"a path is too long for this disk ({start!r}): give a shorter one"
-            raise InputError(message, parameter=parameter) from None
+            raise ArgumentError(message, parameter=parameter) from None
     return Path(path)
 
 
@@ -90,7 +90,7 @@ def open_regular(path: Path) -> IO[bytes]:
     number = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     if not S_ISREG(os.fstat(number).st_mode):
         os.close(number)
-        raise InputError(f"{path} is not a regular file: give a file")
+        raise FileError(f"{path} is not a regular file: give a file")
     return os.fdopen(number, "rb")
 
 
@@ -98,7 +98,7 @@ def read_regular(path: Path, most: int) -> bytes:
     """Return the contents of a regular file of at most ``most`` bytes."""
     with open_regular(path) as stream:
         if os.fstat(stream.fileno()).st_size > most:
-            raise InputError(f"{path} has more than {most} bytes: choose the right file")
+            raise FileError(f"{path} has more than {most} bytes: choose the right file")
         return stream.read()
 
 
@@ -120,7 +120,7 @@ def cache_path(name: str) -> Path:
     """Return a path in the user's cache, in ``XDG_CACHE_HOME`` or ``~/.cache``."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111
     if base.startswith("~"):  # as in a container whose user has no entry
-        raise InputError("no folder of this user is known: set HOME or XDG_CACHE_HOME")
+        raise FileError("no folder of this user is known: set HOME or XDG_CACHE_HOME")
     return Path(base) / "firstcontact" / name
 
 
@@ -134,7 +134,7 @@ def make_once(folder: Path, make: Callable[[Path], object]) -> None:
             making.rename(folder)
     except OSError as error:
         if error.errno not in _NOT_EMPTY:  # another program has made the folder meanwhile
-            raise InputError(
+            raise FileError(
                 f"{folder} cannot be written ({error.strerror or error}): make room on the disk, "
                 "or name another cache folder in the variable XDG_CACHE_HOME"
             ) from error
@@ -201,7 +201,7 @@ def written_elsewhere(
         with suppress(OSError):
             place = Path(tempfile.mkdtemp(prefix=f"{path.name}-", dir=base))
             write(place)
-            return InputError(
+            return FileError(
                 f"{path} cannot be written ({error.strerror or error}): what belongs in it is in "
                 f"{place}: move it to another folder"
             )
@@ -259,12 +259,12 @@ def _remove_if_dead(folder: Path) -> None:
 
 def _check_replaceable(path: Path) -> None:
     if path.exists() and not path.is_dir():
-        raise InputError(f"{path} is a file: choose a folder")
+        raise FileError(f"{path} is a file: choose a folder")
     if path.is_mount():
-        raise InputError(f"{path} is a mounted disk and cannot be replaced: choose a folder in it")
+        raise FileError(f"{path} is a mounted disk and cannot be replaced: choose a folder in it")
     with suppress(FileNotFoundError):  # the working folder may have been removed
         if path.exists() and Path.cwd().is_relative_to(path):
-            raise InputError(
+            raise FileError(
                 f"{path} is the working folder and cannot be replaced: "
                 "choose another folder, or run the command from elsewhere"
             )

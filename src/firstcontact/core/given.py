@@ -14,7 +14,7 @@ from enum import Enum
 from numbers import Real
 from typing import Any, TypeVar
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import ArgumentError
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import check_text
 
@@ -49,7 +49,7 @@ def given_name(value: Any, parameter: str) -> str:
     name = plain_name(value)
     if len(name) > LONGEST_NAME:
         message = f"the name has {len(name)} characters: give at most {LONGEST_NAME}"
-        raise InputError(message, parameter=parameter)
+        raise ArgumentError(message, parameter=parameter)
     return name
 
 
@@ -58,7 +58,7 @@ def given_number(value: Any, parameter: str, low: float, high: float, remedy: st
     if is_number(value) and low <= value <= high:
         return float(value)
     message = f"{brief(value)} is outside the range: give {remedy or f'{low:g} to {high:g}'}"
-    raise InputError(message, parameter=parameter)
+    raise ArgumentError(message, parameter=parameter)
 
 
 def given_whole(value: Any, parameter: str) -> int:
@@ -67,7 +67,7 @@ def given_whole(value: Any, parameter: str) -> int:
         return value
     if is_number(value) and math.isfinite(value) and value == int(value):
         return int(value)
-    raise InputError(f"{brief(value)} is not a whole number: give one", parameter=parameter)
+    raise ArgumentError(f"{brief(value)} is not a whole number: give one", parameter=parameter)
 
 
 def given_choice(kind: type[Choice], value: Any, parameter: str) -> Choice:
@@ -77,7 +77,7 @@ def given_choice(kind: type[Choice], value: Any, parameter: str) -> Choice:
     except ValueError:
         choices = ", ".join(f"{kind.__name__}.{member.name}" for member in kind)
         message = f"{brief(value)} is not a {kind.__name__}: give one of {choices}"
-        raise InputError(message, parameter=parameter) from None
+        raise ArgumentError(message, parameter=parameter) from None
 
 
 def is_number(value: Any) -> bool:

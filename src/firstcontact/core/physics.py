@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from math import sqrt
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import ArgumentError
 from firstcontact.core.text import parse_float
 
 #: Acceleration of free fall, m/s^2.
@@ -86,7 +86,7 @@ def parse_radius(text: str) -> float:
     except ValueError:
         radius = math.nan
     if not LEAST <= radius <= MOST:
-        raise InputError(
+        raise ArgumentError(
             f"{text.strip()!r} is not a shape of an object: give {FLAT!r}, or a radius from "
             f"{LEAST:g} to {MOST:g} mm",
             parameter="shape",

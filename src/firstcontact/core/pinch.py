@@ -13,7 +13,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from firstcontact.core._block import Block
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import ArgumentError
 from firstcontact.core.calibration import Calibration
 from firstcontact.core.display import Drawable
 from firstcontact.core.given import brief, given_choice, given_name, given_number, given_whole
@@ -177,13 +177,13 @@ def check_contacts(
     samples = [c.sample for c in contacts]
     fingers = [c.finger for c in contacts if c.finger is not None]
     if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-        raise InputError("give at most one contact of each finger, in time order", "truth")
+        raise ArgumentError("give at most one contact of each finger, in time order", "truth")
     given = [("truth", sample) for sample in samples]
     given += [("found", contact.sample) for contact in hints]
     given += [] if motor_start is None else [("motor_start", motor_start)]
     for parameter, sample in given:
         if not first_sample <= sample < end:
-            raise InputError(
+            raise ArgumentError(
                 f"{sample} is outside the pinch: count samples from the start of the device, so "
                 f"give {first_sample} to {end - 1}",
                 parameter,
@@ -197,7 +197,7 @@ def _samples(data: Any, layout: Layout) -> NDArray[Any]:
         data = np.where(masked, np.nan, data.data) if masked.any() else data.data
     array = np.asarray(data)
     if array.ndim != 2 or array.shape[1] != layout.width or array.dtype.kind not in "iufb":
-        raise InputError(
+        raise ArgumentError(
             f"an array of {array.dtype}, shape {array.shape}, does not fit the layout: give "
             f"numbers, shape (samples, {layout.width})",
             parameter="data",
@@ -260,7 +260,7 @@ class Pinch(Drawable):
 
     def __post_init__(self) -> None:
         if fault := self.layout.fault:
-            raise InputError(f"it has {fault}: give each finger one channel", parameter="layout")
+            raise ArgumentError(f"it has {fault}: give each finger one channel", parameter="layout")
         object.__setattr__(self, "data", _samples(self.data, self.layout))
         object.__setattr__(self, "first_sample", given_whole(self.first_sample, "first_sample"))
         object.__setattr__(self, "truth", tuple(self.truth))
@@ -269,11 +269,11 @@ class Pinch(Drawable):
         end = self.first_sample + len(self.data)
         check_contacts(self.first_sample, end, self.truth)
         if self.motor_start is not None and self.motor_start > end:
-            raise InputError(f"{self.motor_start} is after the end, {end}", "motor_start")
+            raise ArgumentError(f"{self.motor_start} is after the end, {end}", "motor_start")
         for name, kind in _RECORDS.items():
             if not isinstance(value := getattr(self, name), kind | None) or self.label is None:
                 message = f"{brief(value)} is not a {kind.__name__}: make one"
-                raise InputError(message, parameter=name)
+                raise ArgumentError(message, parameter=name)
 
     @property
     def first(self) -> Contact | None:

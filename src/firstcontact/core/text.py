@@ -6,7 +6,7 @@ import codecs
 import math
 import re
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import ArgumentError
 
 #: Endings that take -es in the plural ("epoch" does not).
 _ES = ("s", "x", "nch", "tch", "sh")
@@ -87,11 +87,11 @@ def summarize_error(error: BaseException) -> str:
 def check_text(text: object, parameter: str = "") -> None:
     """Raise an error for a value that no recording could store as text."""
     if not isinstance(text, str):
-        raise InputError(f"{text!r} is not a text: put it in quotes", parameter=parameter)
+        raise ArgumentError(f"{text!r} is not a text: put it in quotes", parameter=parameter)
     try:
         text.encode()
     except UnicodeEncodeError as error:
-        raise InputError(
+        raise ArgumentError(
             f"{text!r} has characters that UTF-8 cannot store: remove them", parameter=parameter
         ) from error
 

@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import ModelError
 from firstcontact.core.files import read_regular, replacing, write_text
 from firstcontact.core.installation import installed_versions
 from firstcontact.core.records import Name, read_record
@@ -81,20 +81,20 @@ def read_card(
     try:
         text = read_regular(path, LONGEST_CARD)
     except FileNotFoundError:
-        raise InputError(
+        raise ModelError(
             f"{path}: no {noun} found: choose a folder that `firstcontact train` wrote"
         ) from None
     except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the file") from None
+        raise ModelError(f"{path} cannot be read ({error.strerror}): check the file") from None
     remedy = "train again or copy it again"
     head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
     if head.format != expected_format:
-        raise InputError(
+        raise ModelError(
             f"{path}: the field 'format' is {head.format!r}, not {expected_format!r}: choose the "
             f"folder of a {noun}"
         )
     if head.format_version != expected_version:
-        raise InputError(
+        raise ModelError(
             f"{path}: the field 'format_version' is {head.format_version}, but this program reads "
             f"{expected_version}: update firstcontact, or train again"
         )
@@ -106,9 +106,9 @@ def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
     try:
         raw = read_regular(path, most)
     except OSError:
-        raise InputError(f"{path} cannot be read: copy the whole folder again") from None
+        raise ModelError(f"{path} cannot be read: copy the whole folder again") from None
     if digest(raw) != sha256:
-        raise InputError(
+        raise ModelError(
             f"{path} is damaged, or {card} belongs to another file (the checksums 'sha256' "
             "differ): copy the whole folder again"
         )
@@ -132,12 +132,12 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
             raise ValueError
         arrays = load(raw)
     except (SafetensorError, ValueError, KeyError, TypeError):
-        raise InputError(f"{path} is not a safetensors file: train again") from None
+        raise ModelError(f"{path} is not a safetensors file: train again") from None
     for name, array in arrays.items():
         if array.dtype in (np.uint8, np.int16):  # their reader checks them
             continue
         if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
-            raise InputError(
+            raise ModelError(
                 f"{path}: the array '{name}' holds values that are not finite numbers: train again"
             )
     return arrays
@@ -148,18 +148,18 @@ def take_array(
 ) -> NDArray[np.floating]:
     """Return one array of a file of weights, after a check of its shape and values."""
     if name not in arrays:
-        raise InputError(f"the array '{name}' is missing")
+        raise ModelError(f"the array '{name}' is missing")
     array = arrays[name]
     if len(array.shape) != len(shape) or any(
         wanted not in (None, size) for size, wanted in zip(array.shape, shape, strict=True)
     ):
         wanted = ", ".join("any" if size is None else str(size) for size in shape)
-        raise InputError(f"the array '{name}' has shape {array.shape}; expected ({wanted})")
+        raise ModelError(f"the array '{name}' has shape {array.shape}; expected ({wanted})")
     if (
         not np.issubdtype(array.dtype, np.floating)
         or not (np.abs(array.astype(np.float64)) <= LARGEST).all()
     ):
-        raise InputError(
+        raise ModelError(
             f"the array '{name}' holds values that are not numbers from -{LARGEST:g} to {LARGEST:g}"
         )
     return array

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, VibrationSensor
+from firstcontact.core import DeviceError, InputError, VibrationSensor
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.units import Unit
@@ -57,7 +57,7 @@ class AudioSource(ThreadedSource):
         sound = portaudio()
         device = _device(sound, self._input_name)
         if device["max_input_channels"] < self._channels:
-            raise InputError(
+            raise DeviceError(
                 f"{self.name} has {device['max_input_channels']} channel, but its name asks for "
                 "two: leave out the /2"
             )
@@ -74,7 +74,7 @@ class AudioSource(ThreadedSource):
             self._stream.start()
         except (sound.PortAudioError, ValueError) as error:
             self._shut()
-            raise InputError(
+            raise DeviceError(
                 f"{self.name} cannot be opened ({error}): close what else uses it, or see "
                 "`firstcontact ports`"
             ) from error
@@ -97,7 +97,7 @@ class AudioSource(ThreadedSource):
                 block = self._blocks.get(timeout=0.05)
             except Empty:
                 if self._wait():  # PortAudio does not report an unplugged input
-                    raise InputError(
+                    raise DeviceError(
                         f"{self.name} sends no samples any more: plug it in and start again"
                     ) from None
                 continue
@@ -148,7 +148,7 @@ def portaudio() -> Any:
     try:
         import sounddevice
     except OSError as error:
-        raise InputError(
+        raise DeviceError(
             f"sound inputs need the PortAudio library ({error}): install it (on Debian: "
             "`sudo apt install libportaudio2`)"
         ) from error
@@ -172,7 +172,7 @@ def _device(sound: Any, name: str) -> dict[str, Any]:
     """Return the sound input with this name, or the default one."""
     available = _inputs(sound)
     if not available:
-        raise InputError(
+        raise DeviceError(
             "there is no sound input: plug one in, and check that this user may open it (on "
             "Debian: the group audio)"
         )
@@ -183,7 +183,7 @@ def _device(sound: Any, name: str) -> dict[str, Any]:
     matches = matches or [d for d in available if name.lower() in d["name"].lower()]
     if len(matches) != 1:
         names = ", ".join(repr(d["name"]) for d in matches or available)
-        raise InputError(
+        raise DeviceError(
             f"audio:{name} fits {'no input' if not matches else 'several inputs'}: choose one of "
             f"{names}"
         )

@@ -10,7 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Channel, ChannelKind, Finger, InputError, VibrationSensor, finger_name
+from firstcontact.core import (
+    Channel,
+    ChannelKind,
+    DeviceError,
+    Finger,
+    VibrationSensor,
+    finger_name,
+)
 from firstcontact.core.plausible import is_clock
 from firstcontact.core.units import Unit
 
@@ -63,7 +70,7 @@ def select_signals(
     if None in matches or not 1 <= len(set(places)) == len(places) <= 2:
         missing = next((w for w, k in zip(wanted, matches, strict=True) if k is None), None)
         fault = f"no signal {missing!r}" if missing else f"{len(places)} signals"
-        raise InputError(
+        raise DeviceError(
             f"{device} has {fault}: name one or two of {', '.join(names[:16])}, as in "
             f"{device}#{(*names, '1')[0]}"
         )
@@ -101,7 +108,7 @@ def identify_columns(
     width = max(set(widths), key=widths.count)
     full_lines = [line for line in lines if len(line) == width]
     if len(full_lines) < 0.8 * len(lines):
-        raise InputError(
+        raise DeviceError(
             f"the lines of {device} have from {min(widths)} to {max(widths)} numbers: print the "
             "same number of columns in each line, or set its baud rate (csv:PORT@BAUD)"
         )
@@ -110,7 +117,7 @@ def identify_columns(
     wanted_places = [k for word in wanted if (k := find_column(word, names)) is not None]
     counter = _counter(full_lines, names if named else (), wanted_places)
     if counter is not None and not _counts(full_lines, counter):
-        raise InputError(
+        raise DeviceError(
             f"column {names[counter]!r} of {device} has the name of a counter but does not count "
             "up: rename it, let the board count its samples in it, or name it if it is a signal, "
             f"as in {device}#{names[counter]}"

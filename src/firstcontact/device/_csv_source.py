@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Layout
+from firstcontact.core import DeviceError, InputError, Layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.text import parse_float
 from firstcontact.core.units import COUNTS, STATE_UNIT, Unit, fit_unit, parse_unit, unit_of_name
@@ -234,7 +234,7 @@ class CsvSource(ThreadedSource):
             self._columns, rate = self._identify(self._port)
         except LinkError as error:
             self._shut()
-            raise InputError(
+            raise DeviceError(
                 f"{self.port} was unplugged while it was opened: plug it in"
             ) from error
         except BaseException:
@@ -264,7 +264,7 @@ class CsvSource(ThreadedSource):
             or (not arrivals.steady and now - opened < PATIENCE)
         ):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
-                raise InputError(
+                raise DeviceError(
                     f"{self.port} sent no lines of numbers in {PATIENCE:g} s ({self._lines.bad} "
                     "lines were not numbers): check that the board prints numbers, and its baud "
                     "rate (csv:PORT@BAUD)"
@@ -288,7 +288,7 @@ class CsvSource(ThreadedSource):
         if abs(rate - self._rate) <= ALIKE * self._rate:
             rate = self._rate  # assume the exact rate: the difference is clock drift
         if rate < LOWEST_RATE:
-            raise InputError(
+            raise DeviceError(
                 f"{self.port} gives {rate:.0f} lines a second, but contact detection needs "
                 f"{LOWEST_RATE:g} or more: raise the baud rate, print fewer columns or sample "
                 "faster"
@@ -390,7 +390,7 @@ class CsvSource(ThreadedSource):
         )
         places = [(c.signals, c.counter, c.width) for c in (now, former)]
         if places[0] != places[1] or not is_same:
-            raise InputError(
+            raise DeviceError(
                 f"{self.name} came back with other columns ({', '.join(now.names)} instead of "
                 f"{', '.join(former.names)}): start the command again"
             )
@@ -406,12 +406,12 @@ def from_name(name: str, options: SourceOptions) -> CsvSource:
     address, stated, text = address.partition("=")
     unit = parse_unit(text)
     if stated and unit is None:
-        raise InputError(f"{name} has no unit after the =: {STATE_UNIT}, as in csv:PORT=12bits")
+        raise DeviceError(f"{name} has no unit after the =: {STATE_UNIT}, as in csv:PORT=12bits")
     port, _, baud = address.partition("@")
     if not port:
-        raise InputError(f"{name} names no port: give one, as in csv:/dev/ttyACM0@115200#piezo")
+        raise DeviceError(f"{name} names no port: give one, as in csv:/dev/ttyACM0@115200#piezo")
     # At most 8 digits: the system cannot store more.
     if baud and not (baud.isdecimal() and len(baud) <= 8 and int(baud) > 0):
-        raise InputError(f"{name} has no baud rate after the @: give one, as in csv:{port}@{BAUD}")
+        raise DeviceError(f"{name} has no baud rate after the @: give one, as in csv:{port}@{BAUD}")
     names = tuple(word for word in columns.split(",") if word)
     return CsvSource(port, names, int(baud) if baud else BAUD, unit=unit)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device._audio_source import sound_descriptor
 from firstcontact.device.descriptor import Descriptor
@@ -32,11 +32,11 @@ class TapeSource(ThreadedSource):
 
     def _open(self) -> Descriptor:
         if not self._path.exists():
-            raise InputError(f"{self._path} does not exist: check the path")
+            raise FileError(f"{self._path} does not exist: check the path")
         rate, stored = read_sound(self._path)
         check_rate(f"{self._path}: the sample rate", rate)
         if stored.shape[1] > 2:
-            raise InputError(
+            raise FileError(
                 f"{self._path} has {stored.shape[1]} channels: keep one, or one for each finger"
             )
         delay = self._resample(rate, FINGERTIP_RATE)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from firstcontact.core import Block, InputError
+from firstcontact.core import Block, DeviceError
 from firstcontact.device.descriptor import (
     Descriptor,
     DevicePrediction,
@@ -133,7 +133,7 @@ class Assembler:
             except FrameError as error:
                 self.counts.malformed_frames += 1
                 if frame.type == FrameType.SAMPLES and not self._fits:
-                    raise InputError(
+                    raise DeviceError(
                         f"the device's samples do not fit its descriptor ({error}): flash the "
                         "firmware that belongs to this version of firstcontact"
                     ) from error
@@ -147,7 +147,7 @@ class Assembler:
             self.descriptor = descriptor
             self._width = descriptor.layout.width
         elif descriptor.layout != self.descriptor.layout:
-            raise InputError(
+            raise DeviceError(
                 "another device is now on this port, with other channels or another sampling "
                 "rate: start the command again to use this device"
             )

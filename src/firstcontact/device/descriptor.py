@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self
 
 from msgspec import Meta
 
-from firstcontact.core import Finger, InputError, Layout, VibrationSensor
+from firstcontact.core import DeviceError, Finger, InputError, Layout, VibrationSensor
 from firstcontact.core.records import Name, read_record
 from firstcontact.device.protocol import VERSION, FrameError, FrameType, read_descriptor, unpack
 from firstcontact.recording import Header
@@ -145,7 +145,7 @@ class Descriptor:
         if not fault and fields.source not in SOURCES:
             fault = f"the source {fields.source!r}, not one of {', '.join(SOURCES)}"
         if fault:
-            raise InputError(f"the device's descriptor has {fault}: {_FLASH}")
+            raise DeviceError(f"the device's descriptor has {fault}: {_FLASH}")
         return cls(
             fields.layout,
             fields.firmware,
@@ -161,15 +161,15 @@ class Descriptor:
 def read_greeting(payload: bytes) -> tuple[int, Descriptor]:
     version, boot, text = read_descriptor(payload)
     if version != VERSION:
-        raise InputError(_version_mismatch(version))
+        raise DeviceError(_version_mismatch(version))
     return boot, Descriptor.from_text(text)
 
 
 def refusal(payload: bytes) -> InputError:
     if payload and payload[0] != VERSION:
-        return InputError(_version_mismatch(payload[0]))
+        return DeviceError(_version_mismatch(payload[0]))
     reason = payload[1:].decode(errors="replace")
-    return InputError(f"the device refuses the connection ({reason}): {_FLASH}")
+    return DeviceError(f"the device refuses the connection ({reason}): {_FLASH}")
 
 
 def _version_mismatch(version: int) -> str:

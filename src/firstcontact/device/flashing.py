@@ -7,7 +7,7 @@ import time
 import zlib
 from contextlib import closing
 
-from firstcontact.core import InputError
+from firstcontact.core import DeviceError, InputError
 from firstcontact.device.descriptor import read_greeting, refusal
 from firstcontact.device.ports import LinkError, SerialTransport
 from firstcontact.device.protocol import VERSION, Decoder, FrameError, FrameType
@@ -69,7 +69,7 @@ class _Link:
         return None
 
     def error(self, message: str) -> InputError:
-        return InputError(f"{self.port}: {message}")
+        return DeviceError(f"{self.port}: {message}")
 
     def hello(self) -> bytes:
         answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Channel, InputError, Layout, VibrationSensor
+from firstcontact.core import Channel, DeviceError, InputError, Layout, VibrationSensor
 from firstcontact.core.installation import install_command, require_modules
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.units import known_unit
@@ -47,7 +47,7 @@ def lsl_library() -> Any:
     try:
         import pylsl
     except RuntimeError as error:  # the C library is missing
-        raise InputError(f"LSL needs liblsl ({error}): {install_command('live')}") from error
+        raise DeviceError(f"LSL needs liblsl ({error}): {install_command('live')}") from error
     # Without a settings file of the user, liblsl prints its settings on standard error.
     files = ("lsl_api.cfg", "~/lsl_api/lsl_api.cfg", "/etc/lsl_api/lsl_api.cfg")
     has_file = any(map(os.path.exists, map(os.path.expanduser, files)))
@@ -121,7 +121,7 @@ class LslSource(ThreadedSource):
         self._lost = (util.LostError, util.TimeoutError, util.InternalError, TimeoutError)
         info = self._find(PATIENCE)
         if info is None:
-            raise InputError(
+            raise DeviceError(
                 f"no LSL stream is called {self._stream!r}: start its sender, or see "
                 "`firstcontact ports --ask`"
             )
@@ -137,7 +137,7 @@ class LslSource(ThreadedSource):
         if streams:
             streams = self._lsl.resolve_bypred(predicate, 2, ANOTHER) or streams
         if len(streams) > 1:
-            raise InputError(
+            raise DeviceError(
                 f"{self.name} is the name of {len(streams)} streams: choose one of "
                 f"{', '.join(_distinct_names(streams))}"
             )
@@ -151,7 +151,7 @@ class LslSource(ThreadedSource):
             self._inlet.open_stream(PATIENCE)
             self._inlet.time_correction(PATIENCE)
         except self._lost as error:
-            raise InputError(
+            raise DeviceError(
                 f"{self.name} does not answer ({error}): start the sender of this stream again"
             ) from error
         channels, self._places = stream_channels(info, self._named, self.name)
@@ -171,9 +171,9 @@ class LslSource(ThreadedSource):
     def _check_rate(self, info: Any) -> None:
         rate = float(info.nominal_srate())
         if info.channel_format() == self._lsl.cf_string:
-            raise InputError(f"{self.name} carries text: choose a stream of numbers")
+            raise DeviceError(f"{self.name} carries text: choose a stream of numbers")
         if not LOWEST_RATE <= rate <= HIGHEST_RATE:
-            raise InputError(
+            raise DeviceError(
                 f"{self.name} states a rate of {rate:g} Hz: contact detection needs "
                 f"{LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz in the field 'nominal_srate'"
             )
@@ -208,7 +208,7 @@ class LslSource(ThreadedSource):
     ) -> _Epoch:
         """Deliver a chunk. Return its epoch, a new one if the sender's clock was changed."""
         if epoch.runs_backwards(stamps):
-            raise InputError(
+            raise DeviceError(
                 f"the time stamps of {self.name} run backwards: correct the program that sends them"
             )
         ages = clock - stamps
@@ -235,7 +235,7 @@ class LslSource(ThreadedSource):
             if descriptor is not None:
                 if descriptor.layout == self.descriptor.layout:
                     return True
-                raise InputError(
+                raise DeviceError(
                     f"{self.name} came back with other channels: start the command again"
                 )
         return False
@@ -299,7 +299,7 @@ def from_name(name: str, options: SourceOptions) -> LslSource:
     options.check_own_speed(name)
     stream, _, channels = name.removeprefix("lsl:").partition("#")
     if not stream:
-        raise InputError("the device 'lsl:' names no stream: give one, as in lsl:NAME")
+        raise DeviceError("the device 'lsl:' names no stream: give one, as in lsl:NAME")
     if not stream.isprintable():  # the query is sent as one line of text
-        raise InputError(f"{name!r} has unprintable characters: use the stream's exact name")
+        raise DeviceError(f"{name!r} has unprintable characters: use the stream's exact name")
     return LslSource(stream, tuple(word for word in channels.split(",") if word))

@@ -12,7 +12,7 @@ from firstcontact.core import (
     Block,
     Calibration,
     ChannelKind,
-    InputError,
+    DeviceError,
     Layout,
     VibrationCalibration,
     finger_name,
@@ -52,7 +52,7 @@ class RestMeter:
     def __init__(self, layout: Layout, seconds: float = 2.0) -> None:
         self._fingers = fingers = layout.vibration_fingers
         if not fingers:
-            raise InputError(
+            raise DeviceError(
                 "the source has no vibration channel, so there is no noise to measure: leave the "
                 "calibration out"
             )
@@ -98,7 +98,7 @@ class RestMeter:
     def calibration(self) -> Calibration:
         """Return noise floor and offset of each vibration sensor over all parts at rest so far."""
         if not self.is_sufficient:
-            raise InputError(f"the noise floor cannot be measured: {'; '.join(self.obstacles())}")
+            raise DeviceError(f"the noise floor cannot be measured: {'; '.join(self.obstacles())}")
         at_rest = self._at_rest()
         noise = np.sqrt(np.mean(self._rms[at_rest] ** 2, axis=0))
         offset = self._means[at_rest].mean(axis=0)
@@ -173,7 +173,7 @@ def wait_for_arrivals(source: Source) -> list[Arrival]:
             break
         if arrivals := source.read(SILENCE / WAITS):
             return arrivals
-    raise InputError(
+    raise DeviceError(
         f"{source.name} sends no samples: check its connection, or that the recording is long "
         "enough"
     )

@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firstcontact.core import InputError, Registry
+from firstcontact.core import ArgumentError, Registry
 from firstcontact.core.files import AnyPath, given_path
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ SLOWEST = 1e-6
 
 def check_speed(speed: float, fastest: float = math.inf) -> None:
     if not SLOWEST <= speed <= fastest:
-        raise InputError(
+        raise ArgumentError(
             f"the speed is {speed:g}: give a number from {SLOWEST:g} to {fastest:g}",
             parameter="speed",
         )
@@ -44,7 +44,9 @@ class SourceOptions:
     def check_own_speed(self, device: str) -> None:
         """Raise InputError if the speed is not 1. ``device`` has a fixed speed."""
         if self.speed != 1.0:
-            raise InputError(f"{device} has a fixed speed: leave the speed out", parameter="speed")
+            raise ArgumentError(
+                f"{device} has a fixed speed: leave the speed out", parameter="speed"
+            )
 
 
 @dataclass(frozen=True, slots=True)

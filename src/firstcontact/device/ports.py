@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import InputError
+from firstcontact.core import DeviceError, InputError
 from firstcontact.device.protocol import FrameType, encode
 
 #: USB vendor number of PJRC's Teensy boards.
@@ -63,7 +63,7 @@ class SerialTransport:
                 port, baud, timeout=PATIENCE, write_timeout=WRITE, exclusive=True
             )
         except _FAULTS as error:
-            raise InputError(_opening_error(port, error)) from error
+            raise DeviceError(_opening_error(port, error)) from error
 
     def read(self, patience: float = PATIENCE) -> bytes:
         """Return the available bytes. Wait at most ``patience`` s for the first."""

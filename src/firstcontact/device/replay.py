@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from firstcontact.core import Block, ClosingSpeed, InputError
+from firstcontact.core import Block, ClosingSpeed, DeviceError, FileError, InputError
 from firstcontact.device._responder import RING, TerminalDevice
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions, check_speed
@@ -44,7 +44,7 @@ def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
     check_speed(speed)
     recording = read_recording(path)
     if not recording.samples:
-        raise InputError(f"{path} holds no samples: there is nothing to replay")
+        raise FileError(f"{path} holds no samples: there is nothing to replay")
     h = recording.header
     # Groups are left out: a device sends only the samples in which contacts are detected.
     layout = replace(h.layout, groups=())
@@ -129,12 +129,12 @@ class ReplaySource(Source):
         return None
 
     def mark(self, text: str) -> None:
-        raise InputError(
+        raise DeviceError(
             f"{self.name} is a recording, to which no markers can be added: use a live source"
         )
 
     def order(self, text: str) -> None:
-        raise InputError(
+        raise DeviceError(
             f"{self.name} is a recording, which follows no orders: use the device twin"
         )
 
@@ -217,7 +217,7 @@ class ReplayDevice(TerminalDevice):
         recording, descriptor = _read(path, speed)
         header = recording.header
         if header.dtype != "int16":
-            raise InputError(
+            raise FileError(
                 f"{path} cannot be sent by a serial device: its samples are {header.dtype}, not "
                 "int16: give the recording itself to --device"
             )

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Self
 
-from firstcontact.core import InputError
+from firstcontact.core import DeviceError, InputError
 from firstcontact.core.text import check_text
 from firstcontact.device.assembler import Assembled, Assembler, Counts
 from firstcontact.device.descriptor import Descriptor, DevicePrediction
@@ -156,7 +156,7 @@ class SerialSource(QueuedSource):
     def mark(self, text: str) -> None:
         check_text(text)
         if text.startswith(TWIN.strip()) and self.descriptor.source == "twin":
-            raise InputError(
+            raise DeviceError(
                 f"a marker that begins with {TWIN.strip()!r} is reserved for the twin: "
                 "begin with another word"
             )
@@ -176,7 +176,7 @@ class SerialSource(QueuedSource):
                 raise LinkError("closed")
             transport.send(kind, payload)
         except LinkError as error:
-            raise InputError(
+            raise DeviceError(
                 f"{self.name}: the device is not connected, and {failed}: plug it in"
             ) from error
 
@@ -196,17 +196,17 @@ class SerialSource(QueuedSource):
                     break
                 except LinkError as lost:
                     if self._assembler.epoch < 0:
-                        raise InputError(
+                        raise DeviceError(
                             "the device was unplugged while its port was opened: plug it in"
                         ) from lost
                 self._disconnect()
                 self._transport = reopen(lost_port, self._closing, BAUD)
         except InputError as input_error:
-            error = InputError(f"{self.name}: {input_error}")
+            error = DeviceError(f"{self.name}: {input_error}")
         except Exception as unexpected:
             # The reader must not wait for a thread that has ended.
             _log.exception("%s: reading failed", self.name)
-            error = InputError(f"{self.name}: reading failed ({unexpected!r}): open it again")
+            error = DeviceError(f"{self.name}: reading failed ({unexpected!r}): open it again")
         finally:
             with self._last_turn():  # a reader may be at the port
                 self._connected = False
@@ -257,7 +257,7 @@ class SerialSource(QueuedSource):
         now = time.monotonic()
         if now - self._heard > SILENCE and now - self._asked > AGAIN:
             if self._assembler.epoch < 0 and now - self._opened > self._patience:
-                raise InputError(
+                raise DeviceError(
                     "no device answers on this port: check that it is the fingertip "
                     "(`firstcontact ports --ask`), and flash its firmware"
                 )
@@ -325,7 +325,7 @@ class SerialSource(QueuedSource):
         has_pace = descriptor.paced and descriptor.source not in SIMULATED
         is_opening = self._assembler.epoch == 0 and now - self._began < OPENING
         if has_pace and is_opening and self._rate_check.add(end, now):
-            raise InputError(
+            raise DeviceError(
                 f"the device sends {self._rate_check.rate:.0f} samples a second by this machine's "
                 f"clock, and its rate is stated as {descriptor.layout.rate:.0f}: correct the timer "
                 "or the stated rate of its firmware"
@@ -361,6 +361,6 @@ class SerialSource(QueuedSource):
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
     if reason := not_a_port(port):
-        raise InputError(reason)
+        raise DeviceError(reason)
     options.check_own_speed(f"a device on {port}")
     return SerialSource(port)

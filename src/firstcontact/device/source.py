@@ -10,7 +10,14 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Self
 
-from firstcontact.core import Block, Calibration, ClosingSpeed, InputError
+from firstcontact.core import (
+    ArgumentError,
+    Block,
+    Calibration,
+    ClosingSpeed,
+    DeviceError,
+    InputError,
+)
 from firstcontact.device.descriptor import Descriptor, DevicePrediction
 from firstcontact.recording import Marker, PinchMark
 
@@ -213,21 +220,21 @@ class Source(ABC):
         """Refuse a read that would give nothing for ever."""
         self.descriptor  # noqa: B018  # refuses if the source is not open
         if is_drained:
-            raise InputError(f"{self.name} is closed: open it again")
+            raise DeviceError(f"{self.name} is closed: open it again")
         if not timeout <= threading.TIMEOUT_MAX:
-            raise InputError(
+            raise ArgumentError(
                 f"the timeout is {timeout:g} s: give at most {threading.TIMEOUT_MAX:.3g} s",
                 parameter="timeout",
             )
 
     def _not_open(self) -> InputError:
-        return InputError(f"{self.name} is not open: use the source in a with block")
+        return DeviceError(f"{self.name} is not open: use the source in a with block")
 
 
 def require_source(source: object) -> None:
     """Raise InputError if the value is no source, such as the name of a device."""
     if not isinstance(source, Source):
-        raise InputError(
+        raise ArgumentError(
             f"a source is needed, not a {type(source).__name__}: open one with "
             "`with firstcontact.open(device) as source`",
             parameter="source",

@@ -13,7 +13,7 @@ from typing import Any, NoReturn, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, InputError
+from firstcontact.core import Block, DeviceError, InputError
 from firstcontact.core.text import check_text, summarize_error
 from firstcontact.device.clock import ClockFit, RateCheck
 from firstcontact.device.descriptor import Descriptor, DevicePrediction
@@ -191,7 +191,7 @@ class ThreadedSource(QueuedSource):
         check_text(text)
         with self._changed:
             if not self._health.connected:
-                raise InputError(
+                raise DeviceError(
                     f"{self.name} is not connected, so the marker was not set: open the source "
                     "and set it again"
                 )
@@ -235,7 +235,7 @@ class ThreadedSource(QueuedSource):
             self._pending = max(until - self._next[1], 0)
         self._wait()
         if not self._health.samples and self._silence >= REFUSE_AFTER:
-            raise InputError(
+            raise DeviceError(
                 f"{self.name} sends no usable sample (all {end} are NaN, infinite, damaged, "
                 f"beyond {LARGEST_SAMPLE:.3g}, or without a valid time stamp): check the sensor "
                 "and the program that sends"
@@ -290,7 +290,7 @@ class ThreadedSource(QueuedSource):
     def _refuse_rate(self, share: float, clock: str) -> NoReturn:
         """Raise InputError: by ``clock``, the rate is ``share`` times the stated rate."""
         stated = self._input_rate or self.descriptor.layout.rate
-        raise InputError(
+        raise DeviceError(
             f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, but "
             f"states {stated:.0f}: correct the stated rate, or find the cause of lost samples"
         )
@@ -309,7 +309,7 @@ class ThreadedSource(QueuedSource):
             # The reader must not wait for a thread that has ended.
             _log.exception("%s: reading failed", self.name)
             reason = summarize_error(unexpected)
-            error = InputError(f"{self.name}: reading failed ({reason}): open it again")
+            error = DeviceError(f"{self.name}: reading failed ({reason}): open it again")
         try:
             self._shut()
         except BaseException:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import ArgumentError, Dataset
 from firstcontact.core.files import AnyPath, given_path, replacing_folder
 from firstcontact.core.installation import require_extra
 from firstcontact.export.budget import small_enough
@@ -63,9 +63,11 @@ def export_model(
     require_extra(exporter)
     place = given_path(out, "out")
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
-        raise InputError("the folder is not empty: give an empty or a new folder", parameter="out")
+        raise ArgumentError(
+            "the folder is not empty: give an empty or a new folder", parameter="out"
+        )
     if budget_us is not None and not 0.0 < budget_us <= 1e6:
-        raise InputError(
+        raise ArgumentError(
             "the time limit of a prediction must lie between 0 and 1000000 us",
             parameter="budget_us",
         )

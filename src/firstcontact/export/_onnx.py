@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.core import InputError
+from firstcontact.core import ModelError
 from firstcontact.export.registry import ModelExporter
 from firstcontact.models import Model
 from firstcontact.models.cnn import CnnModel
@@ -66,7 +66,7 @@ def write(model: Model, out: Path) -> list[str]:
         (out / name).write_bytes(raw)
         lines.append(f"{name}: {len(raw)} bytes")
     if not lines:
-        raise InputError(
+        raise ModelError(
             "only a CNN can be written as ONNX, but this model has only "
             f"{', '.join(model.estimators) or 'a detector'}: use --to c"
         )

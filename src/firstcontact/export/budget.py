@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact.contacts import first_contact
-from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core import Contact, Dataset, ModelError
 from firstcontact.models import Model, Windows
 from firstcontact.models.svm import SvmModel
 from firstcontact.models.window_predictor import WindowPredictor
@@ -31,7 +31,7 @@ def microseconds(count: float) -> float:
 def require_svm(window: WindowPredictor) -> SvmModel:
     """Return the model. Raise InputError if it is not a support vector machine."""
     if not isinstance(window.model, SvmModel):
-        raise InputError(f"{window.name} has no smaller form: train with --estimator svm")
+        raise ModelError(f"{window.name} has no smaller form: train with --estimator svm")
     return window.model
 
 
@@ -97,7 +97,7 @@ def _fitting(
         window.model.spec.require_rate(dataset.layout.rate)
         X, has_window = contact_windows(dataset, contacts, window.model.spec.duration)
         if len(X) < FEWEST_WINDOWS:
-            raise InputError(
+            raise ModelError(
                 f"--data holds only {len(X)} contacts: give the recordings that the model was "
                 "trained on"
             )
@@ -105,7 +105,7 @@ def _fitting(
     times = [microseconds(instructions(require_svm(form))) for form in candidates]
     quick = [form for form, time in zip(candidates, times, strict=True) if time <= budget_us]
     if not quick:
-        raise InputError(
+        raise ModelError(
             f"the smallest form of {window.name} takes about {times[0]:.0f} us, more than "
             f"--budget-us {budget_us:g}: raise it"
             + ("" if dataset is not None else ", or give its training recordings with --data")

@@ -22,7 +22,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from firstcontact.core import InputError
+from firstcontact.core import DeviceError
 from firstcontact.core.installation import require_modules
 
 #: Port that stands for the package's own simulated hand.
@@ -43,7 +43,7 @@ def check(port: str | None) -> str:
     """Check that the package is installed and a port was given. Return the port."""
     require_modules("hand", "ah_wrapper")
     if port is None:
-        raise InputError(
+        raise DeviceError(
             "the Ability Hand needs its serial port, such as /dev/ttyUSB0 "
             f"({SIMULATED!r} is the simulated hand of its package)"
         )
@@ -58,7 +58,7 @@ def claimed(port: str) -> Iterator[None]:
     try:
         descriptor = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     except OSError as error:
-        raise InputError(
+        raise DeviceError(
             f"the Ability Hand's port {port} cannot be opened ({error.strerror}): check cable, "
             "name and permission"
         ) from error
@@ -66,7 +66,7 @@ def claimed(port: str) -> Iterator[None]:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
         os.close(descriptor)
-        raise InputError(
+        raise DeviceError(
             f"the Ability Hand's port {port} is in use by another program: end that one first"
         ) from error
     try:
@@ -90,7 +90,7 @@ def open_client(port: str, rate: float) -> Any:
                 simulated=simulated,
             )
     except (_UnansweredError, OSError) as error:
-        raise InputError(
+        raise DeviceError(
             f"no Ability Hand answers on {port}: check power, cable and port, and that UART and "
             "byte stuffing are on (We16, We46, We47 in its app)"
         ) from error

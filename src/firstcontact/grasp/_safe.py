@@ -11,7 +11,7 @@ from functools import partial
 from math import inf, isfinite
 from typing import Self
 
-from firstcontact.core import ClosingSpeed, Command, InputError
+from firstcontact.core import ArgumentError, ClosingSpeed, Command
 from firstcontact.core.text import summarize_error
 from firstcontact.grasp._driver import DriverThread, call_directly
 from firstcontact.grasp._leaving import Leaving
@@ -53,7 +53,7 @@ class Pacer:
 
     def __init__(self, limits: HandLimits, silence: float) -> None:
         if not silence > 0:  # true of NaN
-            raise InputError(f"the time of {silence:g} s must be above 0", parameter="silence")
+            raise ArgumentError(f"the time of {silence:g} s must be above 0", parameter="silence")
         self.limits = limits
         self.counts = HandCounts()
         #: True after a release because of silence, until the next call of :meth:`release`.

@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Command, Contact, Estimate, InputError, Layout, Physical
+from firstcontact.core import (
+    ArgumentError,
+    ChannelKind,
+    Command,
+    Contact,
+    Estimate,
+    Layout,
+    Physical,
+)
 from firstcontact.core.text import summarize_error
 from firstcontact.grasp.policy import Policy
 
@@ -173,12 +181,12 @@ class GraspLoop:
         try:
             command = method(*arguments)
         except Exception as error:
-            raise InputError(
+            raise ArgumentError(
                 f"policy {name!r} raised {summarize_error(error)}: fix it or choose another policy",
                 parameter="policy",
             ) from error
         if command is not None and not isinstance(command, Command):
-            raise InputError(
+            raise ArgumentError(
                 f"policy {name!r} returned {type(command).__name__}: return a Command or None",
                 parameter="policy",
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from firstcontact.core import InputError, Registry
+from firstcontact.core import ArgumentError, InputError, Registry
 from firstcontact.core.registry import foreign_errors
 from firstcontact.grasp._grip import Grip
 from firstcontact.grasp._safe import SafeHand
@@ -49,7 +49,7 @@ def find_hand(hand: object) -> type[Hand] | Hand:
     if isinstance(hand, str):
         return HANDS.find(hand)
     if not isinstance(hand, Hand):
-        raise InputError(
+        raise ArgumentError(
             f"{hand!r} is no hand: give a name, or an instance of firstcontact.grasp.Hand",
             parameter="hand",
         )
@@ -119,19 +119,19 @@ def find_policy(policy: object) -> type[Policy] | Policy:
     kind = policy
     if isinstance(policy, str):
         if policy not in POLICIES.names:
-            raise InputError(
+            raise ArgumentError(
                 f"no policy is called {policy!r}: choose one of {', '.join(live_policies())}",
                 parameter="policy",
             )
         kind = POLICIES.find(policy)
     if not (isinstance(kind, Policy) or (isinstance(kind, type) and issubclass(kind, Policy))):
-        raise InputError(
+        raise ArgumentError(
             f"{policy!r} is no policy: give a name, a subclass of firstcontact.grasp.Policy or an "
             "instance",
             parameter="policy",
         )
     if kind.needs_truth:
-        raise InputError(
+        raise ArgumentError(
             f"policy {kind.name!r} must know the object in advance, so it is for simulations only: "
             f"choose one of {', '.join(live_policies())}",
             parameter="policy",

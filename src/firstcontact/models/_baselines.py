@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ModelError
 from firstcontact.core.display import GREEN, GREY
 from firstcontact.models.estimator import Estimator, training_spec
 from firstcontact.models.window_model import (
@@ -33,7 +33,7 @@ class ConstantModel(ArraysModel):
         super().__init__(spec, *arrays)
         self.value = float(self._arrays["value"][0])
         if spec.classes and self.value not in spec.classes:
-            raise InputError(
+            raise ModelError(
                 f"the model's constant prediction {self.value:g} is not one of its classes: train "
                 "the model again"
             )

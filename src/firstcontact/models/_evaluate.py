@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import ArgumentError, Dataset
 from firstcontact.core.display import Drawable, Progress, progress_steps
 from firstcontact.core.files import AnyPath
 from firstcontact.core.installation import require_modules
@@ -250,7 +250,7 @@ def evaluate(
     if detector is not None:
         model = replace(model, detector=detector)
     if not model.moments:
-        raise InputError(
+        raise ArgumentError(
             "the folder holds a detector, but no model that predicts: train a model",
             parameter="model",
         )
@@ -277,7 +277,7 @@ def evaluate(
             step(1)
     if not any(evaluation.scored for evaluation in out):
         shortest = min(p.moments[0] for p in model.predictors)
-        raise InputError(
+        raise ArgumentError(
             f"none of the {len(data)} pinches can be scored: check that pinches have a first "
             f"contact (here {out[0].contacts}), {1e3 * shortest:.3g} ms of signal between it and "
             f"the second contact, and a label {model.trained_on.target} that the model can predict",

@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ModelError
 from firstcontact.core.display import SKY
 from firstcontact.models.estimator import Estimator, library_targets, target_scale, training_spec
 from firstcontact.models.splits import inner_folds
@@ -148,7 +148,7 @@ class LogSpectrumModel(ArraysModel):
         blank = np.ones((1, spec.samples, spec.channels), np.float32)
         inputs = features(self._features, blank, spec.rate).shape[1] if self._features else 0
         if inputs != scale.shape[1]:
-            raise InputError(
+            raise ModelError(
                 "the shapes or values of the log-spectrum model's arrays do not fit together: "
                 "train again"
             )

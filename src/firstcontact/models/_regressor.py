@@ -20,7 +20,7 @@ from zipfile import ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError, InputError
 from firstcontact.core.registry import foreign_errors
 from firstcontact.core.text import summarize_error
 from firstcontact.models.estimator import Estimator, training_spec
@@ -118,7 +118,7 @@ class RegressorEstimator(Estimator):
         spec = training_spec(self.task, self.rate, X, y, groups)
         fraction = next((level for level in spec.classes if level % 1), None)
         if fraction is not None:
-            raise InputError(
+            raise ArgumentError(
                 f"scikit-learn's classifiers need whole numbers as classes, but a label is "
                 f"{fraction:g}: choose another estimator, or a regression",
                 parameter="estimator",
@@ -226,7 +226,7 @@ def _check_types(raw: bytes, title: str) -> None:
 
     unknown = sorted(set(get_untrusted_types(data=raw)) - set(TRUSTED))
     if unknown:
-        raise InputError(
+        raise ArgumentError(
             f"{title} holds the type {', '.join(unknown[:5])}, which is not trusted: use the "
             "trusted types of scikit-learn, SciPy and NumPy, or write an estimator",
             parameter="estimator",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain.image import SVMS_MOST, Constants, WindowConstants
-from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Layout, Pinch
+from firstcontact.core import ChannelKind, Contact, Dataset, Layout, ModelError, Pinch
 from firstcontact.core.physics import is_same_rate, parse_radius
 from firstcontact.models.card import AnytimeCard, TrainingRecord, WindowCard
 from firstcontact.models.predictions import Predictions
@@ -142,7 +142,7 @@ class Predictor(ABC):
     def check(self, layout: Layout) -> None:
         """Raise InputError if the model cannot predict from samples with this layout."""
         if not is_same_rate(layout.rate, self.rate):
-            raise InputError(
+            raise ModelError(
                 f"{self.name} needs samples at {self.rate:g} Hz, but these have {layout.rate:g} "
                 "Hz: resample them, or use a model for their rate"
             )

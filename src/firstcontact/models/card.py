@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Pinch
+from firstcontact.core import ModelError, Pinch
 from firstcontact.core.records import Count, Name, Notes
 from firstcontact.core.weights import Rate, Sha256
 from firstcontact.models.interval import Interval
@@ -140,7 +140,7 @@ def from_array(array: NDArray[Any] | None) -> Digests:
     if array is None:
         return np.zeros(0, np.uint64)
     if array.dtype != np.uint8 or array.ndim != 1 or len(array) % SIZE:
-        raise InputError(
+        raise ModelError(
             "the array 'pinches' does not hold digests of training pinches: train again"
         )
     return array.view("<u8").astype(np.uint64)

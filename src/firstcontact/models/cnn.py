@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ModelError
 from firstcontact.core.display import RED
 from firstcontact.core.installation import import_onnxruntime
 from firstcontact.models.estimator import (
@@ -65,7 +65,7 @@ def filled_graph(samples: int, channels: int, outputs: int, weights: NDArray[np.
         if start <= len(weights):
             tensor.CopyFrom(numpy_helper.from_array(part.reshape(sizes), tensor.name))
     if start != len(weights):
-        raise InputError(f"the CNN has {len(weights)} weights instead of {start}: train it again")
+        raise ModelError(f"the CNN has {len(weights)} weights instead of {start}: train it again")
     serialised: bytes = model.SerializeToString(deterministic=True)
     return serialised
 
@@ -115,7 +115,7 @@ class CnnModel(ArraysModel):
         super().__init__(spec, *arrays)
         self._scale, _, self._training, weights = self._arrays.values()
         if self._training.min() < 0:
-            raise InputError("the CNN's field 'epochs' or 'batch' is below 0: train the CNN again")
+            raise ModelError("the CNN's field 'epochs' or 'batch' is below 0: train the CNN again")
         #: Network as ONNX. It maps compressed windows (n, channels, 1, samples) to outputs.
         self.graph = filled_graph(
             spec.samples, spec.channels, len(spec.classes) or 1, weights.astype(np.float32)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain.image import Layer, Matrix
 from firstcontact.chain.touch import INPUTS, TRAITS
-from firstcontact.core import InputError
+from firstcontact.core import ModelError
 from firstcontact.core.weights import LARGEST, take_array
 from firstcontact.models.rig import Rig
 
@@ -36,7 +36,7 @@ class ContextNetwork:
         for name, size in (("inputs", INPUTS), ("token", Rig.TOKEN), ("general", Rig.GENERAL)):
             self._take(arrays, f"{name}.mean", size)
             if not self._take(arrays, f"{name}.sd", size).min() >= 1 / LARGEST:
-                raise InputError(
+                raise ModelError(
                     f"the array '{name}.sd' has values below {1 / LARGEST:g}: make the model again"
                 )
         width = INPUTS
@@ -62,7 +62,7 @@ class ContextNetwork:
         """Check a matrix of integers with its scales. Return the number of its rows."""
         weight = arrays.get(f"{name}.weight", np.zeros(0))
         if weight.dtype != np.int16 or weight.ndim != 2 or weight.shape[1] != columns:
-            raise InputError(
+            raise ModelError(
                 f"the array '{name}.weight' is missing, or is not a matrix of 16-bit integers with "
                 f"{columns} columns"
             )
@@ -115,7 +115,7 @@ class ContextNetwork:
             described = np.concatenate([means.reshape(stages, -1), rig_wide, has_level], axis=1)
             term: NDArray[np.float64] = described @ self["term.weight"].T.astype(np.float64)
         if not (np.abs(term) < _MOST).all():
-            raise InputError(
+            raise ModelError(
                 "the network's weights are so large that predictions can overflow: train again"
             )
         return term.astype(np.float32)
@@ -137,7 +137,7 @@ class Familiar:
     def __post_init__(self) -> None:
         shapes = ((len(Rig.STAGES), TRAITS), (len(Rig.STAGES), TRAITS, TRAITS), (len(Rig.STAGES),))
         if (self.mean.shape, self.whitening.shape, self.limit.shape) != shapes:
-            raise InputError(
+            raise ModelError(
                 "the shapes or values of the arrays that decide if a contact is out of range do "
                 "not fit together: make the model again"
             )

@@ -17,7 +17,7 @@ import numpy as np
 
 from firstcontact.contact import Detector, load_detector, save_detector
 from firstcontact.contact.detector_file import pretrained_detector
-from firstcontact.core import Contact, Dataset, InputError, Layout
+from firstcontact.core import ArgumentError, Contact, Dataset, Layout, ModelError
 from firstcontact.core.files import given_path, replacing_folder, written_elsewhere
 from firstcontact.core.physics import is_same_rate
 from firstcontact.core.units import STATE_UNIT, VOLTS
@@ -87,7 +87,7 @@ class Model:
     def __post_init__(self) -> None:
         is_kind = isinstance(self.detector, type)
         if self.detector is not None and (is_kind or not hasattr(self.detector, "constants")):
-            raise InputError(
+            raise ArgumentError(
                 f"the detector must be a fitted one, not {self.detector!r}: load one with "
                 "firstcontact.contact.load_detector(path)",
                 parameter="detector",
@@ -121,7 +121,7 @@ class Model:
     def rate(self) -> float:
         """Sampling rate of the signals that the model needs, Hz."""
         if not self.predictors:
-            raise InputError(
+            raise ModelError(
                 "the model has a detector, but no predictor of stiffness: make a model with train "
                 "or adapt"
             )
@@ -156,7 +156,7 @@ class Model:
                 else f"the detector needs samples at {rate:g} Hz, but no model in its folder does: "
                 f"train both together, with `firstcontact train --rate {rate:g}` or another rate"
             )
-            raise InputError(reason, parameter="model")
+            raise ArgumentError(reason, parameter="model")
         steps = [p for p in fitting if p.name == fitting[0].name]
         return steps[0] if len(steps) == 1 else PredictorLadder(steps)
 
@@ -201,7 +201,7 @@ class Model:
         first, last = predictor.moments[0], predictor.moments[-1]
         latest = last if at is None else at
         if not first - 1e-9 <= latest <= 1.0:
-            raise InputError(
+            raise ArgumentError(
                 f"{latest:g} s is outside {first:.3g} to 1 s: give a time in this range (after "
                 f"{last:.3g} s the prediction stays the same)",
                 parameter="at",
@@ -233,7 +233,7 @@ class Model:
         predictors = tuple(p for p in self.predictors if p.name == estimator)
         predictors = predictors or tuple(p for p in parts if p.name == estimator)
         if not predictors:
-            raise InputError(
+            raise ArgumentError(
                 f"the model has no {estimator!r}: choose {' or '.join(self.estimators)}"
                 if self.estimators
                 else "the model has a detector, but no predictor: train or adapt one",
@@ -255,7 +255,7 @@ class Model:
             "recordings of this sensor"
         )
         if self.trained_on.pinches:
-            raise InputError(line, parameter="model")
+            raise ArgumentError(line, parameter="model")
         _log.warning("%s. Until then, all predictions count as out of range", line)
         return True
 
@@ -294,7 +294,7 @@ class Model:
     def own_detector(self) -> Detector:
         """Contact detector of the model. Raise InputError if its folder has none."""
         if self.detector is None:
-            raise InputError(
+            raise ModelError(
                 f"{self.folder}: the folder has no detector: name a folder that `firstcontact "
                 "train` wrote"
             )
@@ -310,7 +310,7 @@ def _given_contacts(
         return [p.first for p in data.pinches] if is_known else None
     given = list(contacts)
     if len(given) != len(data):
-        raise InputError(
+        raise ArgumentError(
             f"{len(given)} contacts are given for {len(data)} pinches: give one for each pinch, "
             "None if it has no contact",
             parameter="contacts",
@@ -353,12 +353,12 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
 def require_dataset(data: object) -> None:
     """Raise InputError if the value is not a dataset (but a path, for example), or is empty."""
     if not isinstance(data, Dataset):
-        raise InputError(
+        raise ArgumentError(
             f"the data must be a Dataset, not a {type(data).__name__}: make one with load(path)",
             parameter="data",
         )
     if not len(data):
-        raise InputError("the data hold no pinch: give at least one", parameter="data")
+        raise ArgumentError("the data hold no pinch: give at least one", parameter="data")
 
 
 def shipped_model() -> Model:

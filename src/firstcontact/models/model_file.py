@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 from firstcontact.contact.detector_file import DETECTOR_FORMAT, DETECTOR_WEIGHTS, card_digest
-from firstcontact.core import InputError
+from firstcontact.core import InputError, ModelError
 from firstcontact.core.files import AnyPath, displaced_folder, given_path, read_regular
 from firstcontact.core.installation import kernels, require_extra
 from firstcontact.core.records import read_record
@@ -93,13 +93,13 @@ def read_model(folder: Path) -> SavedModel:
             try:
                 require_extra(model_class(part.kind, of_windows=True))
             except InputError as error:
-                raise InputError(f"{folder / CARD}: {error}") from None
+                raise ModelError(f"{folder / CARD}: {error}") from None
     _check_detector(folder, card)
     arrays = read_weights(folder / WEIGHTS, card.sha256 or "", CARD)
     try:
         digests = from_array(arrays.pop(PINCHES, None))
     except InputError as error:
-        raise InputError(f"{folder / WEIGHTS}: {error}: train again") from None
+        raise ModelError(f"{folder / WEIGHTS}: {error}: train again") from None
     predictors = []
     for number, part in enumerate(card.predictors):
         start = f"{number}."
@@ -112,7 +112,7 @@ def read_card(path: AnyPath) -> ModelCard:
     """Return the validated card of a model folder."""
     folder = model_folder(path)
     if not has_model(folder) and (aside := displaced_folder(folder)) is not None:
-        raise InputError(
+        raise ModelError(
             f"{folder}: a training was killed while it replaced this folder: rename {aside}, "
             f"which holds the folder's former content, to {folder.name}, or train again"
         )
@@ -141,7 +141,7 @@ def _predictor(folder: Path, part: WindowCard | AnytimeCard, arrays: Arrays) -> 
         reason = str(error)
     except (ValueError, TypeError, IndexError, ArithmeticError):
         reason = f"the arrays are not those of a model of kind {part.kind!r}"
-    raise InputError(f"{folder / WEIGHTS} and {CARD}: {reason}: {remedy}")
+    raise ModelError(f"{folder / WEIGHTS} and {CARD}: {reason}: {remedy}")
 
 
 def _check_detector(folder: Path, card: ModelCard) -> None:
@@ -152,9 +152,9 @@ def _check_detector(folder: Path, card: ModelCard) -> None:
     try:
         card_bytes = read_regular(file, LONGEST_CARD)
     except OSError as error:
-        raise InputError(f"{file} cannot be read ({error.strerror}): check the file") from None
+        raise ModelError(f"{file} cannot be read ({error.strerror}): check the file") from None
     if digest(card_bytes) != card.detector:
-        raise InputError(
+        raise ModelError(
             f"{file} is not the detector that {folder / CARD} was trained with: "
             "copy the whole folder again, or train again"
         )
@@ -188,7 +188,7 @@ def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> boo
         is_weights = path.name in (WEIGHTS, DETECTOR_WEIGHTS) and not path.is_dir()
         is_card = path.name in formats and _card_format(path) == formats[path.name]
         if not (is_weights or is_card):
-            raise InputError(
+            raise ModelError(
                 f"{out} would be replaced, but it holds {path.name}, which no training wrote: "
                 "choose another folder, or move that file away"
             )
@@ -207,7 +207,7 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
     if len(former) == len(windows) == 1:
         lost = []  # one window replaces another
     if lost or (len(former) < len(parts) and not network):
-        raise InputError(
+        raise ModelError(
             f"{out}: the folder holds a model that the new one would not replace: choose "
             "another folder, or remove the old model"
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from firstcontact.core import InputError, Registry
+from firstcontact.core import ArgumentError, InputError, Registry
 
 # The help of a command lists the names, and does not wait for NumPy.
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -
     entry = find_estimator(estimator)
     with ESTIMATORS.calling(entry.name):
         if not issubclass(entry, Estimator):
-            raise InputError(
+            raise ArgumentError(
                 f"{entry.name} cannot be fitted to windows, because it needs whole contacts: use "
                 "firstcontact.train or firstcontact.adapt",
                 parameter="estimator",

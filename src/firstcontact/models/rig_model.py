@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from firstcontact.chain import Image, build_image
 from firstcontact.chain.image import LINES, ModelConstants, RigConstants
 from firstcontact.chain.touch import predict_touches, rig_inputs
-from firstcontact.core import Contact, Dataset, Finger, InputError
+from firstcontact.core import Contact, Dataset, Finger, ModelError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.physics import is_same_rate, parse_radius
 from firstcontact.core.weights import take_array
@@ -61,12 +61,12 @@ class RigModel(AnytimeModel):
     ) -> None:
         for name, array in (("factors", factors), ("mixed", mixed)):
             if array.shape != (len(Rig.STAGES),) or not (array > 0).all():
-                raise InputError(
+                raise ModelError(
                     f"the array '{name}' must hold {len(Rig.STAGES)} numbers above 0, the factors "
                     "of the intervals' widths"
                 )
         if Rig.ANY not in rigs:
-            raise InputError(
+            raise ModelError(
                 "the model file lacks the arrays for fingers without own examples: adapt the model "
                 "again"
             )
@@ -233,7 +233,7 @@ class RigModel(AnytimeModel):
         self._check(touches)
         out = predict_touches(self.image, *touches.arrays)
         if not (is_finite := np.isfinite(out).all(axis=1)).all():
-            raise InputError(
+            raise ModelError(
                 f"the model predicts no finite number for contact {is_finite.argmin()}: leave the "
                 "contact out, or make the model again"
             )
@@ -248,12 +248,12 @@ class RigModel(AnytimeModel):
 
     def _check(self, touches: Touches) -> None:
         if not is_same_rate(touches.rate, self.rate):
-            raise InputError(
+            raise ModelError(
                 f"the model needs signals at {self.rate:g} Hz, but these have {touches.rate:g} Hz: "
                 "resample the pinches first"
             )
         if len(touches) and touches.valid.min() < self.shortest:
-            raise InputError(
+            raise ModelError(
                 f"a prediction needs {self.shortest} samples after the contact, but only "
                 f"{touches.valid.min()} exist: wait for more"
             )
@@ -285,7 +285,7 @@ class RigModel(AnytimeModel):
             for name in ("factors", "mixed")
         )
         if level is None:
-            raise InputError("the model file states no level of its intervals")
+            raise ModelError("the model file states no level of its intervals")
         network, familiar = ContextNetwork(arrays), Familiar.from_arrays(arrays)
         made = cls(network, familiar, factors, level, rigs, mixed)
         if "own.factors" in arrays:
@@ -316,14 +316,14 @@ def _finger(name: str) -> int:
     numbers: dict[str, int] = {str(finger): finger for finger in (Rig.ANY, *range(len(Finger)))}
     finger = numbers.get(name.split(".")[1])
     if finger is None:
-        raise InputError(f"the array '{name}' has no finger's number in its name")
+        raise ModelError(f"the array '{name}' has no finger's number in its name")
     return finger
 
 
 def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
     level, sign, speed = take_array(arrays, at + "scalars", 3).astype(np.float64).tolist()
     if not LOUD[0] <= level <= LOUD[1] or sign not in (1.0, -1.0) or speed < 0:
-        raise InputError(
+        raise ModelError(
             f"the array '{at}scalars' holds an impossible loudness, sign or closing speed of a rig"
         )
     tokens = take_array(arrays, at + "tokens", len(Rig.STAGES), None, Rig.TOKEN).astype(np.float64)
@@ -337,5 +337,5 @@ def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
         spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
         speeds = RigSpeeds(speed, spread, error or float("inf"))
         if not speeds.is_possible:
-            raise InputError(f"the array '{at}speeds' holds an impossible spread or error")
+            raise ModelError(f"the array '{at}speeds' holds an impossible spread or error")
     return Rig(level, sign, pitch, speeds, tokens, general)

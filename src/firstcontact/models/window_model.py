@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.chain.image import SvmConstants
-from firstcontact.core import InputError
+from firstcontact.core import ModelError
 from firstcontact.core.physics import is_same_rate
 
 Arrays = dict[str, NDArray[Any]]
@@ -65,7 +65,7 @@ class Spec:
     def require_rate(self, rate: float) -> None:
         """Raise InputError if the rate (Hz) of windows differs by more than 1 %."""
         if not is_same_rate(rate, self.rate):
-            raise InputError(
+            raise ModelError(
                 f"the model needs windows at {self.rate:g} Hz, but these have {rate:g} Hz: train a "
                 f"model for this rate with `firstcontact train --rate {rate:g}`"
             )
@@ -73,13 +73,13 @@ class Spec:
     def check(self, X: NDArray[Any]) -> None:
         """Raise InputError if a window in ``X`` (n, samples, channels) does not fit the model."""
         if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
-            raise InputError(
+            raise ModelError(
                 f"the model needs windows of shape (n, {self.samples}, {self.channels}), "
                 f"not {X.shape}: cut {1e3 * self.duration:.3g} ms at {self.rate:g} Hz"
             )
         bad = np.flatnonzero(~usable(X))
         if len(bad):
-            raise InputError(
+            raise ModelError(
                 f"window {bad[0]} (and {len(bad) - 1} more) is constant or has values that are not "
                 "finite: check the sensor's plug and leave these pinches out"
             )
@@ -178,7 +178,7 @@ class WindowModel(ABC):
                 answers = np.array(self.spec.classes)[self.choose(outputs)]
         bad = np.flatnonzero(~sure)
         if len(bad):
-            raise InputError(
+            raise ModelError(
                 f"the prediction for window {bad[0]} is not a finite number below 1e9: leave this "
                 "pinch out, or train the model again"
             )
@@ -230,7 +230,7 @@ class ArraysModel(WindowModel):
             array = self._arrays[name]
             if not check.is_met(array, sizes):
                 shape = ", ".join(str(size) for size in check.shape)
-                raise InputError(
+                raise ModelError(
                     f"the array '{name}' with the shape {array.shape} does not fit a model of kind "
                     f"{self.kind!r}, which needs the shape ({shape}), finite values, and factors "
                     "above 0: train again"

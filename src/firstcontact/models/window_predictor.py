@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.chain import Image, build_image
 from firstcontact.chain.image import WindowConstants
 from firstcontact.chain.touch import predict_window
-from firstcontact.core import InputError, Layout
+from firstcontact.core import Layout, ModelError
 from firstcontact.models.anytime import Hints, Prediction, Predictor
 from firstcontact.models.card import TrainingRecord, WindowCard
 from firstcontact.models.interval import Interval
@@ -119,7 +119,7 @@ class WindowPredictor(Predictor):
         spec = self.model.spec
         spec.require_rate(layout.rate)
         if spec.channels != 1:
-            raise InputError(
+            raise ModelError(
                 f"the model needs {spec.channels} channels, but a contact has only the channel of "
                 "the finger that touched: train a model on one channel"
             )
@@ -137,7 +137,7 @@ class WindowPredictor(Predictor):
         values, spreads = self.model.predict(X), self.model.spread(X)
         if spreads is None:
             if self.interval is not None and self.interval.scaled:
-                raise InputError(
+                raise ModelError(
                     "the interval needs a predicted standard deviation, but the model predicts "
                     "none: train it again"
                 )
@@ -177,18 +177,18 @@ class WindowPredictor(Predictor):
 def _spec(card: WindowCard) -> Spec:
     spec = Spec(card.task, card.rate_hz, card.samples, card.channels, card.classes)
     if spec.duration > LONGEST_WINDOW:
-        raise InputError(
+        raise ModelError(
             f"the model's window of {spec.samples} samples at {spec.rate:g} Hz is longer than "
             f"{LONGEST_WINDOW:g} s: train again with a shorter window"
         )
     if (spec.task is Task.CLASSIFICATION) != (len(spec.classes) > 1) or any(
         not one < other for one, other in zip(spec.classes, spec.classes[1:], strict=False)
     ):
-        raise InputError(
+        raise ModelError(
             f"the field 'classes' does not fit the task {spec.task}, or its values do not ascend"
         )
     if card.channel_order != _CHANNELS[: spec.channels]:
-        raise InputError(
+        raise ModelError(
             f"the field 'channel_order' is {list(card.channel_order)!r}, but this program's "
             f"windows have the channels {list(_CHANNELS[: spec.channels])!r}"
         )

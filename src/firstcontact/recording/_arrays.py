@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core import Dataset, FileError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import TAXELS
@@ -80,15 +80,13 @@ def read_hdf5(
         with h5py.File(path, "r") as file:
             for name in (wanted := [name for name in file if name in names]):
                 if not isinstance(file.get(name, getlink=True), h5py.HardLink):
-                    raise InputError(f"{path}: '{name}' is a link: copy the data into the file")
+                    raise FileError(f"{path}: '{name}' is a link: copy the data into the file")
                 if not isinstance(dataset := file[name], h5py.Dataset):
                     continue
                 if dataset.external or dataset.is_virtual:
-                    raise InputError(
-                        f"{path}: '{name}' lies in another file: copy it into this one"
-                    )
+                    raise FileError(f"{path}: '{name}' lies in another file: copy it into this one")
                 if dataset.dtype.hasobject and h5py.check_string_dtype(dataset.dtype) is None:
-                    raise InputError(
+                    raise FileError(
                         f"{path}: '{name}' contains neither numbers nor texts: remove it, or save "
                         "a MATLAB file with -v7"
                     )
@@ -122,7 +120,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
             wanted = str((pinches, samples, *SHAPES[name]))
             is_right = values.shape == (pinches, samples, *SHAPES[name])
         if not is_right:
-            raise InputError(
+            raise FileError(
                 f"{path}: the array '{name}' has the shape {values.shape}: change it to {wanted}"
             )
         origin = f"{path}: {name}"
@@ -134,7 +132,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     given_labels = [name for name in PINCH_COLUMNS if name in arrays]
     wrong = next((name for name in given_labels if arrays[name].shape != (pinches,)), None)
     if wrong is not None:
-        raise InputError(
+        raise FileError(
             f"{path}: the array '{wrong}' has the shape {arrays[wrong].shape}, but '{sensor}' has "
             f"{pinches} pinches of {samples} samples: give one value for each pinch, or transpose "
             f"'{sensor}'"
@@ -145,7 +143,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     notes = note_unknown(table, {*arrays, *unknown} - NAMES, "arrays")
     dataset = from_signals(table, signals, bounds, given, notes)
     if samples < _SHORTEST * dataset.layout.rate:
-        raise InputError(
+        raise FileError(
             f"{path}: the array '{sensor}' has {counted(pinches, 'pinch')} of "
             f"{counted(samples, 'sample')}, which is shorter than {1000 * _SHORTEST:g} ms: "
             "transpose it, so that each row is one pinch"
@@ -167,7 +165,7 @@ def from_signals(
     if exported:
         layout = read_layout(origin, given[LAYOUT])
         if layout.width != data.shape[1]:
-            raise InputError(
+            raise FileError(
                 f"{origin}: the signals have {data.shape[1]} columns, but '{LAYOUT}' has "
                 f"{layout.width}: export the recording again"
             )
@@ -182,7 +180,7 @@ def from_signals(
             strip="strip" in signals,
         )
         if doubt := clock_note(layout.column_names, [data[a:b] for a, b in bounds]):
-            raise InputError(f"{origin}: {doubt}")
+            raise FileError(f"{origin}: {doubt}")
     return make_dataset(
         table,
         [data[start:stop] for start, stop in bounds],
@@ -196,7 +194,7 @@ def from_signals(
 def _single(path: Path, arrays: Arrays, name: str) -> Any:
     values = arrays[name]
     if values.size != 1:
-        raise InputError(
+        raise FileError(
             f"{path}: the array '{name}' has the shape {values.shape}: give a single value"
         )
     return values.reshape(-1)[0]

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError, InputError
 from firstcontact.core.files import open_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.recording._mcap import FRAME, MAGIC, Opcode, read_records
@@ -45,7 +45,7 @@ class FileBytes:
 
     def __init__(self, path: Path) -> None:
         if path.is_dir():
-            raise InputError(f"{path} is a folder: name one recording in it (*.mcap)")
+            raise FileError(f"{path} is a folder: name one recording in it (*.mcap)")
         self._path = path
         try:
             with open_regular(path) as stream:
@@ -70,7 +70,7 @@ class FileBytes:
         return b"".join(parts)
 
     def _failed(self, error: OSError) -> InputError:
-        return InputError(f"{self._path} cannot be read ({error.strerror}): check the path")
+        return FileError(f"{self._path} cannot be read ({error.strerror}): check the path")
 
 
 def read_chunks(
@@ -80,14 +80,14 @@ def read_chunks(
     start = data[: len(MAGIC)]
     intact = sum(a == b for a, b in zip(start, MAGIC, strict=False))
     if not start:
-        raise InputError(f"{path} is empty: nothing was recorded in it")
+        raise FileError(f"{path} is empty: nothing was recorded in it")
     has_records = False
     for place, records in search(path, data if intact >= _MAGIC_LEFT else b"", damage):
         has_records = has_records or bool(records)
         yield place, records
     if intact < len(MAGIC):
         if not has_records:
-            raise InputError(
+            raise FileError(
                 f"{path} is not an MCAP file of version 0: give a recording, or convert files of "
                 "other programs with `firstcontact import` (`import_recordings` in Python)"
             )
@@ -115,7 +115,7 @@ def search(
         except (ValueError, RuntimeError, OverflowError, struct.error) as error:
             patience -= stop - start
             if patience < 0:
-                raise InputError(
+                raise FileError(
                     f"{path} contains many false beginnings of chunks, so reading it would take "
                     "too long: choose another recording"
                 ) from error

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core import Dataset, FileError, VibrationSensor
 from firstcontact.core.layout import TAXELS
 from firstcontact.core.text import parse_float, parse_int
 from firstcontact.recording._arrays import from_signals
@@ -59,7 +59,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     """Import pinches from a long CSV."""
     table = read_columns(path, "pinch")
     if "pinch" not in table:
-        raise InputError(
+        raise FileError(
             f"{path} has no column 'pinch': add it, with the number or name of each row's pinch "
             "(one row is one sample)"
         )
@@ -70,7 +70,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     if LAYOUT in table:
         texts = set(table[LAYOUT]) - {""}
         if len(texts) != 1:
-            raise InputError(
+            raise FileError(
                 f"{path}: the column '{LAYOUT}' has {len(texts)} layouts, not one: export the "
                 "recordings again"
             )
@@ -111,7 +111,7 @@ def _vibration(table: Table, sensor: VibrationSensor) -> list[list[str]]:
         fingers = [columns_named(f"{sensor}_index"), columns_named(f"{sensor}_thumb")]
     present = [names for names in fingers if names]
     if len({len(names) for names in present}) > 1:
-        raise InputError(
+        raise FileError(
             f"{table.path}: the {sensor} of one finger has more axes than the other's: give both "
             "the same columns"
         )
@@ -123,7 +123,7 @@ def _others(table: Table) -> dict[str, list[str]]:
     for names in _OTHERS.values():
         missing = [name for name in names if name not in table]
         if 0 < len(missing) < len(names):
-            raise InputError(
+            raise FileError(
                 f"{table.path} has no column '{missing[0]}': give all of {names[0]} to "
                 f"{names[-1]}, or none"
             )
@@ -135,7 +135,7 @@ def _unit(table: Table, names: Sequence[str], stated: str | None) -> str:
     given = [stated, *map(table.units.get, names)]
     units = [*dict.fromkeys(unit for unit in given if unit is not None)]
     if len(units) > 1:
-        raise InputError(
+        raise FileError(
             f"{table.path}: '{names[0]}' has the units {' and '.join(units)}: give one unit"
         )
     return units[0] if units else "V"
@@ -144,7 +144,7 @@ def _unit(table: Table, names: Sequence[str], stated: str | None) -> str:
 def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]:
     """Return a column of samples. Integers stay integers."""
     if name not in table:
-        raise InputError(f"{table.path} has no column {quote(name)}: add it, or export it again")
+        raise FileError(f"{table.path} has no column {quote(name)}: add it, or export it again")
     values = np.array(table.parsed(name, parse_float))
     with suppress(ValueError, OverflowError):  # fractions, and integers beyond 64 bits
         values = np.array([parse_int(cell) for cell in table[name]], np.int64)
@@ -194,21 +194,21 @@ def _rate(table: Table, bounds: Bounds, written: str | None, option: float | Non
             rates.append(("time_s", measured))
             uncertain = max(uncertain, error)
     if not rates:
-        raise InputError(
+        raise FileError(
             f"{table.path} does not state its rate: add a column 'time_s' or 'sample_rate_hz', or "
             "give --rate"
         )
     first, rate = rates[0]
     for name, other in rates[1:]:
         if abs(other - rate) > max(_RATES_AGREE, uncertain) * rate:
-            raise InputError(
+            raise FileError(
                 f"{table.path}: '{name}' states {other:g} Hz, but '{first}' states {rate:g} Hz: "
                 "correct one of them"
             )
     if first != "time_s" or not uncertain:
         return rate
     if uncertain > _RATE_KNOWN:
-        raise InputError(
+        raise FileError(
             f"{table.path}: 'time_s' is rounded, so that its rate is only known to "
             f"{uncertain:.2%}: give --rate"
         )
@@ -227,7 +227,7 @@ def _rate_of_time(
     moments = times[start:stop]
     steps = np.diff(moments)
     if not len(steps):
-        raise InputError(
+        raise FileError(
             f"{table.path}: the pinch of {table.place(start)} has only one sample: remove it"
         )
     step = float(moments[-1] - moments[0]) / len(steps)

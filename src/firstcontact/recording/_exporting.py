@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Channel, ChannelKind, Dataset, InputError, Layout, Pinch
+from firstcontact.core import Channel, ChannelKind, Dataset, FileError, Layout, Pinch
 from firstcontact.core.files import AnyPath, creating
 from firstcontact.core.layout import TAXELS
 from firstcontact.recording._formats import EXPORTERS, Exporter
@@ -44,8 +44,8 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
             to.write(dataset, temporary)
     except OSError as error:
         if isinstance(error, FileExistsError) and os.path.lexists(out):
-            raise InputError(f"{out} exists: choose another path") from error
-        raise InputError(
+            raise FileError(f"{out} exists: choose another path") from error
+        raise FileError(
             f"{out} cannot be written ({error.strerror or error}): check the folder and its disk"
         ) from error
 
@@ -90,7 +90,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
     remedy = "export to csv or parquet"
     lengths = {len(p.data) for p in dataset.pinches}
     if len(lengths) > 1:
-        raise InputError(
+        raise FileError(
             f"the pinches have {min(lengths)} to {max(lengths)} samples, but an HDF5 array needs "
             f"equal lengths: {remedy}"
         )
@@ -105,7 +105,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
     columns = {kind: _by_finger(layout, kind) for kind in shapes}
     for kind, shape in shapes.items():
         if columns[kind] and len(columns[kind]) != math.prod(shape):
-            raise InputError(
+            raise FileError(
                 f"the dataset has {len(columns[kind])} {kind} channels, but an HDF5 array needs "
                 f"{math.prod(shape)}: {remedy}"
             )
@@ -125,7 +125,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
         for name, column in of_pinch.items():
             is_text = isinstance(column[0], str)
             if is_text and any("\0" in text for text in column):
-                raise InputError(
+                raise FileError(
                     f"{name} of a pinch contains a zero byte, which HDF5 cannot store: {remedy}"
                 )
             file.create_dataset(name, data=column, dtype=h5py.string_dtype() if is_text else None)
@@ -200,7 +200,7 @@ def _file_values(dataset: Dataset) -> dict[str, Any]:
     first, *others = dataset.layout.vibration
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
         if any(getattr(c, name) != getattr(first, name) for c in others):
-            raise InputError(
+            raise FileError(
                 f"the vibration channels differ in {name!r}, but the format stores one value for "
                 "all: export to mcap-plot"
             )
@@ -218,7 +218,7 @@ def _signals(pinch: Pinch) -> dict[str, Any]:
     names = pinch.layout.column_names
     clashes = sorted(_NAMES & set(map(str.strip, names)))
     if clashes:
-        raise InputError(
+        raise FileError(
             f"the channel {clashes[0]!r} has the name of another column in the file: export to "
             "hdf5 or mcap-plot"
         )
@@ -233,7 +233,7 @@ def _physical(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
     values = pinch.layout.physical(pinch.data, columns)
     is_vibration = [channels[i].kind is ChannelKind.VIBRATION for i in columns]
     if is_rounded_away([values[:, is_vibration]]):
-        raise InputError(
+        raise FileError(
             "32-bit floats cannot store a vibration that is so small compared with its offset: "
             "export to mcap-plot"
         )

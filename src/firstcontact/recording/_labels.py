@@ -18,6 +18,7 @@ from firstcontact.core import (
     ClosingSpeed,
     Contact,
     Dataset,
+    FileError,
     Finger,
     InputError,
     Label,
@@ -221,7 +222,7 @@ def note_unknown(table: Table, names: Iterable[str], noun: str = "columns") -> l
 def _stated_source(table: Table) -> str:
     sources = sorted(set(table.get("source", ["unknown"])))
     if len(sources) > 1:
-        raise InputError(
+        raise FileError(
             f"{table.path}: the column 'source' must be the same in all rows: import each source "
             "separately"
         )
@@ -232,7 +233,7 @@ def _parsed(table: Table, name: str) -> list[Any] | None:
     """Return the parsed values of a label or contact; None if the column does not exist."""
     unit = table.units.get(name)
     if unit is not None and unit.lower() != _UNITS.get(name):
-        raise InputError(
+        raise FileError(
             f"{table.path}: '{name}' has the unit {quote(unit)}: give "
             f"{_UNITS.get(name, 'numbers without a unit')}, and correct the name of the column"
         )
@@ -242,7 +243,7 @@ def _parsed(table: Table, name: str) -> list[Any] | None:
 def _either(table: Table, name: str, other: str) -> list[Any] | None:
     """Return the parsed values of the one of two columns that exists."""
     if name in table and other in table:
-        raise InputError(f"{table.path} has both '{name}' and '{other}': keep one of them")
+        raise FileError(f"{table.path} has both '{name}' and '{other}': keep one of them")
     return _parsed(table, other if other in table else name)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core import Dataset, FileError, VibrationSensor
 from firstcontact.core.files import file_in, files_below, open_regular
 from firstcontact.recording._arrays import NAMES, SHAPES, from_arrays, read_hdf5
 from firstcontact.recording._formats import Importer
@@ -48,14 +48,14 @@ def import_mat(
     """Import pinches from a MATLAB file, or one pinch from each file of a folder."""
     if channels is None:
         if labels is not None or path.is_dir():
-            raise InputError(
+            raise FileError(
                 f"{path} needs a CSV file that describes its signals: give it with --channels"
             )
         return _from_named(path)
     signals = read_signals(channels)
     lacking = next((s.variable for s in signals if s.rate is None), None)
     if lacking is not None:
-        raise InputError(
+        raise FileError(
             f"{channels} has no 'rate_hz' of {listed([lacking])}: add it, because MATLAB files do "
             "not state it"
         )
@@ -64,7 +64,7 @@ def import_mat(
     pinches = [_signals(file, signals, notes) for file in files]
     for file, pinch in zip(files, pinches, strict=True):
         if pinch.layout != pinches[0].layout:
-            raise InputError(
+            raise FileError(
                 f"{file} and {files[0].name} have different signals: import them separately"
             )
     notes += note_unknown(table, table)
@@ -78,14 +78,14 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table]:
     if labels is None and not (path.is_dir() and origin.exists()):
         files = files_below(path, _SUFFIX) if path.is_dir() else [path]
         if not files:
-            raise InputError(f"{path} holds no {_SUFFIX} files: give the folder that does")
+            raise FileError(f"{path} holds no {_SUFFIX} files: give the folder that does")
         return files, Table(path, {}, range(len(files)), "file")
     table = read_columns(origin, "file")
     if path.is_dir():
         return match_each_file(path, table, _SUFFIX), table
     rows = [row for row, name in enumerate(table.get("file", ())) if is_file(name, path)]
     if len(rows) != 1:
-        raise InputError(
+        raise FileError(
             f"{origin}: {len(rows)} rows name {path.name} in the column 'file': name it in one row"
         )
     return [path], table.of_rows(rows)
@@ -98,13 +98,13 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
     for signal in signals:
         name = signal.variable
         if name not in arrays:
-            raise InputError(
+            raise FileError(
                 f"{file} has no variable {name!r} (it has {listed(unread) or 'no others'}): "
                 "correct the table of channels"
             )
         values = np.atleast_2d(arrays[name].squeeze())  # Simulink stores 1 x 1 x samples
         if values.ndim != 2:
-            raise InputError(
+            raise FileError(
                 f"{file}: {name} has the shape {values.shape}, but a signal must be a matrix with "
                 "a column for each channel: save one variable for each pinch or finger"
             )
@@ -123,7 +123,7 @@ def _from_named(path: Path) -> Dataset:
     """Return the dataset of a file whose arrays have our names."""
     arrays, unread = read_mat(path, NAMES)
     if not any(name in arrays for name in VibrationSensor):
-        raise InputError(
+        raise FileError(
             f"{path} has no array 'piezo': add it, shape (pinches, samples, 1 or 2), or describe "
             f"its variables ({listed(unread) or 'it has none'}) with --channels"
         )
@@ -164,7 +164,7 @@ def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
         if all(c.dtype.kind in "iufU" and c.size <= 1 for c in cells):
             return np.array([c.reshape(-1)[0] if c.size else "" for c in cells], object)
     if array.dtype.kind not in "iufbU":
-        raise InputError(
+        raise FileError(
             f"{path}: the variable '{name}' holds neither numbers nor texts: save numbers or texts"
         )
     return array

@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, InputError
+from firstcontact.core import Block, FileError, InputError
 from firstcontact.core.files import AnyPath
 from firstcontact.core.text import counted
 from firstcontact.recording._chunks import FileBytes, Record, read_chunks
@@ -211,7 +211,7 @@ class _Index:
         """Return the unbroken samples of a topic, and descriptions of losses."""
         store = self._stores[topic]
         if topic in self._misfits:
-            raise InputError(
+            raise FileError(
                 f"{self._path}: {topic} does not have the {store.columns} columns of the header's "
                 "layout: write the file again from its source"
             )
@@ -239,7 +239,7 @@ def _header(path: Path, headers: Iterable[bytes]) -> Header:
         usable.append(header)
     if usable:
         return usable[0]
-    raise first or InputError(
+    raise first or FileError(
         f"{path} is not a firstcontact recording, or was cut off before its first samples (no "
         "readable /header): convert files of other programs with `firstcontact import`"
     )
@@ -247,7 +247,7 @@ def _header(path: Path, headers: Iterable[bytes]) -> Header:
 
 def _merged(path: Path, fault: str) -> InputError:
     """Return the error for a file in which a program has put several recordings together."""
-    return InputError(
+    return FileError(
         f"{path} has {fault}: several recordings were merged into it, so use the recordings that "
         "it was made from, one by one"
     )

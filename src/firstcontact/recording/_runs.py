@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError
 
 #: Shortest gap between stamps, s, and in samples. The jitter of chunks and networks is smaller.
 GAP, GAP_SAMPLES = 0.5, 2.5
@@ -85,7 +85,7 @@ def even_runs(origin: str, stamps: Values, rate: float) -> list[Run]:
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < -BACK)
     if len(back):
-        raise InputError(
+        raise FileError(
             f"{origin} has time stamps that go back by {-steps[back[0]]:.3g} s at sample "
             f"{int(back[0]) + 1}: record it again"
         )
@@ -117,7 +117,7 @@ def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
     jitter = rate * float(np.std(stamps - np.linspace(run.begin, run.last, n)))
     if is_long and abs(run.seconds * rate - n) > RATE_SHARE * n + 2 * jitter:
         measured = f"give {run.rate:.5g} Hz" if run.seconds > 0 else "do not advance"
-        raise InputError(
+        raise FileError(
             f"{origin} states {rate:g} Hz, but its time stamps {measured}: samples are missing, or "
             "the stated rate is wrong; if so, give the measured one as 'rate_hz' with --channels"
         )

@@ -20,9 +20,9 @@ from firstcontact.core import (
     Channel,
     ChannelKind,
     Dataset,
+    FileError,
     Finger,
     Group,
-    InputError,
     Layout,
     VibrationSensor,
 )
@@ -87,7 +87,7 @@ def read_signals(path: Path) -> list[Signal]:
             raise table.refusal("rate_hz", row, reason, "give the rate in Hz")
     kinds = {signal.sensor for signal in signals} - {None}
     if len(kinds) != 1:
-        raise InputError(
+        raise FileError(
             f"{path} has {'more than one' if kinds else 'no'} kind of sensor: give all vibration "
             f"signals the same 'sensor', one of {', '.join(VibrationSensor)}, and leave it empty "
             "for other signals"
@@ -147,14 +147,14 @@ def select_samples(
     columns: Sequence[int] = range(width)
     if signal.column is not None:
         if not 0 <= signal.column < width:
-            raise InputError(
+            raise FileError(
                 f"{origin} has {counted(width, 'column')}, but the table of channels asks for "
                 f"column {'all' if signal.column == ALL else signal.column}: give the column's "
                 "number, counted from 0"
             )
         columns, values = [signal.column], values[:, signal.column : signal.column + 1]
     if signal.sensor is not None and len(columns) != 1:
-        raise InputError(
+        raise FileError(
             f"{origin} has {width} columns: give the number of the {signal.sensor}'s column, from "
             "0, in the column 'column' of the table of channels, or for MATLAB 'all' if its "
             "columns follow each other in time"
@@ -211,12 +211,12 @@ def combine(origin: str, parts: Sequence[SignalSamples]) -> Signals:
         seconds = len(part.values) / part.rate
         by_rate.setdefault(part.rate, []).append(part)
         if part.rate > rate or (part.signal.sensor is not None and part.rate != rate):
-            raise InputError(
+            raise FileError(
                 f"{origin}: {part.names[0]} has {part.rate:g} Hz, but all vibrations must have "
                 f"{rate:g} Hz, and other signals at most that: leave it out of the channel table"
             )
         if seconds > end + _ENDS_APART / slowest:
-            raise InputError(
+            raise FileError(
                 f"{origin}: {part.names[0]} lasts {seconds:g} s, but another signal lasts {end:g} "
                 "s: correct the 'rate_hz' of one of them, or leave one out"
             )
@@ -224,9 +224,7 @@ def combine(origin: str, parts: Sequence[SignalSamples]) -> Signals:
     groups = tuple(Group(name, Layout(_channels(by_rate[r]), r)) for name, r in slower.items())
     layout = Layout(_channels(by_rate[rate]), rate, groups=groups)
     if layout.fault:
-        raise InputError(
-            f"{origin}: the signals have {layout.fault}: correct the table of channels"
-        )
+        raise FileError(f"{origin}: the signals have {layout.fault}: correct the table of channels")
     samples = math.floor(end * rate + 1e-9)
 
     def columns(r: float) -> NDArray[np.generic]:

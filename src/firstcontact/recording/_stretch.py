@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, InputError, merge_blocks
+from firstcontact.core import Block, FileError, merge_blocks
 from firstcontact.recording._chunks import FileBytes, search
 from firstcontact.recording.messages import LARGEST, LAST_SAMPLE, read_block
 
@@ -61,7 +61,7 @@ class Store:
                     blocks.append(block)
                     expected = block.end
         if expected < span.end:
-            raise InputError(f"{self.path} was changed while it was read: read it again")
+            raise FileError(f"{self.path} was changed while it was read: read it again")
         self.recent = key, blocks
         return blocks
 

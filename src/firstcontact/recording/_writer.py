@@ -11,7 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from firstcontact.core import Block, InputError, Pinch
+from firstcontact.core import Block, FileError, InputError, Pinch
 from firstcontact.core.files import AnyPath
 from firstcontact.recording._mcap import McapWriter
 from firstcontact.recording.messages import (
@@ -65,11 +65,11 @@ class RecordingWriter:
         try:
             self._stream = path.open("xb")
         except FileExistsError as error:
-            raise InputError(
+            raise FileError(
                 f"{path} exists, and recordings are never overwritten: choose another name"
             ) from error
         except OSError as error:
-            raise InputError(
+            raise FileError(
                 f"{path} cannot be created ({error.strerror}): check its folder"
             ) from error
         self._open = True
@@ -96,21 +96,21 @@ class RecordingWriter:
         """Append a block of samples. ``group`` names slower channels; "" means the main ones."""
         layout = self._layouts.get(group)
         if layout is None:
-            raise InputError(f"{self.path}: the layout has no group {group!r}: add the group")
+            raise FileError(f"{self.path}: the layout has no group {group!r}: add the group")
         pace = self.header.layout.rate / layout.rate
         columns = layout.width
         if block.data.ndim != 2 or block.data.shape[1] != columns:
-            raise InputError(
+            raise FileError(
                 f"{self.path}: a block has the shape {block.data.shape}: give samples with the "
                 f"{columns} columns of the header's layout"
             )
         if block.data.dtype != np.dtype(self.header.dtype):
-            raise InputError(
+            raise FileError(
                 f"{self.path}: a block is {block.data.dtype}, but the header's dtype is "
                 f"{self.header.dtype}: convert the block, or correct the header"
             )
         if not 0 <= block.first_sample <= block.end <= LAST_SAMPLE:
-            raise InputError(
+            raise FileError(
                 f"{self.path}: the sample number {block.end} is too large: start the device again"
             )
         if block.epoch != self._epoch:
@@ -225,7 +225,7 @@ class RecordingWriter:
             text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
             data = text.encode()
         except ValueError as error:  # NaN, or characters that UTF-8 cannot encode
-            raise InputError(
+            raise FileError(
                 f"{self.path}: {of} cannot be written as JSON in UTF-8 ({error}): correct it"
             ) from error
         read(data, f"{self.path}: {of}")
@@ -233,7 +233,7 @@ class RecordingWriter:
 
     def _add(self, channel: int, data: bytes, sample: int) -> None:
         if not self._open:
-            raise InputError(f"{self.path} is closed: begin a new recording")
+            raise FileError(f"{self.path} is closed: begin a new recording")
         time = round((self._origin + sample) * _NANO / self.header.layout.rate)
         time = min(max(0, time), _LATEST)
         try:
@@ -248,7 +248,7 @@ class RecordingWriter:
         self._open = False
         with suppress(OSError):
             self._stream.close()
-        return InputError(
+        return FileError(
             f"{self.path} cannot be written any further ({error.strerror}): all samples until "
             "0.1 s before this error stay readable; make room on the disk and begin a new recording"
         )

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, VibrationSensor
+from firstcontact.core import Dataset, FileError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
@@ -91,7 +91,7 @@ def import_xdf(
 ) -> Dataset:
     """Import pinches around the markers of an XDF file."""
     if channels is not None and sensor is not None:
-        raise InputError(f"{channels} already states the sensor: leave --sensor out")
+        raise FileError(f"{channels} already states the sensor: leave --sensor out")
     streams = read_xdf(path)
     signals = _guess_signals(path, streams, sensor) if channels is None else read_signals(channels)
     notes = [
@@ -213,7 +213,7 @@ def _guess_signals(
         kind = f"{len(fast)} streams of numbers at {LOWEST_RATE:g} Hz or more"
         if len(fast) == 1:
             kind = f"a stream {quote(fast[0].name)} of {fast[0].values.shape[1]} channels"
-        raise InputError(
+        raise FileError(
             f"{path} has {kind} ({listed(list(streams))}): name the vibration stream in a CSV file "
             "for --channels"
         )
@@ -240,7 +240,7 @@ def _unbroken_parts(
     for others in runs.values():
         common = overlaps(common, others)
     if not common:
-        raise InputError(
+        raise FileError(
             f"{path}: the streams have no time in common: remove from the table of channels each "
             "stream that was recorded at another time"
         )
@@ -272,14 +272,14 @@ def _find_stream(path: Path, streams: Mapping[str, Stream], signal: Signal) -> S
     """Return the stream of a signal. Raise an error unless it has numbers at a regular rate."""
     stream = streams.get(signal.variable)
     if stream is None:
-        raise InputError(
+        raise FileError(
             f"{path} has no stream {quote(signal.variable)} (it has {listed(list(streams))}): "
             "correct the table of channels"
         )
     if signal.rate is not None:  # measured rates are better than those that senders state
         stream = replace(stream, rate=signal.rate)
     if not stream.is_regular:
-        raise InputError(
+        raise FileError(
             f"{path}: stream {quote(stream.name)} has no numbers at a regular rate of "
             f"{LOWEST_SIGNAL:g} Hz or more: leave it out of the table of channels, or give its "
             "measured rate there as 'rate_hz'"
@@ -293,7 +293,7 @@ def _markers(
     """Return the markers of the only stream of texts as a table of contacts."""
     texts = [s for s in streams.values() if s.is_text and len(s.stamps)]
     if len(texts) > 1:
-        raise InputError(
+        raise FileError(
             f"{path} has several marker streams ({listed([s.name for s in texts])}), and any "
             "may mark the contacts: list the contacts in a table, and give it with --events"
         )
@@ -329,7 +329,7 @@ def _placed(
         local.append(at if place is None else at - places[place][0])
     left = rows.count(None)
     if left == len(rows):
-        raise InputError(
+        raise FileError(
             f"{table.path}: each of its {left} contacts lies in a gap, or where another stream has "
             "no samples: record the streams together, or leave one out of the table of channels"
         )

@@ -14,7 +14,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, Dataset, InputError, Pinch
+from firstcontact.core import Block, Dataset, FileError, InputError, Pinch
 from firstcontact.core.files import AnyPath, files_below, given_path
 from firstcontact.core.given import alike
 from firstcontact.recording._reader import Recording, read_recording
@@ -64,7 +64,7 @@ def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     if first is None or not pinches:
         name = ", ".join(map(str, paths)) or "an empty list of recordings"
         reason = f" ({losses[0]})" if losses else ""
-        raise InputError(
+        raise FileError(
             f"{name} holds no whole pinch{reason}: record pinches, or make recordings with "
             "`firstcontact import` or `firstcontact simulate`"
         )
@@ -177,7 +177,7 @@ def find_recordings(path: Path) -> list[Path]:
         return [path]
     files = files_below(path, ".mcap")
     if not files:
-        raise InputError(
+        raise FileError(
             f"{path} holds no recording (*.mcap): convert other files with `firstcontact import` "
             "(`import_recordings` in Python), or make recordings with `firstcontact simulate`"
         )
@@ -192,6 +192,6 @@ def _check_same_kind(first: Path, a: Header, path: Path, b: Header) -> None:
     ):
         if one != two:
             detail = "" if field == "layout" else f" ({two}, not {one})"
-            raise InputError(
+            raise FileError(
                 f"{path}: its {field} differs from that of {first}{detail}: load them separately"
             )

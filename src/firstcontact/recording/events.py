@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError
 from firstcontact.core.files import read_regular
 from firstcontact.core.text import parse_float
 from firstcontact.recording._labels import (
@@ -62,7 +62,7 @@ def read_events(path: Path) -> Table:
     )
     for name in CONTACT_COLUMNS:
         if name in table and name != "first_finger":
-            raise InputError(
+            raise FileError(
                 f"{path} has a column '{name}', which is relative to the start of a pinch: give "
                 f"contacts from the start of the file, in a column '{SECONDS}' or '{SAMPLE}'"
             )
@@ -74,7 +74,7 @@ def onset_column(table: Table) -> str:
     """Return the name of the column with the contacts."""
     given = [name for name in (SECONDS, SAMPLE) if name in table]
     if len(given) != 1:
-        raise InputError(
+        raise FileError(
             f"{table.path} has {' and '.join(given) or f'neither {SECONDS} nor {SAMPLE}'}: give "
             f"each contact's time in a column '{SECONDS}', or its sample's number in a column "
             f"'{SAMPLE}'"
@@ -109,7 +109,7 @@ def find_events(
         events.append(Event(row, file, channel, round(at)))
     for one, other in pairwise(sorted(events, key=_place)):
         if _place(one) == _place(other):
-            raise InputError(
+            raise FileError(
                 f"{table.path}: {table.place(one.row)} and {table.place(other.row)} are the same "
                 f"contact, at sample {one.sample} of {files[one.file].name}: remove one"
             )
@@ -162,7 +162,7 @@ def _read_track(path: Path) -> Table:
         except ValueError:
             start, end = 1.0, 0.0
         if not start <= end:
-            raise InputError(
+            raise FileError(
                 f"{path}: line {number} is {quote(line)}, which is no label: give start and end in "
                 "seconds and a text, with tabs between"
             )
@@ -170,7 +170,7 @@ def _read_track(path: Path) -> Table:
         starts.append(start)
         texts.append(" ".join(fields[2:]).strip())
     if not starts:
-        raise InputError(f"{path} has no labels: give one line for each contact")
+        raise FileError(f"{path} has no labels: give one line for each contact")
     return add_labels(Table(path, {SECONDS: starts}, numbers), texts)
 
 
@@ -183,7 +183,7 @@ def add_labels(table: Table, texts: Sequence[str]) -> Table:
             name, equals, value = (word.strip() for word in part.partition("="))
             name, value = (name, value) if equals else ("object", part)
             if name not in LABEL_COLUMNS or name in row:
-                raise InputError(
+                raise FileError(
                     f"{table.path}: {table.place(number)} has the unknown or repeated label "
                     f"{quote(part)}. Write the object's name, or name=value pairs separated by "
                     f"semicolons; names: {', '.join(LABEL_COLUMNS)}"
@@ -194,7 +194,7 @@ def add_labels(table: Table, texts: Sequence[str]) -> Table:
     for name in names:
         lacking = next((i for i, row in enumerate(rows) if name not in row), None)
         if lacking is not None and name != "object":
-            raise InputError(
+            raise FileError(
                 f"{table.path}: {table.place(lacking)} has no '{name}', but other lines have one: "
                 "give it in all lines, or in none"
             )

@@ -10,7 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.core import ChannelKind, Dataset, InputError, VibrationSensor
+from firstcontact.core import (
+    ArgumentError,
+    ChannelKind,
+    Dataset,
+    FileError,
+    InputError,
+    VibrationSensor,
+)
 from firstcontact.core.files import AnyPath, given_path, resolved, temporary_path
 from firstcontact.core.installation import require_extra
 from firstcontact.core.plausible import alike_note, clock_note
@@ -41,13 +48,13 @@ def import_path(
     Here, ``find`` is a function that detects the contacts in sound files.
     """
     if sensor is not None and sensor not in tuple(VibrationSensor):
-        raise InputError(
+        raise ArgumentError(
             f"{sensor!r} must be one of {', '.join(VibrationSensor)}", parameter="sensor"
         )
     path, out = given_path(path), resolved(given_path(out, "out"))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise InputError(
+            raise FileError(
                 f"{out} exists and is not an empty folder: choose another folder, or load the "
                 "recordings in it"
             )
@@ -57,9 +64,9 @@ def import_path(
     tables = {name: Path(table) for name, table in named.items() if table is not None}
     importer = find_importer(path, rate, tables)
     if sensor is not None and "sensor" not in importer.options:
-        raise InputError(f"{path} already states the sensor: do not give it", parameter="sensor")
+        raise ArgumentError(f"{path} already states the sensor: do not give it", parameter="sensor")
     if find is not None and "find" not in importer.options:
-        raise InputError(
+        raise ArgumentError(
             f"{path} is not a sound file: contacts are detected only in sound",
             parameter="find",
         )
@@ -114,7 +121,7 @@ def _with_doubts(dataset: Dataset) -> Dataset:
 def find_importer(path: Path, rate: float | None = None, tables: Collection[str] = ()) -> Importer:
     """Return the first importer that accepts a path, a rate in Hz and tables, such as "events"."""
     if not path.exists():
-        raise InputError(f"{path} does not exist: check the path")
+        raise FileError(f"{path} does not exist: check the path")
     importer = None
     for name in IMPORTERS:  # plug-ins after the first that accepts the path are not imported
         with IMPORTERS.calling(name):
@@ -125,29 +132,29 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
         options = " and ".join(tables)
         able = [i.title for i in IMPORTERS.values() if set(tables) <= set(i.options)]
         remedy = f"give {' or '.join(able)}, or leave {options} out" if able else "leave one out"
-        raise InputError(f"{path} cannot be imported with a table of {options}: {remedy}")
+        raise FileError(f"{path} cannot be imported with a table of {options}: {remedy}")
     if importer is None and path.is_dir():
         if not any(path.iterdir()):
-            raise InputError(f"{path} is an empty folder: check the path")
+            raise FileError(f"{path} is an empty folder: check the path")
         importer = next((i for i in IMPORTERS.values() if i.marker is not None), None)
     if rate is not None and (importer is None or "rate" not in importer.options):
         titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
-        raise InputError(
+        raise ArgumentError(
             f"{path} already states the rate: give it only for {titles}",
             parameter="rate",
         )
     if importer is None:
         if path.suffix == ".mcap":
-            raise InputError(f"{path} is already a recording: use it without importing it")
+            raise FileError(f"{path} is already a recording: use it without importing it")
         *first, last = (i.title for i in IMPORTERS.values())
-        raise InputError(f"{path} has an unknown format: give {', '.join(first)}, or {last}")
+        raise FileError(f"{path} has an unknown format: give {', '.join(first)}, or {last}")
     return importer
 
 
 def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     """Return the dataset with its source: the one that the file states, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
-        raise InputError(
+        raise ArgumentError(
             f"{path} states {dataset.source!r}, not {source!r}: leave it out or correct the file",
             parameter="source",
         )
@@ -159,4 +166,4 @@ def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
 
 
 def _unwritable(out: Path, error: OSError) -> InputError:
-    return InputError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")
+    return FileError(f"{out} cannot be written ({error.strerror}): check the folder and its disk")

@@ -15,15 +15,16 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from firstcontact.core import (
+    ArgumentError,
     Block,
     Calibration,
     Channel,
     ChannelKind,
     ClosingSpeed,
     Contact,
+    FileError,
     Finger,
     Group,
-    InputError,
     Label,
     Layout,
 )
@@ -126,12 +127,12 @@ def read_header(data: bytes, origin: str) -> Header:
     data = data.rstrip(b" ")
     head = read_record(data, _Head, origin, remedy)
     if head.format != FORMAT:
-        raise InputError(
+        raise FileError(
             f"{origin} is not the header of a firstcontact recording: convert files of other "
             "programs with `firstcontact import`"
         )
     if head.version not in _VERSIONS:
-        raise InputError(
+        raise FileError(
             f"{origin} has format version {head.version!r}, but this program reads versions up to "
             f"{VERSION}: install the version of firstcontact that wrote the file"
         )
@@ -178,7 +179,9 @@ class PinchMark:
 
     def __post_init__(self) -> None:
         if self.end <= self.first_sample:
-            raise InputError("the end must be above the number of the pinch's first sample", "end")
+            raise ArgumentError(
+                "the end must be above the number of the pinch's first sample", "end"
+            )
         check_contacts(self.first_sample, self.end, self.truth, self.motor_start, self.found)
 
     def to_json(self) -> dict[str, Any]:

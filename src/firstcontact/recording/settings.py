@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from firstcontact.core import (
     Channel,
     ChannelKind,
+    FileError,
     Finger,
-    InputError,
     Layout,
     VibrationSensor,
     finger_name,
@@ -58,7 +58,7 @@ def check_rate(origin: str, rate: Any) -> float:
     """Return a sampling rate, Hz. Raise an InputError outside of 500 Hz to 1 MHz."""
     value = _number(rate)
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
-        raise InputError(
+        raise FileError(
             f"{origin} is {quote(rate)}: give the sampling rate in Hz, from {LOWEST_RATE:g} to "
             f"{HIGHEST_RATE:g}"
         )
@@ -81,9 +81,9 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
     """Return the sensor whose signal a file holds, by the name of the signal."""
     sensors = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(names)]
     if not sensors:
-        raise InputError(f"{origin} has no {remedy}")
+        raise FileError(f"{origin} has no {remedy}")
     if len(sensors) > 1:
-        raise InputError(
+        raise FileError(
             f"{origin} has {sensors[0]} and {sensors[1]} signals, but a recording has one kind of "
             "sensor: import them separately"
         )
@@ -104,21 +104,21 @@ def read_settings(
     unit_name = f"{sensor}_unit"
     for name in ("sample_rate_hz", unit_name):
         if name not in given:
-            raise InputError(f"{origin} does not state '{name}': add it")
+            raise FileError(f"{origin} does not state '{name}': add it")
     alpha = as_text(given.get("smoothing_alpha", "1"))
     smoothing = _number(alpha)
     if not 0 < smoothing <= 1:
-        raise InputError(
+        raise FileError(
             f"{origin}: 'smoothing_alpha' is {quote(alpha)} and must be above 0 and at most "
             "1: use 1 for a signal that is not smoothed"
         )
     axis = as_text(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) <= 2):
-        raise InputError(f"{origin}: 'axis' is {quote(axis)}: give the number of an axis, from 0")
+        raise FileError(f"{origin}: 'axis' is {quote(axis)}: give the number of an axis, from 0")
     unit = _stated_unit(origin, unit_name, given[unit_name])
     force_unit = _stated_unit(origin, "force_unit", given.get("force_unit", VOLTS))
     if force_unit.name != VOLTS:
-        raise InputError(f"{origin}: 'force_unit' is {force_unit.name}: convert forces to volts")
+        raise FileError(f"{origin}: 'force_unit' is {force_unit.name}: convert forces to volts")
     return FileSettings(
         sensor,
         check_rate(f"{origin}: 'sample_rate_hz'", given["sample_rate_hz"]),
@@ -132,7 +132,7 @@ def read_settings(
 def _stated_unit(origin: str, name: str, value: Any) -> Unit:
     unit = parse_unit(as_text(value))
     if unit is None:
-        raise InputError(f"{origin}: '{name}' is {quote(value)}: {STATE_UNIT}")
+        raise FileError(f"{origin}: '{name}' is {quote(value)}: {STATE_UNIT}")
     return unit
 
 
@@ -141,7 +141,7 @@ def read_layout(origin: str, text: Any) -> Layout:
     place, remedy = f"{origin}: '{LAYOUT}'", "export the recordings again"
     layout = read_record(as_text(text).encode(), Layout, place, remedy)
     if layout.fault:
-        raise InputError(f"{place} has {layout.fault}: {remedy}")
+        raise FileError(f"{place} has {layout.fault}: {remedy}")
     check_rate(f"{place}: rate", layout.rate)
     return layout
 
@@ -149,21 +149,21 @@ def read_layout(origin: str, text: Any) -> Layout:
 def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
     """Convert integers to int16 or int32, and floats to float32."""
     if values.dtype.kind not in "iuf":
-        raise InputError(f"{origin} holds {values.dtype} and must hold integers or floats")
+        raise FileError(f"{origin} holds {values.dtype} and must hold integers or floats")
     if not values.size:
-        raise InputError(f"{origin} is empty: give at least one sample of one pinch")
+        raise FileError(f"{origin} is empty: give at least one sample of one pinch")
     if values.dtype.kind in "iu":
         low, high = int(values.min()), int(values.max())
         for dtype in (np.int16, np.int32):
             if np.iinfo(dtype).min <= low and high <= np.iinfo(dtype).max:
                 return values.astype(dtype, copy=False)
-        raise InputError(f"{origin} holds integers beyond 32 bits: scale them or give floats")
+        raise FileError(f"{origin} holds integers beyond 32 bits: scale them or give floats")
     with np.errstate(over="ignore", invalid="ignore"):
         single = values.astype(np.float32, copy=False)
     usable = np.abs(single) <= LARGEST
     if not usable.all():
         at = tuple(int(i) for i in np.argwhere(~usable)[0])
-        raise InputError(
+        raise FileError(
             f"{origin} is NaN, infinite or beyond {LARGEST:g} at index {at}: cut or repair the "
             "pinch"
         )
@@ -185,7 +185,7 @@ def check_vibration(
     """Convert a vibration as :func:`check_samples` does. ``pinches`` are its parts, if several."""
     samples = check_samples(origin, values)
     if is_rounded_away(pinches or [values]):
-        raise InputError(
+        raise FileError(
             f"{origin} has a vibration that is too small for 32-bit floats beside values of "
             f"{float(np.abs(values).max()):.6g}: subtract the offset, the same one in all files"
         )
@@ -216,7 +216,7 @@ def make_layout(
     """Return the layout of imported data: vibration, then force (index, thumb), then strip."""
     sensor, axis = settings.sensor, settings.axis
     if axes > 1 and (axis is None or axis >= axes):
-        raise InputError(
+        raise FileError(
             f"the {sensor} has {axes} axes, but 'axis', the axis that detectors use, is "
             f"{('missing' if axis is None else axis)}: give a number from 0 to {axes - 1}"
         )

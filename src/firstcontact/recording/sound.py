@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Dataset, InputError, Layout, VibrationSensor
+from firstcontact.core import (
+    ArgumentError,
+    ChannelKind,
+    Dataset,
+    FileError,
+    Layout,
+    VibrationSensor,
+)
 from firstcontact.core.files import file_in, files_below, open_regular, read_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.text import counted
@@ -58,7 +65,7 @@ def import_wav(
     if labels is None and not path.exists():
         files = files_below(folder, ".wav")
         if not files:
-            raise InputError(f"{folder} holds no .wav file: check the path")
+            raise FileError(f"{folder} holds no .wav file: check the path")
         table = Table(path, {"object": [file.stem for file in files]}, range(len(files)), "file")
         notes = [f"{folder.name} has no {LABELS}: the names of the files were taken as objects"]
     else:
@@ -87,7 +94,7 @@ def import_events(
         table = Table(path, {"session": [path.stem]}, [0], "pinch")
         return _found(table, [path], signals, layout, find, notes)
     if find is not None:
-        raise InputError(
+        raise ArgumentError(
             f"{events} already lists the contacts: leave find out, or remove that file",
             parameter="find",
         )
@@ -131,7 +138,7 @@ def _found(
                 events.append(Event(number, number, None, onset.sample))
     counts = [sum(event.file == number for event in events) for number in range(len(files))]
     if 0 in counts:
-        raise InputError(
+        raise FileError(
             f"{files[counts.index(0)]} has no contact that is clearly louder than its noise: leave "
             "it out, or list its contacts in a table of events"
         )
@@ -154,7 +161,7 @@ def _files(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], 
     names = table.get("file", [path.name] * len(table.numbers))
     rows = [0 if is_file(name, path) else None for name in names]
     if 0 not in rows:
-        raise InputError(f"{table.path}: no row is for {path.name!r}: correct the column 'file'")
+        raise FileError(f"{table.path}: no row is for {path.name!r}: correct the column 'file'")
     others = rows.count(None)
     return [path], rows, [f"{others} contacts of the table are in other files"] if others else []
 
@@ -172,12 +179,12 @@ def _alike(
     for file, (other, data) in zip(files, sounds, strict=True):
         channels = 1 if is_chosen else data.shape[1]
         if not 1 <= channels <= 2:
-            raise InputError(
+            raise FileError(
                 f"{file} has {channels} channels, but at most two (index finger and thumb) can be "
                 "imported: choose one in the column 'channel' of a table of events"
             )
         if (other, data.dtype, channels) != (rate, first.dtype, width):
-            raise InputError(
+            raise FileError(
                 f"{file} has {counted(channels, 'channel')} of {data.dtype} at {other:g} Hz, "
                 f"but {files[0].name} has {width} of {first.dtype} at {rate:g} Hz: convert one, "
                 "import them separately, or choose one channel in the column 'channel' of a table "
@@ -212,11 +219,11 @@ def read_sound(file: Path, notes: list[str] | None = None) -> Sound:
     if values.dtype == np.uint8:  # 8-bit samples are stored around 128
         values = (values ^ 128).view(np.int8)
     elif values.dtype == np.int8 or str(values.dtype) not in FULL_SCALE:
-        raise InputError(
+        raise FileError(
             f"{file} has samples of {values.dtype}: convert it to PCM WAV of at most 32 bits"
         )
     if not len(values):
-        raise InputError(f"{file} holds no samples: leave it out")
+        raise FileError(f"{file} holds no samples: leave it out")
     return float(rate), values.reshape(len(values), -1)
 
 

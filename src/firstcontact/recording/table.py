@@ -13,7 +13,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import Any, TypeVar
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError, InputError
 from firstcontact.core.files import files_below, open_regular, read_regular
 from firstcontact.core.text import counted, parse_float
 from firstcontact.recording.settings import LAYOUT
@@ -75,7 +75,7 @@ class Table(dict[str, Sequence[Any]]):
     ) -> InputError:
         """Return the error for a cell."""
         cell = quote(self[name][row])
-        return InputError(
+        return FileError(
             f"{self.path}: '{name}' of {self.place(row)} is {cell}, {reason}: {remedy}"
         )
 
@@ -102,7 +102,7 @@ def read_columns(path: Path, *marks: str) -> Table:
     numbers = array("q")
     for line, row in lines:
         if len(row) != len(header):
-            raise InputError(
+            raise FileError(
                 f"{path}: line {line} has {len(row)} fields, but the header has {len(header)}: "
                 "correct the line"
             )
@@ -110,7 +110,7 @@ def read_columns(path: Path, *marks: str) -> Table:
         for column, cell in zip(columns, row, strict=True):
             column.append(same.setdefault(cell, cell))
     if not numbers:
-        raise InputError(f"{path} has no rows: give a header and one row at least")
+        raise FileError(f"{path} has no rows: give a header and one row at least")
     is_export = LAYOUT in header
     units: dict[str, str] = {}
     given: dict[str, list[str]] = {}
@@ -121,7 +121,7 @@ def read_columns(path: Path, *marks: str) -> Table:
         if unit in _SECONDS and name in _TIMES:
             name, cells, unit = f"{name}_s", [_scaled(c, _SECONDS[unit]) for c in cells], ""
         if name in given:
-            raise InputError(f"{path} has the column {name!r} twice: rename or remove one")
+            raise FileError(f"{path} has the column {name!r} twice: rename or remove one")
         given[name] = cells
         units |= {name: unit} if unit else {}
     return Table(path, given, numbers, units=units)
@@ -135,11 +135,11 @@ def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, st
     rows = [(line, [*map(_text, row), *[""] * len(header)]) for line, row in lines]
     for name in needed:
         if name not in header:
-            raise InputError(f"{path}: column {name!r} is missing: give {', '.join(needed)}")
+            raise FileError(f"{path}: column {name!r} is missing: give {', '.join(needed)}")
     for k in (k for k, name in enumerate(header) if not name):
         line = next((line for line, cells in rows if cells[k]), None)
         if line is not None:
-            raise InputError(f"{path}: line {line} has a cell in a column without a name: name it")
+            raise FileError(f"{path}: line {line} has a cell in a column without a name: name it")
     return [
         (line, {name: cell for name, cell in zip(header, cells, strict=False) if name})
         for line, cells in rows
@@ -187,9 +187,9 @@ def _lines(
                 if len(row) == width or not row[0].startswith(_COMMENTS):
                     yield line, row
     except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
+        raise FileError(f"{path} cannot be read ({error.strerror}): check the path") from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(
+        raise FileError(
             f"{path} is not CSV in UTF-8 ({error}): save it as CSV with the encoding UTF-8"
         ) from error
 
@@ -211,7 +211,7 @@ def _find_header(
             names = header[0].split(separator)
             is_mark = any(_name_and_unit(_text(name))[0] in marks for name in names)
             if len(row) == 1 and len(names) > 1 and (is_mark or (first or (-1,))[0] == place):
-                raise InputError(
+                raise FileError(
                     f"{path}: line {line} has {word} and no comma: save it with commas between "
                     "the fields, and with decimal points in numbers"
                 )
@@ -223,7 +223,7 @@ def match_files(
 ) -> tuple[list[Path], list[int], list[Path]]:
     """Return the files that the rows name, the file number of each row, and the other files."""
     if "file" not in table:
-        raise InputError(
+        raise FileError(
             f"{table.path} has no column 'file': add it, with the name of a file in each row"
         )
     available = [file for suffix in suffixes for file in files_below(folder, suffix)]
@@ -262,9 +262,9 @@ def match_each_file(folder: Path, table: Table, suffix: str) -> list[Path]:
     files, numbers, left = match_files(folder, table, suffix)
     if len(files) < len(numbers):
         ((number, _),) = Counter(numbers).most_common(1)
-        raise InputError(f"{table.path}: file {files[number].name!r} has two rows: remove one")
+        raise FileError(f"{table.path}: file {files[number].name!r} has two rows: remove one")
     if left:
-        raise InputError(
+        raise FileError(
             f"{table.path} has no row for {counted(len(left), f'{suffix} file')} (first: "
             f"{left[0].name!r}): add the rows or remove the files"
         )

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError, InputError
 
 #: Longest quoted value and library message, in characters, and longest list, in names.
 _QUOTED = 60
@@ -27,7 +27,7 @@ def library_errors(origin: object, kind: str, remedy: str) -> Iterator[None]:
         text = " ".join(str(error).split()).rstrip(".") or type(error).__name__
         text = text if text.isprintable() else ascii(text)[1:-1]
         reason = text if len(text) <= _REASON else f"{text[:_REASON]}..."
-        raise InputError(f"{origin} cannot be read as {kind} ({reason}): {remedy}") from error
+        raise FileError(f"{origin} cannot be read as {kind} ({reason}): {remedy}") from error
 
 
 def as_text(value: Any) -> str:
@@ -54,7 +54,7 @@ def one_of(origin: object, name: str, value: Any, choices: Collection[str]) -> s
     """Return a value as text. Raise an error unless it is one of the choices."""
     text = as_text(value)
     if text not in choices:
-        raise InputError(
+        raise FileError(
             f"{origin}: '{name}' is {quote(text)} and must be one of {', '.join(choices)}"
         )
     return text

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firstcontact.core import ClosingSpeed, InputError
+from firstcontact.core import ArgumentError, ClosingSpeed
 from firstcontact.core.pinch import FASTEST, SLOWEST
 
 #: Positions are used from WINDOW to GUARD before the contact, s. The last positions are left out,
@@ -62,7 +62,7 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
     """
     t, x = np.asarray(times, np.float64) - at, np.asarray(positions, np.float64)
     if t.shape != x.shape:
-        raise InputError(
+        raise ArgumentError(
             f"the shape is {x.shape}, but times has the shape {t.shape}: give one position for "
             "each time",
             parameter="positions",

@@ -11,7 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from firstcontact.contact import SLIP_DETECTORS, Detector, SlipDetector, general_detector
-from firstcontact.core import Calibration, InputError, VibrationCalibration, fingertip_layout
+from firstcontact.core import (
+    ArgumentError,
+    Calibration,
+    InputError,
+    VibrationCalibration,
+    fingertip_layout,
+)
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.files import AnyPath
 from firstcontact.core.physics import is_same_rate
@@ -128,7 +134,7 @@ def live_session(
                 notify=notify,
             )
     except HandError as error:  # also when it is released
-        raise InputError(str(error), parameter="hand") from error
+        raise ArgumentError(str(error), parameter="hand") from error
 
 
 def _remarks(
@@ -237,27 +243,27 @@ def _check_hand(
     if hand is None:
         if policy is not None or hand_port is not None:
             noun, parameter = ("port", "hand_port") if policy is None else ("policy", "policy")
-            raise InputError(
+            raise ArgumentError(
                 f"the {noun} has no effect without a hand: name a hand, or leave the {noun} out",
                 parameter=parameter,
             )
         return
     kind = find_hand(hand)
     if isinstance(kind, Hand) and hand_port is not None:
-        raise InputError(
+        raise ArgumentError(
             "a hand that is given as an object has its own port: leave the port out",
             parameter="hand_port",
         )
     if kind.needs_live_samples(hand_port) and not is_live:
         port = kind.simulated_port
         instead = "" if port is None else f", or hand_port={port!r}"
-        raise InputError(
+        raise ArgumentError(
             f"the hand {kind.name!r} moves, so it needs a source with live samples: use the hand "
             f"{HANDS.default!r}{instead} with a recording",
             parameter="hand",
         )
     if kind.of_source not in (None, device):
-        raise InputError(
+        raise ArgumentError(
             f"the hand {kind.name!r} works only with the source {kind.of_source!r}: use this "
             "source or another hand",
             parameter="hand",
@@ -270,13 +276,13 @@ def _check_slip(slip: str, hand: str | Hand | None, policy: type[Policy] | Polic
     """Refuse a slip detector unless the hand closes on request and the policy has a reflex."""
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in find_hand(hand).begins:
-        raise InputError(
+        raise ArgumentError(
             "only a hand that closes on request can react to slips: name such a hand, or leave the "
             "slip detector out",
             parameter="slip",
         )
     if not policy.has_reflex():
-        raise InputError(
+        raise ArgumentError(
             f"the policy {policy.name} does not react to slips: leave the slip detector out, or "
             "name a policy with a slip reflex",
             parameter="slip",

@@ -19,7 +19,16 @@ from typing import Any
 
 import msgspec
 
-from firstcontact.core import Block, Calibration, Contact, InputError, Label, merge_blocks
+from firstcontact.core import (
+    ArgumentError,
+    Block,
+    Calibration,
+    Contact,
+    FileError,
+    InputError,
+    Label,
+    merge_blocks,
+)
 from firstcontact.core.physics import parse_radius, radius_text
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
@@ -214,7 +223,7 @@ class LiveSession:
             try:
                 header = replace(header, layout=layout)
             except ValueError as error:
-                raise InputError(
+                raise ArgumentError(
                     f"positions of the hand {hand.name!r} cannot be recorded, because {error}: "
                     "set another `position_rate` in its class",
                     parameter="hand",
@@ -222,7 +231,7 @@ class LiveSession:
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(
+            raise FileError(
                 f"{self._folder} cannot be created ({error.strerror}): choose another folder"
             ) from error
         stem = f"live-{now:%Y%m%d-%H%M%S}"

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Command, Contact, InputError, Label
+from firstcontact.core import ArgumentError, Command, Contact, InputError, Label
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._simulate import PlannedPinch, planned_pinch
@@ -183,7 +183,9 @@ class TwinStream(ScanStream):
         self._condition = condition(condition_name)
         self._drive = Drive(latency=latency)
         if seed < 0:
-            raise InputError(f"the seed is {seed}: use a whole number from 0 on", parameter="seed")
+            raise ArgumentError(
+                f"the seed is {seed}: use a whole number from 0 on", parameter="seed"
+            )
         self._objects: list[Thing] = []
         for given in ("paper",) if objects is None else objects:
             if not isinstance(given, str):

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.core.layout import TAXELS
 from firstcontact.twin.disc import VOLTS_PER_NEWTON
 from firstcontact.twin.draw import PinchDraw
@@ -171,7 +171,7 @@ FAULTS: dict[str, Change] = {
 def put_fault(bench: Bench, name: str, rng: np.random.Generator) -> Bench:
     """Return the fingertips with a fault of random size in a random finger."""
     if name and name not in FAULTS:
-        raise InputError(
+        raise ArgumentError(
             f"the fault {name!r} is not known: use one of {', '.join(FAULTS)}", parameter="fault"
         )
     return FAULTS[name](bench, int(rng.integers(2)), rng) if name else bench

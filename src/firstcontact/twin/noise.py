@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, InputError, Layout
+from firstcontact.core import ChannelKind, FileError, Layout
 from firstcontact.core.installation import kernels
 from firstcontact.core.layout import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
 from firstcontact.recording import read_recording
@@ -195,13 +195,13 @@ def read_noise(path: Path) -> RecordedNoise:
     layout = recording.header.layout
     units = {c.unit for c in layout.vibration}
     if not units <= {"V", "full scale"}:
-        raise InputError(
+        raise FileError(
             f"{path} is in {', '.join(sorted(units))}, but the noise must be in V: import the "
             "recording again with its unit"
         )
     data = max((s.data for s in recording.stretches), key=len, default=None)
     if data is None or len(data) < LEAST * layout.rate:
-        raise InputError(
+        raise FileError(
             f"{path} has less than {LEAST:g} s without a gap: record the sensor at rest for longer"
         )
     volts = resample(_unsmoothed(layout, data), layout.rate, FINGERTIP_RATE)
@@ -210,7 +210,7 @@ def read_noise(path: Path) -> RecordedNoise:
     parts = volts[: len(volts) // part * part].reshape(-1, part, volts.shape[1]).std(axis=1)
     usual = np.median(parts, axis=0)
     if not usual.all() or (parts > LOUD * usual).any():
-        raise InputError(
+        raise FileError(
             f"{path} is not at rest throughout, or its sensor gives no signal: record the sensor "
             "while nothing touches it and nothing moves"
         )

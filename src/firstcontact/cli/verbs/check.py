@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 from firstcontact.cli.options import Condition, Option, devices
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.device.opening import source_kind
 
 
@@ -41,7 +41,7 @@ class Check:
         from firstcontact.device import open_source
 
         if self.fault and not source_kind(self.device).simulated:
-            raise InputError(
+            raise ArgumentError(
                 "only the simulated hand can have a fault: give --device twin", parameter="fault"
             )
         check_writable(self.out)  # before a person taps and presses for nothing

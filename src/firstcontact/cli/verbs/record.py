@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from firstcontact.cli.options import Condition, Option, devices
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.device.opening import source_kind
 
 #: Most sessions of one command.
@@ -100,12 +100,12 @@ class Record:
         if self.sessions == 1 and self.session:
             return [self.session]
         if not 1 <= self.sessions <= MOST_SESSIONS:
-            raise InputError(
+            raise ArgumentError(
                 f"the number of sessions is {self.sessions}: give 1 to {MOST_SESSIONS}",
                 parameter="sessions",
             )
         if not self.session.isdecimal():
-            raise InputError(
+            raise ArgumentError(
                 "with --sessions above 1, this must be the number of the first session",
                 parameter="session",
             )

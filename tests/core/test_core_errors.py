@@ -1,0 +1,53 @@
+"""Errors say by their class what failed."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import firstcontact as fc
+from firstcontact.device import open_source
+
+
+def damaged_model(folder: Path) -> Path:
+    """Return the folder of a model whose weights are cut short."""
+    fc.adapt().save(folder / "model")
+    weights = next((folder / "model").glob("*.safetensors"))
+    weights.write_bytes(weights.read_bytes()[:100])
+    return folder / "model"
+
+
+def damaged_recording(folder: Path) -> Path:
+    """Return a file that only has the name of a recording."""
+    (folder / "damaged.mcap").write_bytes(b"no recording")
+    return folder / "damaged.mcap"
+
+
+def opened(device: str) -> None:
+    with open_source(device):
+        pass
+
+
+CASES: dict[str, tuple[type[fc.InputError], Callable[[Path], object]]] = {
+    "seconds": (fc.ArgumentError, lambda folder: next(fc.live(fc.open(), seconds=-1))),
+    "speed": (fc.ArgumentError, lambda folder: fc.open(speed=0.0)),
+    "positions": (fc.ArgumentError, lambda folder: fc.closing_speed(np.arange(3.0), [0.0], at=1.0)),
+    "no file": (fc.FileError, lambda folder: fc.load(folder / "none")),
+    "damaged file": (fc.FileError, lambda folder: fc.load(damaged_recording(folder))),
+    "no table": (fc.FileError, lambda folder: fc.import_recordings(folder / "none.csv", folder)),
+    "no port": (fc.DeviceError, lambda folder: opened(str(folder / "ttyACM7"))),
+    "no name": (fc.DeviceError, lambda folder: opened("lsl:")),
+    "no unit": (fc.DeviceError, lambda folder: opened(f"csv:{folder}/ttyACM7=")),
+    "no model": (fc.ModelError, lambda folder: fc.load_model(folder / "none")),
+    "damaged model": (fc.ModelError, lambda folder: fc.load_model(damaged_model(folder))),
+    "no detector": (fc.ModelError, lambda folder: fc.Model().own_detector),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_class_of_an_error_says_what_failed(case: str, tmp_path: Path) -> None:
+    kind, fail = CASES[case]
+    with pytest.raises(fc.InputError) as error:
+        fail(tmp_path)
+    assert type(error.value) is kind, error.value

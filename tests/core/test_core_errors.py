@@ -30,6 +30,7 @@ def opened(device: str) -> None:
 
 
 CASES: dict[str, tuple[type[fc.InputError], Callable[[Path], object]]] = {
+    "seed": (fc.ArgumentError, lambda folder: fc.adapt(seed=-1)),
     "seconds": (fc.ArgumentError, lambda folder: next(fc.live(fc.open(), seconds=-1))),
     "speed": (fc.ArgumentError, lambda folder: fc.open(speed=0.0)),
     "positions": (fc.ArgumentError, lambda folder: fc.closing_speed(np.arange(3.0), [0.0], at=1.0)),

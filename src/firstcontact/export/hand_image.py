@@ -17,7 +17,7 @@ from firstcontact.chain.image import (
     WindowConstants,
 )
 from firstcontact.contact import Detector
-from firstcontact.core import Calibration, Finger, InputError, fingertip_layout
+from firstcontact.core import Calibration, Finger, ModelError, fingertip_layout
 from firstcontact.core.weights import digest
 from firstcontact.models import load_model
 from firstcontact.models.anytime import Predictor
@@ -40,7 +40,7 @@ def detector_in_c(detector: Detector, rate: float) -> DetectorConstants:
     """Return the detector's constants. Raise InputError if it judges in Python."""
     constants = detector.constants(rate)
     if constants.kind not in IN_C:
-        raise InputError(
+        raise ModelError(
             f"the detector {detector.name!r} cannot run in C: train with the default "
             "--detector-type"
         )
@@ -51,7 +51,7 @@ def predictor_in_c(predictor: Predictor) -> Constants:
     """Return the predictor's constants. Raise InputError if it predicts in Python."""
     constants = predictor.constants()
     if isinstance(constants, WindowConstants) and not constants.svms:
-        raise InputError(
+        raise ModelError(
             f"{predictor.name} predicts in Python, so it cannot run in C: choose the network, or "
             f"at most {SVMS_MOST} SVMs of one channel, with --estimator"
         )
@@ -77,7 +77,7 @@ def hand_image(
     text = json.dumps(names | {"floors": known}, separators=(",", ":"))
     data = build_image(layout.rate, *constants, floors=known, text=text).data
     if len(data) > ROOM:
-        raise InputError(
+        raise ModelError(
             f"{folder}: the model has {len(data)} bytes, and a hand has room for {ROOM}: adapt it "
             "to recordings of fewer fingers, or name a smaller one with --estimator"
         )

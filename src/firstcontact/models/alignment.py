@@ -19,7 +19,7 @@ from firstcontact.contact.closing_start import (
 )
 from firstcontact.contact.contacts import first_contact
 from firstcontact.contact.detector_file import is_pretrained
-from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.core import ArgumentError, Contact, Dataset, InputError
 from firstcontact.core.installation import missing_modules, require_modules
 from firstcontact.core.text import counted
 from firstcontact.jobs import Runner
@@ -53,11 +53,11 @@ class Alignment:
 def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
     """Return True if signals start at known contacts instead of detected contacts."""
     if contacts not in get_args(Contacts):
-        raise InputError(
+        raise ArgumentError(
             f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
         )
     if contacts == "known" and all(p.first is None for p in dataset.pinches):
-        raise InputError(
+        raise ArgumentError(
             'no pinch has a known first contact: use "detected", or import recordings with a '
             "column 'first_contact'",
             parameter="contacts",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS, Detector, make_detector
 from firstcontact.contact.detector_file import is_pretrained
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import ArgumentError, Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.installation import require_extra
 from firstcontact.core.physics import is_same_rate
@@ -182,7 +182,7 @@ class _Plan:
         """Refuse two windows with the same number of samples at this rate, Hz."""
         sizes = [samples_in(length, rate) for length in self.durations]
         if len(set(sizes)) < len(sizes):
-            raise InputError(
+            raise ArgumentError(
                 f"two lengths of windows have the same number of samples at {rate:g} Hz: leave one "
                 "of them out",
                 parameter="windows",
@@ -205,7 +205,7 @@ def _make_plan(
     require_extra(kind)
     _check(durations, level, seed, rate)
     if task not in tuple(Task):
-        raise InputError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
+        raise ArgumentError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
     if not issubclass(kind, Estimator):
         _check_network(task, durations, level, rate)
         durations = []
@@ -257,7 +257,7 @@ def _check_network(task: str, windows: Sequence[float], level: float, rate: floa
     }
     for parameter, (is_refused, supported) in refusals.items():
         if is_refused:
-            raise InputError(
+            raise ArgumentError(
                 f"the network supports only {supported}: leave out the {parameter}",
                 parameter=parameter,
             )
@@ -383,20 +383,20 @@ def adapt(
     """
     _check((DURATION,), 0.9, seed, None)
     if estimator is not None and issubclass(find_estimator(estimator), Estimator):
-        raise InputError(
+        raise ArgumentError(
             f"{estimator} learns from windows: use `firstcontact train --estimator {estimator}`",
             parameter="estimator",
         )
     if data is None:
         if estimator is not None:
-            raise InputError(
+            raise ArgumentError(
                 f"{estimator} must be adapted to recordings: give at least one", parameter="data"
             )
         shipped = shipped_model()
         if detector is None or detector == shipped.own_detector.name:
             return shipped
         if DETECTORS.find(detector).learns:
-            raise InputError(
+            raise ArgumentError(
                 f"{detector} must be trained before contacts can be detected: give recordings "
                 "for its training",
                 parameter="detector",
@@ -422,7 +422,7 @@ def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
 def check_windows(windows: Sequence[float]) -> None:
     """Refuse impossible window lengths, s. InputError names the parameter."""
     if not windows or not all(0.001 <= length <= 1.0 for length in windows):
-        raise InputError(
+        raise ArgumentError(
             "the lengths of windows must lie between 1 ms and 1 s", parameter="windows"
         )
 
@@ -430,14 +430,14 @@ def check_windows(windows: Sequence[float]) -> None:
 def check_seed(seed: int) -> None:
     """Refuse a random seed outside scikit-learn's range. InputError names the parameter."""
     if not 0 <= seed < MOST_SEEDS:
-        raise InputError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
+        raise ArgumentError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
 
 
 def _check(windows: Sequence[float], level: float, seed: int, rate: float | None) -> None:
     check_windows(windows)
     check_seed(seed)
     if not 0.5 <= level <= 0.99:
-        raise InputError(
+        raise ArgumentError(
             "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
         )
     if rate is not None:
@@ -449,7 +449,7 @@ def training_pinches(data: Dataset) -> Dataset:
     require_dataset(data)
     dataset = data.take(~data.test)
     if not len(dataset):
-        raise InputError(
+        raise ArgumentError(
             'all pinches have role "test": record some of role "train"', parameter="data"
         )
     return dataset
@@ -466,7 +466,7 @@ def _cut(dataset: Dataset, aligned: Alignment, length: float) -> LabelledWindows
     target, values = _target(dataset)
     cut = labelled_windows(dataset, aligned.contacts, length, values)
     if len(cut) < 2:
-        raise InputError(
+        raise ArgumentError(
             f"only {len(cut)} of {len(dataset)} pinches have a contact, {1e3 * length:g} ms of "
             f"signal after it and a label {target}: record or import 2 or more such pinches",
             parameter="data",
@@ -482,7 +482,7 @@ def _target(dataset: Dataset) -> tuple[Target, Values]:
     for name, values in targets.items():
         if np.isfinite(values).any():
             return name, values
-    raise InputError(
+    raise ArgumentError(
         "no pinch has a label 'shore_a' or 'hardness_rank': record or import pinches with one of "
         "them",
         parameter="data",

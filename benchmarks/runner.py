@@ -19,9 +19,15 @@ from distributed import LocalCluster
 
 from firstcontact.core import Dataset
 from firstcontact.jobs import Runner, parallel, use_cluster
-from firstcontact.models import LabelledWindows, Task
+from firstcontact.models import Task
 from firstcontact.models.splits import by_session
-from firstcontact.models.training import DURATION, Question, held_out, labelled_windows
+from firstcontact.models.training import (
+    DURATION,
+    LabelledWindows,
+    Question,
+    held_out,
+    labelled_windows,
+)
 from firstcontact.recording import load_dataset
 from firstcontact.twin import simulate
 

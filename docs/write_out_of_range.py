@@ -26,8 +26,9 @@ from numpy.typing import NDArray
 
 from firstcontact.contact.finder import find_onsets
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.models import Rig, Touches
+from firstcontact.models import Touches
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig import Rig
 from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import resample, samples_in
 from firstcontact_lab.report.tables import fill, markdown_table

@@ -27,8 +27,9 @@ from firstcontact.core.files import replacing
 from firstcontact.export.budget import forms, microseconds
 from firstcontact.export.hand_image import hand_image
 from firstcontact.jobs import Serial
-from firstcontact.models import ESTIMATORS, Interval, Task, Touches, WindowModel, adapt
+from firstcontact.models import ESTIMATORS, Task, Touches, WindowModel, adapt
 from firstcontact.models.anytime import contact_signal
+from firstcontact.models.interval import Interval
 from firstcontact.models.rig_model import RigModel
 from firstcontact.models.training import labelled_windows, train_final_model
 from firstcontact.models.window_predictor import WindowPredictor

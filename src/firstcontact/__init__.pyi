@@ -27,13 +27,13 @@ from .device import Health as Health
 from .device import Source as Source
 from .export import export_model as export_model
 from .models import Evaluation as Evaluation
-from .models import GroupScores as GroupScores
 from .models import Model as Model
 from .models import Predictions as Predictions
 from .models import adapt as adapt
 from .models import evaluate as evaluate
 from .models import load_model as load_model
 from .models import train as train
+from .models._evaluate import GroupScores as GroupScores
 from .signal import closing_speed as closing_speed
 from .streaming import ClosingStart as ClosingStart
 from .streaming import ContactEvent as ContactEvent

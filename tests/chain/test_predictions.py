@@ -26,9 +26,9 @@ from firstcontact.chain.touch import (
 )
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.models import Rig, load_model
+from firstcontact.models import load_model
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import RigSpeeds
+from firstcontact.models.rig import Rig, RigSpeeds
 from firstcontact.models.rig_model import RigModel
 from firstcontact.streaming.twin import SHIPPED
 from ringing import ringing

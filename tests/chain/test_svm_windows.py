@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.chain.image import DetectorKind
-from firstcontact.models import Interval, Spec, Task
+from firstcontact.models import Spec, Task
 from firstcontact.models.anytime import Hints
+from firstcontact.models.interval import Interval
 from firstcontact.models.svm import SvmModel
 from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.signal import SavitzkyGolay

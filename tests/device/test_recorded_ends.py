@@ -65,6 +65,7 @@ class SlowActor:
     """Handler of a hand that delays the session."""
 
     requests = None
+    is_used = None
     hand = PrintHand()
 
     def __init__(self, source: SerialSource) -> None:

@@ -129,8 +129,8 @@ def test_closing_speeds_are_those_of_the_source(rate: float, tmp_path: Path) -> 
     speeds = [ClosingSpeed(0.12, 0.003), ClosingSpeed(0.2)]
     spans = [(100, 900), (900, 1400)]
     marks = [
-        PinchMark(0, *span, 0, closing_speed=speed)
-        for span, speed in zip(spans, speeds, strict=True)
+        PinchMark(number, *span, 0, closing_speed=speed)
+        for number, (span, speed) in enumerate(zip(spans, speeds, strict=True))
     ]
     path = write_recording(rate, tmp_path, [Block(samples(1500, 0), 0, 0)], *marks)
     with ReplaySource(path, speed=np.inf) as inner:

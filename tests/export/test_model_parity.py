@@ -13,8 +13,9 @@ from firstcontact.chain import build_image
 from firstcontact.core import InputError
 from firstcontact.export.budget import instructions
 from firstcontact.export.hand_image import predictor_in_c
-from firstcontact.models import ESTIMATORS, Interval, Spec, Task, make_estimator
+from firstcontact.models import ESTIMATORS, Spec, Task, make_estimator
 from firstcontact.models.anytime import Hints
+from firstcontact.models.interval import Interval
 from firstcontact.models.svm import SvmModel
 from firstcontact.models.window_predictor import WindowPredictor
 from firstcontact.testing.synthetic import RATE, toy_windows

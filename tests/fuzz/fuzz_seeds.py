@@ -189,8 +189,9 @@ def _models(folder: Path, seeds: Seeds) -> None:
 def _anytime(folder: Path, seeds: Seeds) -> None:
     """Write models conditioned on a random rig, with a detector."""
     from firstcontact.contact import load_detector
-    from firstcontact.models import Model, Rig
+    from firstcontact.models import Model
     from firstcontact.models.model_file import pretrained
+    from firstcontact.models.rig import Rig
 
     rng = np.random.default_rng(3)
     tokens = rng.standard_normal((len(Rig.STAGES), 3, Rig.TOKEN))

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.models import Rig, Touches
+from firstcontact.models import Touches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import (
     LEAST_OF_FINGER,
     MOST_OF_LEVEL,
     adapt_network,
 )
+from firstcontact.models.rig import Rig
 from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import samples_in
 from ringing import ringing

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.models import Rig
 from firstcontact.models.card import TrainingRecord
 from firstcontact.models.model_file import pretrained, pretrained_folder, read_card
+from firstcontact.models.rig import Rig
 from firstcontact.models.rig_model import RigModel
 from ringing import ringing
 from saved import CARD, WEIGHTS, edit, load_arrays, load_network, replace_arrays, save_network

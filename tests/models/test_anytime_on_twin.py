@@ -15,8 +15,9 @@ import pytest
 
 from firstcontact.core.layout import ADC_VOLTS
 from firstcontact.core.layout import FINGERTIP_RATE as RATE
-from firstcontact.models import Predictions, Rig, Touches
+from firstcontact.models import Predictions, Touches
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig import Rig
 from firstcontact.models.rig_model import RigModel
 from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in

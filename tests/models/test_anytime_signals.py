@@ -10,8 +10,9 @@ import pytest
 from firstcontact.chain.touch import HINTS
 from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.models import Rig, Touches
+from firstcontact.models import Touches
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig import Rig
 from firstcontact.models.rig_model import RigModel
 from firstcontact.models.window_model import Values
 from ringing import LONGEST, SHORTEST, ringing

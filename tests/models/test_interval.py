@@ -13,10 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.models import Interval, Task, load_model, make_estimator
+from firstcontact.models import Task, load_model, make_estimator
 from firstcontact.models.card import TrainingRecord
 from firstcontact.models.interval import (
     RANGE_PINCHES,
+    Interval,
     conformal_interval,
     held_out_coverage,
     refusal,

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from firstcontact.chain.touch import HINTS
 from firstcontact.core import InputError
-from firstcontact.models import Rig, Touches
+from firstcontact.models import Touches
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import RigSpeeds
+from firstcontact.models.rig import Rig, RigSpeeds
 from firstcontact.models.rig_model import RigModel
 from ringing import ringing
 

@@ -39,7 +39,7 @@ def with_second(data: Dataset, second_delay: int) -> Dataset:
         samples[CONTACT + second_delay :] = rng.integers(
             0, 32767, samples[CONTACT + second_delay :].shape
         )
-        truth = (*pinch.truth, Contact(Finger.THUMB, at, at))
+        truth = pinch.truth[:1] + (pinch.truth[1:] or (Contact(Finger.THUMB, at, at),))
         pinches.append(replace(pinch, data=samples, truth=truth))
     return Dataset(tuple(pinches), data.source)
 

@@ -33,7 +33,7 @@ def test_flat_and_nothing() -> None:
     assert radius_text(None) == radius_text(math.nan) == ""
 
 
-@pytest.mark.parametrize("text", ["round", "-3", "nan", "inf", "1e9", "4.9", "201", "37 cm"])
+@pytest.mark.parametrize("text", ["round", "-3", "inf", "1e9", "4.9", "201", "37 cm"])
 @pytest.mark.parametrize("read", [parse_radius, lambda text: fc.Label(shape=text)])
 def test_what_is_no_shape_is_refused(text: str, read: Callable[[str], object]) -> None:
     with pytest.raises(InputError) as refused:

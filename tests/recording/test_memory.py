@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
@@ -81,3 +82,15 @@ def test_recording_that_changes_while_it_is_read_is_refused(tmp_path: Path) -> N
     path.write_bytes(path.read_bytes()[:3000])
     with pytest.raises(InputError, match=path.name):
         assert recording.stretches[0].data.size
+
+
+def test_samples_in_a_file_can_be_sent_to_another_process(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(LAYOUT, "synthetic", "int16")) as writer:
+        writer.write(Block(np.arange(160, dtype=np.int16).reshape(10, 16), 5))
+    (stretch,) = read_recording(path).stretches
+    assert repr(stretch) == "Stretch(5 to 15, epoch 0)"
+    sent = pickle.loads(pickle.dumps(stretch))
+    path.unlink()
+    assert (sent.first_sample, sent.end) == (5, 15)
+    assert np.array_equal(sent.data, stretch.data)

@@ -11,8 +11,9 @@ from page_feed import DESCRIPTOR, LANDMARKS, Requests
 
 from firstcontact.contact import Detector, SvmDetector, detect
 from firstcontact.core import Dataset, Label, Pinch
-from firstcontact.models import Rig, Task, Touches, WindowPredictor, make_estimator
+from firstcontact.models import Task, Touches, WindowPredictor, make_estimator
 from firstcontact.models.model_file import pretrained
+from firstcontact.models.rig import Rig
 from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import contact_windows
 from firstcontact.streaming.page.sink import PageSink

@@ -197,10 +197,15 @@ def written_elsewhere(
     """Write a folder in another place if its own refuses it. Return the error that names both."""
     if path.parent.suffix == ".part":  # this folder is temporary
         path = path.parent.with_name(path.name)
-    for base in (path.parent, Path(tempfile.gettempdir()), Path.cwd()):
-        with suppress(OSError):
+    for base in (path.parent, Path(tempfile.gettempdir())):
+        place = None
+        try:
             place = Path(tempfile.mkdtemp(prefix=f"{path.name}-", dir=base))
             write(place)
+        except OSError:
+            if place is not None:  # a part of the files would look like all of them
+                shutil.rmtree(place, ignore_errors=True)
+        else:
             return FileError(
                 f"{path} cannot be written ({error.strerror or error}): what belongs in it is in "
                 f"{place}: move it to another folder"

@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import inf, isfinite
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from firstcontact.core import ArgumentError, ClosingSpeed, Command
+from firstcontact.core import ArgumentError, Command
 from firstcontact.core.text import summarize_error
 from firstcontact.grasp._driver import DriverThread, call_directly
 from firstcontact.grasp._leaving import Leaving
@@ -23,6 +23,9 @@ from firstcontact.grasp.hand import (
     check_positions,
     steady_clock,
 )
+
+if TYPE_CHECKING:
+    from firstcontact.core import ClosingSpeed
 
 #: Longest wait of a signal handler for the watchdog thread, s.
 PROMPT = 0.1
@@ -253,6 +256,8 @@ class SafeHand(Hand):
         measured: list[ClosingSpeed | None] = []
 
         def measure() -> None:
+            from firstcontact.core import ClosingSpeed  # it needs NumPy, which no help waits for
+
             speed: object = hand.closing_speed(sample_time, host_time)
             if not isinstance(speed, ClosingSpeed | None):
                 raise HandError(

@@ -94,6 +94,12 @@ class Stretch(Block):
         object.__setattr__(self, "epoch", epoch)
         self.__dict__.update(store=store, spans=tuple(spans))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Block, (self.data, self.first_sample, self.epoch)
+
+    def __repr__(self) -> str:
+        return f"Stretch({self.first_sample} to {self.end}, epoch {self.epoch})"
+
     @property
     def end(self) -> int:
         return self.spans[-1].end

@@ -31,7 +31,8 @@ from firstcontact.core import (
 )
 from firstcontact.core.physics import radius_text
 from firstcontact.device.clock import TransportDelay
-from firstcontact.models import Hints, Predictor
+from firstcontact.models import Hints
+from firstcontact.models.anytime import Predictor
 from firstcontact.recording import Recording
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips

@@ -30,7 +30,8 @@ from firstcontact.device.resampled import ResampledSource
 from firstcontact.grasp import HANDS, POLICIES, Hand, HandError, Policy, open_hand
 from firstcontact.grasp.hand import Begins
 from firstcontact.grasp.registry import find_hand, find_policy, live_policy, make_hand
-from firstcontact.models import Model, Predictor, load_model
+from firstcontact.models import Model, load_model
+from firstcontact.models.anytime import Predictor
 from firstcontact.streaming._pipeline import MeasureSpeed, Pipeline
 from firstcontact.streaming.grasping import Grasping
 from firstcontact.streaming.session import LiveSession

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.chain.touch import HINTS, TRAITS, predict_inputs, touch_inputs
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.jobs import Runner
-from firstcontact.models import Rig, Touches
+from firstcontact.models import Touches
 from firstcontact.models.combined import (
     LEAST_LEVELS,
     LEAST_PINCHES,
@@ -21,6 +21,7 @@ from firstcontact.models.combined import (
 )
 from firstcontact.models.context_network import ContextNetwork, Familiar
 from firstcontact.models.predictions import combine
+from firstcontact.models.rig import Rig
 from firstcontact.models.rig_model import RigModel
 from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in

@@ -14,8 +14,8 @@ from firstcontact.chain.touch import HINTS
 from firstcontact.core.files import replacing
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
 from firstcontact.jobs import Runner
-from firstcontact.models import Rig, Touches
-from firstcontact.models.rig import spectra
+from firstcontact.models import Touches
+from firstcontact.models.rig import Rig, spectra
 from firstcontact.models.window_model import Values
 from firstcontact.signal import samples_in
 from firstcontact.twin import BLOCKS

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.jobs import Runner
-from firstcontact.models import Model, Rig, Touches
+from firstcontact.models import Model, Touches
 from firstcontact.models.card import TrainingRecord
+from firstcontact.models.rig import Rig
 from firstcontact.models.rig_model import RigModel
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._calibration import (

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, Label, Pinch
-from firstcontact.models import LabelledWindows, Touches
-from firstcontact.models.training import DURATION, labelled_windows
+from firstcontact.models import Touches
+from firstcontact.models.training import DURATION, LabelledWindows, labelled_windows
 from firstcontact.twin import BLOCKS, draw_pinch
 from firstcontact.twin.draw import Condition, PinchDraw, draw_specimen, generator
 from firstcontact.twin.mechanics import contact_stiffness

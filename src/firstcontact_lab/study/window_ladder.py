@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.models import Interval, Predictions, Task, Touches, Windows, make_estimator
-from firstcontact.models.interval import SHORE_A, conformal_interval, least_answers
+from firstcontact.models import Predictions, Task, Touches, Windows, make_estimator
+from firstcontact.models.interval import SHORE_A, Interval, conformal_interval, least_answers
 from firstcontact.models.splits import inner_folds
 from firstcontact.models.window_model import Values, usable
 from firstcontact.signal import samples_in

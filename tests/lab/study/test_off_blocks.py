@@ -10,8 +10,8 @@ import pytest
 from firstcontact.core import Dataset
 from firstcontact.core.physics import gent_modulus
 from firstcontact.jobs import Serial
-from firstcontact.models import LabelledWindows
 from firstcontact.models.registry import window_estimators
+from firstcontact.models.training import LabelledWindows
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study._comparison import MASKED, NETWORK, Competitor, Query, answer
 from firstcontact_lab.study._off_blocks import Answered, off_blocks

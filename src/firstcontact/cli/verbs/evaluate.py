@@ -11,8 +11,9 @@ from firstcontact.cli.options import Option
 from firstcontact.core.text import counted, percent
 
 if TYPE_CHECKING:
+    from firstcontact import GroupScores
     from firstcontact.core import Dataset
-    from firstcontact.models import Evaluation, GroupScores, Model
+    from firstcontact.models import Evaluation, Model
 
 
 @dataclass(frozen=True)

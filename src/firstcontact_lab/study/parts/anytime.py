@@ -13,12 +13,13 @@ from firstcontact.core import Record
 from firstcontact.core.physics import is_same_rate
 from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
-from firstcontact.models import ESTIMATORS, LabelledTouches, Predictions, Task, Touches
+from firstcontact.models import ESTIMATORS, Predictions, Task, Touches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.network_estimator import Adapted, NetworkEstimator, rig_estimators
 from firstcontact.models.predictions import TouchPredictor
 from firstcontact.models.scores import Ends, regression_scores
 from firstcontact.models.splits import Split, by_session
+from firstcontact.models.training import LabelledTouches
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing

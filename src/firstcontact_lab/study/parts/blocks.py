@@ -14,7 +14,7 @@ from firstcontact.core.installation import missing_modules
 from firstcontact.core.records import ByName
 from firstcontact.core.text import percent
 from firstcontact.jobs import Runner
-from firstcontact.models import ESTIMATORS, LabelledWindows, Task
+from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.scores import (
     Ends,
@@ -24,7 +24,7 @@ from firstcontact.models.scores import (
     regression_scores,
 )
 from firstcontact.models.splits import Split, by_session, leave_one_out
-from firstcontact.models.training import DURATION, Question, held_out
+from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
 from firstcontact.models.window_model import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing

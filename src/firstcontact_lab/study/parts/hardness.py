@@ -11,7 +11,7 @@ from msgspec.structs import asdict
 from firstcontact.core import Record
 from firstcontact.core.display import INK
 from firstcontact.jobs import Runner
-from firstcontact.models import ESTIMATORS, LabelledWindows, Task
+from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.scores import (
     ClassificationScores,
@@ -20,7 +20,7 @@ from firstcontact.models.scores import (
     regression_scores,
 )
 from firstcontact.models.splits import leave_one_out
-from firstcontact.models.training import DURATION, Question, held_out
+from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
 from firstcontact.models.window_model import Values
 from firstcontact.plots.style import figure_label
 from firstcontact_lab.report import names

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError, Record
 from firstcontact.core.files import read_regular
 from firstcontact.core.records import LONGEST, Name, read_record
-from firstcontact.models import LabelledTouches, Touches
+from firstcontact.models import Touches
 from firstcontact.models.scores import Ends, regression_scores
+from firstcontact.models.training import LabelledTouches
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.models.window_model import Values
 from firstcontact_lab.report import names

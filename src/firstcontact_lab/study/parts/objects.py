@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Dataset, Record
 from firstcontact.core.records import ByName
 from firstcontact.jobs import Runner
-from firstcontact.models import ESTIMATORS, LabelledWindows, Task
+from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.scores import (
     RegressionScores,
     SpecimenErrors,
@@ -19,7 +19,7 @@ from firstcontact.models.scores import (
     regression_scores,
 )
 from firstcontact.models.splits import Group, Split
-from firstcontact.models.training import DURATION, Question, held_out
+from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
 from firstcontact.models.window_model import Values
 from firstcontact.plots.style import figure_label
 from firstcontact_lab.report import names

@@ -287,5 +287,5 @@ def test_a_user_without_a_home_is_asked_for_one():
     run = subprocess.run(
         [sys.executable, "-c", nobody], env={}, capture_output=True, text=True, check=False
     )
-    assert "InputError" in run.stderr
+    assert "FileError" in run.stderr
     assert "XDG_CACHE_HOME" in run.stderr

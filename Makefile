@@ -38,7 +38,7 @@ plugin = $(itself) --editable examples/plugin_estimators
 torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
 # Beside the others: it is as large as they are together. Neither outlives a failure or Ctrl-C.
 both   = $(call fetch,$(1)) & others=$$!; trap wait EXIT; trap "kill $$others; exit 130" INT TERM; { $(torch); } && wait $$others
-PINS  := setup.py pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/core/c/*) $(wildcard src/firstcontact/chain/c/*) $(wildcard firmware/core/fc_c*)
+PINS  := setup.py pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/twin/c/*) $(wildcard src/firstcontact/device/c/*) $(wildcard src/firstcontact/chain/c/*) $(wildcard firmware/core/fc_c*)
 
 $(BIN)/pip:
 	$(PYTHON) -m venv $(VENV)
@@ -204,4 +204,4 @@ readme-numbers: $(VENV)/.study ## copy the numbers of all studies into docs/resu
 clean: ## remove what was built (studies and .venv stay)
 	rm -rf build dist site .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests docs benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
-	rm -rf src/*.egg-info examples/*/*.egg-info src/firstcontact/core/_compiled*.so src/firstcontact/chain/_compiled*.so
+	rm -rf src/*.egg-info examples/*/*.egg-info src/firstcontact/twin/_compiled*.so src/firstcontact/device/_compiled*.so src/firstcontact/chain/_compiled*.so

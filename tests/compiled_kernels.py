@@ -8,7 +8,6 @@ import sysconfig
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -17,26 +16,15 @@ from types import ModuleType
 import pytest
 
 from firstcontact.core import InputError, installation
-from firstcontact.core.installation import kernels
 
-SOURCES = Path(installation.__file__).parent / "c"
 FIRMWARE = Path(__file__).parents[1] / "firmware" / "core"
+ROOMS = Path(installation.__file__).parents[1]
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 #: Optimised less than where it is installed: the same bits in less than half the time.
 OPTIONS = (
     *("-O1", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
     *("-fPIC", "-shared"),
 )
-
-
-@cache
-def built_kernels() -> ModuleType:
-    """Return the kernels of this checkout, whether or not it was installed with them."""
-    try:
-        module: ModuleType = kernels()
-    except InputError:
-        module = compiled_kernels()
-    return module
 
 
 def compiled_kernels() -> ModuleType:
@@ -54,11 +42,14 @@ def compiled_kernels() -> ModuleType:
             "-isystem",
             header,
             "-I",
-            FIRMWARE,
-            *sorted(SOURCES.glob("*.c")),
-            *(FIRMWARE / name for name in ("fc_cobs.c", "fc_crc32.c")),
+            ROOMS / "chain" / "c",
+            *sorted((ROOMS / "twin" / "c").glob("*.c")),
+            ROOMS / "chain" / "c" / "arrays.c",
         ]
         subprocess.run([*command, "-lm", "-o", library], check=True)
+        frames = ROOMS / "device" / "c" / "frames.c"
+        checked = [compiler, *STRICT, "-fsyntax-only", "-isystem", header, "-I", FIRMWARE, frames]
+        subprocess.run(checked, check=True)
         loader = ExtensionFileLoader("_compiled", str(library))
         spec = spec_from_file_location("_compiled", library, loader=loader)
         assert spec is not None
@@ -71,13 +62,13 @@ def compiled_kernels() -> ModuleType:
 def using(module: ModuleType | str | None) -> Iterator[None]:
     """Use these kernels within the block, NumPy if None, or fail with a message."""
 
-    def load() -> ModuleType | None:
+    def load(name: str) -> ModuleType | None:
         if isinstance(module, str):
             raise InputError(module)
         return module
 
-    usual, installation._load_kernels = installation._load_kernels, load  # type: ignore[assignment]
+    usual, installation._load_compiled = installation._load_compiled, load  # type: ignore[assignment]
     try:
         yield
     finally:
-        installation._load_kernels = usual
+        installation._load_compiled = usual

@@ -61,7 +61,8 @@ def test_install_command_of_a_copy_names_a_clone(tmp_path, monkeypatch):
 
 BLOCKED = """
 import sys
-sys.modules["firstcontact.core._compiled"] = None
+for room in ("chain", "device", "twin"):
+    sys.modules[f"firstcontact.{room}._compiled"] = None
 from firstcontact.cli.main import main
 sys.exit(main([sys.argv[1], "--out", "out"]))
 """
@@ -107,11 +108,11 @@ def test_only_a_checkout_refuses_a_module_of_other_sources(
     monkeypatch.setattr(installation, "_CLONE", tmp_path)
     module = ModuleType("_compiled")
     module.__file__ = str(binary)
-    monkeypatch.setitem(sys.modules, "firstcontact.core._compiled", module)
-    load = installation._load_kernels.__wrapped__  # the cached function
+    monkeypatch.setitem(sys.modules, "package._compiled", module)
+    load = installation._load_compiled.__wrapped__  # the cached function
     with nullcontext() if is_used else pytest.raises(InputError, match="sources"):
-        assert load() is module
+        assert load("package._compiled") is module
 
 
 def test_the_sources_compile_without_warnings():
-    assert compiled_kernels().decode_samples is not None
+    assert compiled_kernels().integrate_all is not None

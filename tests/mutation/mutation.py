@@ -107,7 +107,8 @@ def scratch(folder: Path) -> Path:
 
 def build(copy: Path) -> None:
     """Compile the kernels of a copy, where there is a C compiler. Git does not track them."""
-    (copy / "src/firstcontact/core/_compiled.abi3.so").unlink(missing_ok=True)
+    for library in copy.glob("src/firstcontact/*/_compiled.abi3.so"):
+        library.unlink()
     command = [sys.executable, "-c", "import setuptools; setuptools.setup()"]
     subprocess.run([*command, "build_ext", "--inplace"], cwd=copy, capture_output=True, check=True)
 

@@ -12,8 +12,8 @@ import pytest
 import reference
 from pinches import BRITTLE, EVERYDAY, PAPER_RIG, drawn
 
-from compiled_kernels import built_kernels
 from firstcontact.core import Command
+from firstcontact.core.installation import load_compiled
 from firstcontact.twin import BLOCKS
 from firstcontact.twin import _run as run_module
 from firstcontact.twin._run import PinchRun
@@ -25,6 +25,8 @@ from firstcontact.twin.sensor import DeviceFilter
 from firstcontact.twin.slip_sound import PLACES, SlipParameters
 
 Arguments = tuple[Any, ...]
+
+COMPILED = load_compiled("firstcontact.twin._compiled")
 
 
 def copied(arguments: Arguments) -> Arguments:
@@ -73,7 +75,7 @@ def pieces() -> list[Arguments]:
 
 def integrate(*arguments: Any) -> int:
     """Integrate one piece with the kernel."""
-    (taken,) = built_kernels().integrate_all([arguments])
+    (taken,) = COMPILED.integrate_all([arguments])
     return int(taken)
 
 
@@ -127,9 +129,7 @@ def all_calls() -> dict[str, tuple[str, Arguments]]:
 
 
 def kernel(name: str) -> Callable[..., Any]:
-    function: Callable[..., Any] = (
-        integrate if name == "integrate" else getattr(built_kernels(), name)
-    )
+    function: Callable[..., Any] = integrate if name == "integrate" else getattr(COMPILED, name)
     return function
 
 
@@ -159,10 +159,10 @@ def test_pieces_of_pinches_have_the_numbers_of_the_reference() -> None:
 def test_pieces_side_by_side_have_the_same_bits() -> None:
     alone, together = ([copied(a) for a in pieces()] for _ in range(2))
     taken = [integrate(*a) for a in alone]
-    assert built_kernels().integrate_all(together) == taken
+    assert COMPILED.integrate_all(together) == taken
     assert [arrays(a) for a in together] == [arrays(a) for a in alone]
     assert any(t < a[5].size for t, a in zip(taken, alone, strict=True))  # one broke
-    assert built_kernels().integrate_all([]) == []
+    assert COMPILED.integrate_all([]) == []
 
 
 @pytest.mark.parametrize("name", [*calls(), "integrate"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 from firstcontact.twin.noise import RUBBING, RUBBING_BAND, MotorNoise, phalanx_force, pickup
 
 RATE = 19_744.0
@@ -40,7 +40,7 @@ def test_the_band_of_rubbing_is_scipys() -> None:
     np.testing.assert_allclose(RUBBING, sections, rtol=1e-12)
     white = np.random.default_rng(1).standard_normal(500)
     out = np.empty_like(white)
-    kernels().filtered(RUBBING, white, out)
+    load_compiled("firstcontact.twin._compiled").filtered(RUBBING, white, out)
     np.testing.assert_allclose(out, signal.sosfilt(sections, white), rtol=1e-8, atol=1e-10)
 
 

@@ -11,14 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ModelError
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 
@@ -420,5 +419,4 @@ def _put_rig(w: _Writer, r: RigConstants) -> None:
 
 def chain_extension() -> Any:
     """Return the compiled module of the chain. InputError says what to install if it is missing."""
-    kernels()  # one build makes both modules, and this one has the message
-    return import_module("firstcontact.chain._compiled")
+    return load_compiled("firstcontact.chain._compiled")

@@ -81,15 +81,15 @@ def installed_versions() -> dict[str, str]:
     return versions
 
 
-def kernels() -> Any:
-    """Return the module of the compiled functions, whose C sources are in ``c/``."""
-    return _load_kernels()
+def load_compiled(name: str) -> Any:
+    """Return a module of compiled functions, such as ``firstcontact.twin._compiled``."""
+    return _load_compiled(name)
 
 
 @cache
-def _load_kernels() -> ModuleType:
+def _load_compiled(name: str) -> ModuleType:
     try:
-        module = import_module("firstcontact.core._compiled")
+        module = import_module(name)
     except ImportError as error:
         raise InputError(
             "the compiled functions of this package are missing: install a C compiler and the "
@@ -99,6 +99,8 @@ def _load_kernels() -> ModuleType:
     if (project := _CLONE / "pyproject.toml").is_file():
         tree = tomllib.loads(project.read_text(encoding="utf-8"))
         for extension in tree["tool"]["setuptools"]["ext-modules"]:
+            if extension["name"] != name:
+                continue
             files = [_CLONE / file for file in (*extension["sources"], *extension["depends"])]
             digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
             *folders, _ = extension["name"].split(".")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Self
 
 from firstcontact.core import InputError
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.serial_source import SerialSource
@@ -153,7 +153,7 @@ class TwinSource(SerialSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
-    kernels()
+    load_compiled("firstcontact.twin._compiled")
     check_speed(options.speed, FASTEST)  # before a model is trained
     return TwinSource(
         options.condition, [options.objects], options.seed, options.speed, fault=options.fault

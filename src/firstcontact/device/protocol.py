@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 
 VERSION = 1
 #: Largest number of samples in a frame: 1 ms at 4936 Hz.
@@ -227,7 +227,9 @@ class Decoder:
             return 0, b""
         frames: int
         samples: bytes
-        used, frames, samples = kernels().decode_samples(self._rest, *expected)
+        used, frames, samples = load_compiled("firstcontact.device._compiled").decode_samples(
+            self._rest, *expected
+        )
         if used:
             self._rest = self._rest[used:]
             self._first = False

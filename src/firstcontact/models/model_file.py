@@ -12,7 +12,7 @@ import msgspec
 from firstcontact.contact.detector_file import DETECTOR_FORMAT, DETECTOR_WEIGHTS, card_digest
 from firstcontact.core import InputError, ModelError
 from firstcontact.core.files import AnyPath, displaced_folder, given_path, read_regular
-from firstcontact.core.installation import kernels, require_extra
+from firstcontact.core.installation import load_compiled, require_extra
 from firstcontact.core.records import read_record
 from firstcontact.core.weights import (
     DETECTOR_CARD,
@@ -128,7 +128,7 @@ def model_folder(path: AnyPath) -> Path:
 def _predictor(folder: Path, part: WindowCard | AnytimeCard, arrays: Arrays) -> SavedPredictor:
     remedy = "train again"
     if not isinstance(part, WindowCard):
-        kernels()  # their error is none of the file
+        load_compiled("firstcontact.chain._compiled")  # their error is none of the file
     try:
         if isinstance(part, WindowCard):
             return WindowPredictor.from_card(part, arrays)

@@ -9,7 +9,7 @@ The contact times are given, not the distances from the fingers to the object. A
 effect before it touches. So each face of the object is placed where the finger of that face is at
 the given time.
 
-The loop over time is compiled: ``core/c/mechanics.c``. ``docs/reference/twin-parameters.md`` states
+The loop over time is compiled: ``twin/c/mechanics.c``. ``docs/reference/twin-parameters.md`` states
 the source of each number.
 """
 
@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 from firstcontact.core.physics import contact_modulus, gent_modulus, hertz_stiffness
 
 
@@ -224,4 +224,6 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 
 #: Function that integrates pieces of different pinches, side by side in the lanes of a vector unit.
 #: It returns the number of samples of each.
-integrate_all: Callable[[list[Piece]], list[int]] = kernels().integrate_all
+integrate_all: Callable[[list[Piece]], list[int]] = load_compiled(
+    "firstcontact.twin._compiled"
+).integrate_all

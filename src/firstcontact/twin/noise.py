@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, FileError, Layout
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 from firstcontact.core.layout import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
 from firstcontact.recording import read_recording
 from firstcontact.signal import resample
@@ -26,7 +26,7 @@ from firstcontact.signal import resample
 #: Points per sampling interval of the force series.
 OVERSAMPLING = 4
 _RATE = OVERSAMPLING * FINGERTIP_RATE
-_kernels = kernels()
+_kernels = load_compiled("firstcontact.twin._compiled")
 #: Frequency band of friction, Hz.
 RUBBING_BAND = (30.0, 1500.0)
 #: Second-order sections of that Butterworth band-pass at the series' rate: designing it needs

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 from firstcontact.core.layout import FINGERTIP_RATE
 
 #: Default time from the first contact to the beginning of the lift, s.
@@ -57,7 +57,7 @@ STEADY = 15.0
 DROPPED = 0.010
 #: Function that simulates the slip of the object under friction: of contact forces, shares of the
 #: weight that hang, mass, friction, time step, last distance and speed, and an array for the next.
-slide = kernels().slide
+slide = load_compiled("firstcontact.twin._compiled").slide
 
 
 @dataclass(frozen=True, slots=True)

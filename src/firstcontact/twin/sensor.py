@@ -2,7 +2,7 @@
 
 One scan is six readings at one time: both piezos, one taxel of each force array, both strips. The
 filters use integer arithmetic, so that the firmware gives the same bits. The loops are compiled:
-``core/c/fingertips.c``.
+``twin/c/fingertips.c``.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Finger, fingertip_layout
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
 from firstcontact.core.pinch import first_closed_sample
 from firstcontact.twin.draw import PinchDraw
 from firstcontact.twin.mechanics import BUFFER, CONTACT_FORCE, INDENTATION, VelostatParameters
 from firstcontact.twin.noise import pickup
 
-_kernels = kernels()
+_kernels = load_compiled("firstcontact.twin._compiled")
 
 #: Columns of a scan, uint16.
 SCAN = ("piezo_index", "piezo_thumb", "force_index", "force_thumb", "strip_index", "strip_thumb")

@@ -20,14 +20,14 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core.installation import kernels
+from firstcontact.core.installation import load_compiled
 from firstcontact.core.physics import GRAVITY
 from firstcontact.twin.mechanics import FingerParameters
 
 #: Number of drawn friction values along the path of each patch. They repeat after that.
 PLACES = 64
 _Vector = NDArray[np.float64]
-_kernels = kernels()
+_kernels = load_compiled("firstcontact.twin._compiled")
 
 
 class SlipParameters(NamedTuple):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 from firstcontact.cli.options import Condition, Option, choice, devices
 from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.core import InputError
-from firstcontact.core.installation import kernels, require_modules
+from firstcontact.core.installation import load_compiled, require_modules
 from firstcontact.device import SOURCES, open_source
 from firstcontact.grasp import HANDS, POLICIES
 from firstcontact.grasp.registry import live_policies
@@ -97,7 +97,7 @@ class Live:
             require_modules("live", "pylsl")
         if self.foxglove:
             require_modules("foxglove", "foxglove")
-        kernels()  # an error before the session, if they are missing
+        load_compiled("firstcontact.chain._compiled")  # if missing, an error before the session
         from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import load_detector

@@ -1,7 +1,6 @@
 /* Python functions of the twin's kernels. They check sizes and kinds of all arguments. */
 #define PY_SSIZE_T_CLEAN
 #define Py_LIMITED_API 0x030B0000
-#include "twin_module.h"
 
 #include <string.h>
 
@@ -146,7 +145,7 @@ static bool get_piece(PyObject *const *args, Py_ssize_t n, argument *a, fc_pinch
     return false;
 }
 
-PyObject *twin_integrate_all(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_integrate_all(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     (void)self;
     if (n != 1 || !PyList_Check(args[0])) {
@@ -189,7 +188,7 @@ PyObject *twin_integrate_all(PyObject *self, PyObject *const *args, Py_ssize_t n
 }
 
 /* tones(lines, turns, amplitudes, depth, out) */
-PyObject *twin_tones(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_tones(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[5];
     (void)self;
@@ -203,7 +202,7 @@ PyObject *twin_tones(PyObject *self, PyObject *const *args, Py_ssize_t n)
 }
 
 /* filtered(sections, x, out) */
-PyObject *twin_filtered(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_filtered(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[3];
     (void)self;
@@ -215,7 +214,7 @@ PyObject *twin_filtered(PyObject *self, PyObject *const *args, Py_ssize_t n)
 }
 
 /* piezo_counts(volts, out) */
-PyObject *twin_piezo_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_piezo_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[2];
     (void)self;
@@ -226,7 +225,7 @@ PyObject *twin_piezo_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
 }
 
 /* force_counts(force, shares, p, noise, dt, state, first, out) */
-PyObject *twin_force_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_force_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[8];
     double p[SHEET];
@@ -240,7 +239,7 @@ PyObject *twin_force_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
 }
 
 /* filter_scans(scans, place, smoothed, readings, sums, out) */
-PyObject *twin_filter_scans(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_filter_scans(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[6];
     (void)self;
@@ -258,7 +257,7 @@ PyObject *twin_filter_scans(PyObject *self, PyObject *const *args, Py_ssize_t n)
 }
 
 /* smooth(counts, out) */
-PyObject *twin_smooth(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_smooth(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[2];
     (void)self;
@@ -269,7 +268,7 @@ PyObject *twin_smooth(PyObject *self, PyObject *const *args, Py_ssize_t n)
 }
 
 /* slide(forces, hanging, mass, friction, dt, slid, out) */
-PyObject *twin_slide(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_slide(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[7];
     (void)self;
@@ -282,7 +281,7 @@ PyObject *twin_slide(PyObject *self, PyObject *const *args, Py_ssize_t n)
 }
 
 /* slide_patches(normal, speed, pull, mass, friction, p, finger, factors, patches, state, out) */
-PyObject *twin_slide_patches(PyObject *self, PyObject *const *args, Py_ssize_t n)
+static PyObject *twin_slide_patches(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[11];
     double p[SLIP], finger[FINGER];
@@ -296,4 +295,26 @@ PyObject *twin_slide_patches(PyObject *self, PyObject *const *args, Py_ssize_t n
                     && numbers(a + 6, finger, FINGER) && p[0] == (double)count;
     RETURN_CALL(a, ok, fc_slide_patches(a[0].data, a[1].data, a[2].data, a[3].number, a[4].number, p,
                 finger, a[7].data, a[8].data, (int32_t)count, a[9].data, a[10].data, samples));
+}
+
+#define TWIN(name) {#name, (PyCFunction)(void (*)(void))twin_##name, METH_FASTCALL, NULL}
+
+static PyMethodDef methods[] = {
+    TWIN(integrate_all), TWIN(tones), TWIN(filtered), TWIN(piezo_counts),
+    TWIN(force_counts), TWIN(filter_scans), TWIN(smooth), TWIN(slide), TWIN(slide_patches),
+    {NULL, NULL, 0, NULL},
+};
+
+#ifndef SOURCES_DIGEST
+#define SOURCES_DIGEST ""
+#endif
+
+static PyModuleDef definition = {
+    PyModuleDef_HEAD_INIT, "_compiled", "Kernels of the twin. " SOURCES_DIGEST, 0, methods,
+    NULL, NULL, NULL, NULL,
+};
+
+PyMODINIT_FUNC PyInit__compiled(void)
+{
+    return PyModuleDef_Init(&definition);
 }

@@ -1,7 +1,8 @@
-/* Decoding of consecutive samples frames, with the COBS and CRC of the firmware. */
+/* Python module of the wire: decoding of consecutive samples frames, with the COBS and CRC of the
+   firmware. The Python code of the package is the reference. */
 #define PY_SSIZE_T_CLEAN
 #define Py_LIMITED_API 0x030B0000
-#include "frames.h"
+#include <Python.h>
 
 #include <stdbool.h>
 #include <string.h>
@@ -36,7 +37,9 @@ static size_t samples_in(const uint8_t *frame, ptrdiff_t n, const expected *next
     return size;
 }
 
-PyObject *decode_samples(PyObject *self, PyObject *const *args, Py_ssize_t n)
+/* decode_samples(data, width, counter, sample, overflow): number of bytes used, number of frames,
+   and their samples. Decoding stops at the first frame that does not have the expected numbers. */
+static PyObject *decode_samples(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     uint8_t frame[LONGEST];
     expected next;
@@ -74,4 +77,23 @@ PyObject *decode_samples(PyObject *self, PyObject *const *args, Py_ssize_t n)
                                         (char *)samples, (Py_ssize_t)count);
     PyMem_Free(samples);
     return out;
+}
+
+static PyMethodDef methods[] = {
+    {"decode_samples", (PyCFunction)(void (*)(void))decode_samples, METH_FASTCALL, NULL},
+    {NULL, NULL, 0, NULL},
+};
+
+#ifndef SOURCES_DIGEST
+#define SOURCES_DIGEST ""
+#endif
+
+static PyModuleDef definition = {
+    PyModuleDef_HEAD_INIT, "_compiled", "Decoding of the wire's frames. " SOURCES_DIGEST, 0, methods,
+    NULL, NULL, NULL, NULL,
+};
+
+PyMODINIT_FUNC PyInit__compiled(void)
+{
+    return PyModuleDef_Init(&definition);
 }

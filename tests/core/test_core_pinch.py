@@ -29,7 +29,6 @@ from firstcontact.core import (
     VibrationCalibration,
     fingertip_layout,
 )
-from firstcontact.core.given import alike
 from firstcontact.core.pinch import FASTEST, SLOWEST, first_closed_sample
 from firstcontact.core.records import read_record
 
@@ -100,15 +99,9 @@ def test_shape_given_as_a_number_is_text():
     assert (Label(shape=12.0).shape, Label(shape=math.nan).shape) == ("12", "")
 
 
-def test_names_that_may_be_one_are_paired():
-    names = ["Day 1", "day_01", "day 2", "15", "1.5", "1.50", "1.05", "a", "b"]
-    assert alike(names) == [("Day 1", "day_01"), ("1.5", "1.50")]
-
-
 replaced = partial(replace, pinch(Label()))
 WRONG = [
     ("session", b"day", Label),
-    ("object", True, Label),
     ("specimen", "x" * 201, Label),
     ("role", "exam", Label),
     ("shore_a", "60", Label),
@@ -116,17 +109,12 @@ WRONG = [
     ("hardness_rank", 10**5000, Label),
     ("hardness_rank", 2.5, Label),
     ("sample", math.nan, partial(Contact, None)),
-    ("decided", "3", partial(Contact, None, 3)),
     ("finger", 7, partial(Contact, sample=3)),
     ("speed", 10**400, ClosingSpeed),
     ("noise", 0, partial(VibrationCalibration, None)),
-    ("noise", -1, partial(VibrationCalibration, None)),
     ("noise", math.nan, partial(VibrationCalibration, None)),
-    ("offset", math.inf, partial(VibrationCalibration, None, 1.0)),
     ("gain", 0.0, partial(ForceCurve, Finger.INDEX, 0.0, exponent=1.0, rms=0.0)),
     ("piezo", (VibrationCalibration(None, 1.0),) * 2, Calibration),
-    ("force", (VibrationCalibration(None, 1.0),), Calibration),
-    ("kind", "sound", partial(Channel, "a", finger=None, unit="V")),
     ("data", np.zeros(200), replaced),
     ("data", np.zeros((16, 200)), replaced),
     ("data", np.full((200, 16), "1"), replaced),

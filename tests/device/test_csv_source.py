@@ -18,7 +18,8 @@ from printing_board import PrintingBoard
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, _csv_source
 from firstcontact.device._columns import identify_columns
-from firstcontact.device._csv_source import CsvSource, LineReader, from_name
+from firstcontact.device._csv_source import CsvSource, from_name
+from firstcontact.device._lines import LineReader
 from firstcontact.device.opening import SourceOptions, source_kind
 
 MEASURED = 0.6

@@ -17,7 +17,7 @@ from fuzz_seeds import piezo_layout
 from firstcontact.contact import DETECTORS
 from firstcontact.core import Block, Finger, fingertip_layout
 from firstcontact.device import Descriptor, Health, protocol
-from firstcontact.device._csv_source import MOST, LineReader
+from firstcontact.device._lines import MOST, LineReader
 from firstcontact.device._responder import Responder
 from firstcontact.device._stamped_samples import StampedSamples
 from firstcontact.device.assembler import Assembler

@@ -180,3 +180,12 @@ def test_each_cause_of_a_delay_has_its_own_sentence(monkeypatch: pytest.MonkeyPa
     assert all("30.0 ms" in sentence for sentence in sentences)
     for other in (None, offset - 0.02, offset + 0.1):  # alone, too early, and still in time
         assert not delay_cause(timed(ANSWER, **punctual | {"compute": late}), other, late, late)
+
+
+@pytest.mark.parametrize(("closings", "is_told"), [(0, False), (2, False), (3, True), (36, True)])
+def test_closings_without_any_contact_are_explained(closings: int, is_told: bool) -> None:
+    ledger = Ledger(RATE)
+    ledger.closings = closings
+    for speed in (1.0, 8.0):
+        text = "\n".join(ledger_lines(ledger.summary(), 1.0, 0.1, speed=speed))
+        assert ("firstcontact check" in text) == is_told

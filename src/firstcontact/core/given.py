@@ -1,7 +1,7 @@
 """Checks of values that a caller gave: names, numbers and choices.
 
 Each check returns the value in the one form that the package compares: `Role.TEST` for "test", and
-the name "1" for `1`, `1.0`, "01" and " 1 ". Upper and lower case stay: :func:`alike` asks about it.
+the name "1" for `1`, `1.0`, "01" and " 1 ". Upper and lower case stay.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Iterable
 from enum import Enum
 from numbers import Real
 from typing import Any, TypeVar
@@ -26,8 +25,6 @@ _UNSEEN = re.compile("[\u00ad\u200b\u200e\u200f\u2060\ufeff]")
 _WHOLE = re.compile(r"(-?)\+?0*([0-9]+)(?:\.0*)?")
 #: Texts that programs print for a missing value.
 _MISSING = ("nan", "NaN", "<NA>", "NaT")
-#: Numbers and words of a name.
-_PARTS = re.compile(r"\d+(?:\.\d+)?|[^\W\d_]+")
 
 
 def plain_name(text: str) -> str:
@@ -92,19 +89,3 @@ def brief(value: object, most: int = 60) -> str:
     except ValueError:  # Python refuses to print numbers of thousands of digits
         text = "a number of thousands of digits"
     return text if len(text) <= most else f"{text[: most - 3]}..."
-
-
-def alike(names: Iterable[str]) -> list[tuple[str, str]]:
-    """Return pairs of different names that differ only in case, signs or zeros of their numbers."""
-    first: dict[Any, str] = {}
-    pairs = []
-    for name in dict.fromkeys(names):
-        key = tuple(_number(part) for part in _PARTS.findall(name.casefold())) or name
-        if first.setdefault(key, name) != name:
-            pairs.append((first[key], name))
-    return pairs
-
-
-def _number(part: str) -> str:
-    whole, point, decimals = part.partition(".")
-    return f"{whole.lstrip('0')}{point}{decimals.rstrip('0')}".removesuffix(".") or "0"

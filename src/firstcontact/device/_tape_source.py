@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from pathlib import Path
 
@@ -10,12 +11,15 @@ from numpy.typing import NDArray
 
 from firstcontact.core import FileError
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.plausible import are_alike
 from firstcontact.device._audio_source import sound_descriptor
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.threaded import ThreadedSource
 from firstcontact.recording.settings import check_rate
 from firstcontact.recording.sound import FULL_SCALE, read_sound
+
+_log = logging.getLogger("firstcontact.device")
 
 #: Length of a block, s, like that of a sound input.
 BLOCK = 0.005
@@ -39,6 +43,9 @@ class TapeSource(ThreadedSource):
             raise FileError(
                 f"{self._path} has {stored.shape[1]} channels: keep one, or one for each finger"
             )
+        if stored.shape[1] == 2 and are_alike(*stored.T):
+            _log.warning("%s: both channels are one signal, so the first is used alone", self.name)
+            stored = stored[:, :1]
         delay = self._resample(rate, FINGERTIP_RATE)
         values = (stored / FULL_SCALE[str(stored.dtype)]).astype(np.float32)
         # The filter delays its output: the last value goes on until the last sample is out.

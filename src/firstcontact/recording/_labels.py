@@ -31,7 +31,7 @@ from firstcontact.core.physics import LEAST, MOST, parse_radius, radius_text
 from firstcontact.core.pinch import FASTEST, HIGHEST_RANK, SLOWEST
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import parse_float
-from firstcontact.recording.dataset import alike_names, pause_between, shifted
+from firstcontact.recording.dataset import pause_between, shifted
 from firstcontact.recording.messages import SOURCES
 from firstcontact.recording.table import Table
 from firstcontact.recording.untrusted import as_text, listed, one_of, quote
@@ -201,7 +201,7 @@ def make_dataset(
     return Dataset(
         numbered,
         _stated_source(table) if source is None else source,
-        (*assumed, *guessed, *notes, *warnings, *alike_names(pinches)),
+        (*assumed, *guessed, *notes, *warnings),
         sessions_assumed="session" not in table,
     )
 

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block, Dataset, FileError, InputError, Pinch
 from firstcontact.core.files import AnyPath, files_below, given_path
-from firstcontact.core.given import alike
 from firstcontact.recording._reader import Recording, read_recording
 from firstcontact.recording._writer import RecordingWriter
 from firstcontact.recording.messages import Header, PinchMark
@@ -71,21 +70,10 @@ def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     return Dataset(
         tuple(pinches),
         first[1].source,
-        (*notes, *losses, *alike_names(pinches)),
+        (*notes, *losses),
         losses=tuple(losses),
         sessions_assumed=assumed,
     )
-
-
-def alike_names(pinches: Iterable[Pinch]) -> list[str]:
-    """Return a warning for each two names of sessions or specimens that may be meant as one."""
-    labels = [pinch.label for pinch in pinches]
-    names = {"session": [x.session for x in labels], "specimen": [x.specimen for x in labels]}
-    return [
-        f"warning: the {noun}s {one!r} and {two!r} count as two: if they are one, give it one name"
-        for noun, given in names.items()
-        for one, two in alike(given)
-    ]
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:

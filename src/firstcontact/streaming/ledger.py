@@ -13,6 +13,8 @@ from firstcontact.streaming.events import PinchDone, Verdict
 
 #: Number of pinches that the statistics cover, the newest ones.
 KEPT = 10_000
+#: Number of closings without any contact that cannot all be false.
+DOUBTFUL = 3
 #: Times in the ledger, in the order in which they happen, and their names for people.
 TIMES = {
     "decide": "from a contact until it was noticed (device clock)",
@@ -116,7 +118,7 @@ def ledger_lines(
             f"times and verdicts are left out: at --speed {speed:g} they say nothing about a hand "
             "in real time"
         )
-    if not figures["pinches"] and figures["closings"]:
+    if not figures["pinches"] and figures["closings"] >= DOUBTFUL:
         yield (
             f"{figures['closings']:.0f} closings and no contact: check that the columns are those "
             "of the sensors (not a clock, and not one signal twice), their unit, and that the "

@@ -36,7 +36,7 @@ _WITH_UNIT = re.compile(
     r"(.*?)(?:\s*[(\[](.+)[)\]]|_(ms|us|\u00b5s|\u03bcs|mV|uV|\u00b5V|\u03bcV|V))"
 )
 #: Units of time, s. Columns named "time" or "onset" are converted to "time_s" and "onset_s".
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "\u00b5s": 1e-6, "\u03bcs": 1e-6}
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "\u00b5s": 1e-6, "\u03bcs": 1e-6}
 _TIMES = ("time", "onset")
 
 

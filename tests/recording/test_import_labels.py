@@ -187,7 +187,7 @@ def test_assumed_sessions_are_known_from_the_header(tmp_path):
     assert "session_assumed" not in Header(fingertip_layout()).to_json()
 
 
-def test_spellings_are_one_session_and_likely_ones_are_asked_about():
+def test_spellings_of_one_name_are_one_session():
     dataset = arrays(
         np.zeros((5, 60, 2)),
         session=["1", "1.0", " 01", "Day 2", "day_02"],
@@ -195,6 +195,3 @@ def test_spellings_are_one_session_and_likely_ones_are_asked_about():
     )
     assert list(dataset.sessions) == ["1", "1", "1", "Day 2", "day_02"]
     assert list(dataset.specimens[3:]) == ["d", "d"]
-    (note,) = [note for note in dataset.notes if "count as two" in note]
-    assert note.startswith("warning:")
-    assert "'Day 2' and 'day_02'" in note

@@ -127,6 +127,29 @@ def test_passing_time_sends_the_fallback_once() -> None:
     assert sent == [Grip().approach, Grip().gentle]
 
 
+@pytest.mark.parametrize("ms", [20, 60])
+def test_the_deadline_holds_after_a_retracted_estimate(ms: int) -> None:
+    loop, sent = make_loop("first_contact", deadline=0.025)
+    touch(loop)
+    assert loop.estimated(SHORT, 0.110)
+    loop.retract()
+    assert loop.estimated(NARROW, (100 + ms) / RATE) == (ms == 20)
+    loop.finish()
+    assert loop.counts.misses == loop.counts.unused == (ms == 60)
+    assert sent[-1] == (Grip().gentle if ms == 60 else Grip().command_for(45.0))
+
+
+def test_an_estimate_whose_command_is_not_sent_does_not_count() -> None:
+    loop = GraspLoop(
+        make_policy(POLICIES["first_contact"], Grip(), Truth(30.0), {}), lambda _: False, RATE
+    )
+    loop.begin()
+    touch(loop)
+    assert not loop.estimated(NARROW, 0.110)
+    assert not loop.finish()
+    assert (loop.counts.commands, loop.counts.estimates, loop.counts.misses) == (0, 0, 1)
+
+
 @pytest.mark.parametrize("name", POLICIES)
 def test_the_same_command_is_not_sent_twice(name: str) -> None:
     loop, sent = make_loop(name)

@@ -187,6 +187,29 @@ def test_what_is_older_than_a_silence_does_not_close_a_hand(
     assert hand.commands == []
 
 
+def test_samples_that_stay_late_release_the_hand_and_count_no_command() -> None:
+    driver, now = LoggedHand(), [0.0]
+    with SafeHand(driver, silence=1.0, clock=lambda: now[0]) as hand:
+        transport = TransportDelay(LAYOUT.rate)
+        grasping = Grasping(live_policy("touch"), hand, LAYOUT, transport=transport)
+        session = Session(grasping)
+        session.block()
+        grasping.requests.ask(Ask.CLOSE, "keyboard")
+        session.block()
+        sent = grasping.loop.counts.commands
+        session.late = 1.5
+        session.block(FIRST_EVENT)
+        assert grasping.loop.counts.commands == sent == 1
+        released: list[HandCommand] = []
+        for _ in range(4):
+            now[0] += 0.3
+            released += session.block()
+        assert [(event.ask, event.by) for event in released] == [(Ask.OPEN, SILENCE)]
+        grasping.requests.ask(Ask.CLOSE, "keyboard")
+        assert session.block() == []
+    assert driver.commands[-1] is None
+
+
 def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
     hand = LoggedHand(Begins.OTHERS)
     session = driven(hand)

@@ -48,14 +48,14 @@ class LoopCounts:
 class GraspLoop:
     """Loop that passes events to a policy, and the policy's commands to a hand.
 
-    All times are seconds on the clock of the samples. ``wait`` returns the time until the hand
-    takes a command.
+    All times are seconds on the clock of the samples. ``send`` returns False if it did not send
+    the command. ``wait`` returns the time until the hand takes a command.
     """
 
     def __init__(
         self,
         policy: Policy,
-        send: Callable[[Command], None],
+        send: Callable[[Command], bool | None],
         rate: float,
         deadline: float | None = None,
         wait: Callable[[], float] = lambda: 0.0,
@@ -117,10 +117,11 @@ class GraspLoop:
         command = self._ask(self.policy.estimated, estimate)
         if command is None:  # the policy ignores this estimate and waits for another
             return False
+        if not self._forward(command):
+            return False
         self._due = None
         self.counts.estimates += not self._reached
         self._reached.append(reaches)
-        self._forward(command)
         return True
 
     def retract(self) -> None:
@@ -128,6 +129,8 @@ class GraspLoop:
         if self._closing and self._reached:
             self.counts.estimates -= 1
             self._reached = []
+            if self._first is not None and self._deadline is not None:
+                self._due = self._first + self._deadline
             self._act(self.policy.late)
 
     def felt(self, volts: float, now: float) -> None:
@@ -192,12 +195,15 @@ class GraspLoop:
             )
         return command
 
-    def _forward(self, command: Command | None) -> None:
+    def _forward(self, command: Command | None) -> bool:
+        """Send a new command. Return False if it was not sent."""
         if command is None or command == self._last:
-            return
+            return True
+        if self._send(command) is False:
+            return False
         self._last = command
         self.counts.commands += 1
-        self._send(command)
+        return True
 
 
 class Taxels:

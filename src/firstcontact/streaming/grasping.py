@@ -197,12 +197,20 @@ class Grasping:
         self._acted_on = -1.0  # elapsed time of the estimate that the policy acted on, s
 
     def on_samples(self, block: Block, host: float) -> None:
-        if self._safe is not None:
-            self._safe.alive()
         self._newest = block.end - 1, block.epoch
+        before = self._late
         if self._transport is not None:
             self._transport.add(block, host)
             self._late = self._transport.delay(block.end - 1, host)
+        if self._late > STALE >= before:
+            _log.warning(
+                "samples are %.1f s late: the hand %s gets no commands, and is released if they "
+                "stay late",
+                self._late,
+                self.hand.name,
+            )
+        if self._safe is not None and self._late <= STALE:
+            self._safe.alive()
 
     def on_event(self, event: Event) -> None:
         match event:
@@ -277,7 +285,7 @@ class Grasping:
             if request.ask is Ask.CLOSE:
                 if Begins.HURRY in self.hand.begins:
                     self.hand.start()  # the start of its motor then begins the closing
-                elif self.requests.by is None:
+                elif self.requests.by is None and self._late <= STALE:
                     self.requests.by = request.by
                     self._epoch = block.epoch
                     self._taxels.begin()
@@ -325,14 +333,16 @@ class Grasping:
         if self.loop.estimated(estimate, now):
             self._acted_on = estimate.elapsed
 
-    def _send(self, command: Command) -> None:
+    def _send(self, command: Command) -> bool:
+        """Send a command, unless the hand is to stay open or the samples are too old."""
         if self.requests.opening or self._is_silenced or self._late > STALE:
-            return
+            return False
         self.last = command
         self.hand.send(command)
         self._commands.append(command)
         if self._done:  # the motor that obeys is as loud as a slip
             self._hold()
+        return True
 
     def lines(self, *, real_time: bool = True) -> list[str]:
         """Return lines of text for the end of a run; without deadlines if not in real time."""

@@ -270,6 +270,58 @@ def test_a_driver_that_blocks_does_not_keep_the_program_from_ending(method: str)
     assert "may still hold its object: the hand's code did not return" in output
 
 
+def test_a_release_may_take_longer_than_other_calls() -> None:
+    class Slow(RecordingHand):
+        def release(self) -> None:
+            threading.Event().wait(1.3)
+            super().release()
+
+    recorder = Slow()
+    with SafeHand(recorder, silence=PATIENCE) as hand:
+        hand.send(SLOW)
+        hand.release()
+        hand.send(HOLD)
+    assert recorder.orders == [SLOW, "release", HOLD, "release", "close"]
+
+
+def test_a_hand_that_lets_go_in_the_end_is_released() -> None:
+    """Its failure is known, but its release was carried out after the call that blocked."""
+    let_go = threading.Event()
+
+    class Blocked(RecordingHand):
+        def send(self, command: Command) -> None:
+            let_go.wait(PATIENCE)
+
+    recorder = Blocked()
+    with SafeHand(recorder, silence=PATIENCE) as hand:
+        with pytest.raises(HandError, match="did not return"):
+            hand.send(SLOW)
+        let_go.set()
+    assert hand.failure is not None
+    assert recorder.orders == ["release", "release", "close"]
+
+
+def test_reading_a_hand_does_not_wait_for_its_driver() -> None:
+    is_sending, goes_on = threading.Event(), threading.Event()
+
+    class Busy(RecordingHand):
+        def send(self, command: Command) -> None:
+            is_sending.set()
+            assert goes_on.wait(PATIENCE)
+
+        def positions_since(self, since: float, host_zero: float) -> list[tuple[float, float]]:
+            goes_on.set()
+            return [(since, host_zero)]
+
+    with SafeHand(Busy(), silence=PATIENCE) as hand:
+        sender = threading.Thread(target=hand.send, args=[SLOW])
+        sender.start()
+        assert is_sending.wait(PATIENCE)
+        assert hand.positions_since(1.0, 2.0) == [(1.0, 2.0)]
+        sender.join()
+        assert hand.failure is None
+
+
 POSITIONS: list[object] = [
     [1.0, 2.0], [(0.0, 1e300)], [(nan, 0.0)], [(0.0, nan)], [(0.0, None)], [("a", "b")], None,
     [(0.0, 10**400)], [(0.0, 1.0, 2.0)],

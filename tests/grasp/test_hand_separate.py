@@ -53,7 +53,11 @@ class FileHand(Hand):
         return deque((1.0 + 0.01 * k, 0.02 + 1e-3 * k) for k in range(200))
 
     def release(self):
+        if self.file.endswith("slow"):
+            time.sleep(1.3)
         self.note("release")
+        if self.file.endswith("stuck"):
+            time.sleep(600)
 
     def close(self):
         self.note("close")
@@ -172,6 +176,27 @@ def test_driver_that_blocks_is_interrupted_and_opens_the_hand(tmp_path: Path) ->
         hand.send(Command(0.0, 3.0))
         assert "does not answer" in refused(hand, CLOSE)
     assert (tmp_path / "log").read_text().splitlines() == ["close"]
+
+
+def test_release_that_blocks_is_interrupted_without_another_order(tmp_path: Path) -> None:
+    log, tick = tmp_path / "stuck", threading.Event()
+    with SafeHand(file_hand(log), silence=PATIENCE) as hand:
+        hand.release()
+        for _ in range(int(PATIENCE / 0.02)):
+            if hand.failure is not None:
+                break
+            tick.wait(0.02)
+        assert "does not answer" in str(hand.failure)
+        await_lines(log, "release", "close")
+
+
+def test_release_may_take_longer_than_other_orders(tmp_path: Path) -> None:
+    log = tmp_path / "slow"
+    with SafeHand(file_hand(log), silence=PATIENCE) as hand:
+        hand.release()
+        hand.send(CLOSE)
+        await_lines(log, "release", "0.02 2.0")
+        assert hand.failure is None
 
 
 def test_killed_or_suspended_process_is_noticed(tmp_path: Path) -> None:

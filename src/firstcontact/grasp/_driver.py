@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, wait
 from queue import SimpleQueue
 
+from firstcontact.grasp._separate import RELEASED
 from firstcontact.grasp.hand import HandError
 
 #: Longest wait for a call of the driver, s.
@@ -19,27 +20,25 @@ class DriverThread:
     def __init__(self) -> None:
         self._calls: SimpleQueue[tuple[Callable[[], None], Future[None]] | None] = SimpleQueue()
         self._thread: threading.Thread | None = None
-        self._is_stuck = False
+        self._newest: Future[None] | None = None
 
-    def call(self, act: Callable[[], None], seconds: float | None = None) -> BaseException | None:
+    def call(self, act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
         """Return the error of a call, or a HandError if it takes longer than ``seconds``.
 
-        The default is ``STUCK``, but 0 after a call that took longer: this one is carried out once
-        that one returns.
+        While an earlier call blocks, times up to ``RELEASED`` count as 0: this call is carried out
+        once that one returns.
         """
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="hand driver", daemon=True)
             self._thread.start()
-        if seconds is None:
-            seconds = 0.0 if self._is_stuck else STUCK
-        done: Future[None] = Future()
+        is_stuck = self._newest is not None and not self._newest.done()
+        self._newest = done = Future[None]()
         self._calls.put((act, done))
-        wait([done], seconds)
-        self._is_stuck = not done.done()
-        if self._is_stuck:
+        wait([done], 0.0 if is_stuck and seconds <= RELEASED else seconds)
+        if not done.done():
             return HandError(
-                f"the hand's code did not return within {STUCK:g} s: disconnect the hand's power "
-                "if it does not open"
+                "the hand's code did not return in time: disconnect the hand's power if it does "
+                "not open"
             )
         return done.exception()
 
@@ -58,7 +57,7 @@ class DriverThread:
                 done.set_result(None)
 
 
-def call_directly(act: Callable[[], None], seconds: float | None = None) -> BaseException | None:
+def call_directly(act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
     """Return the error of a call. An interrupt of the program is raised instead."""
     try:
         act()

@@ -6,20 +6,19 @@ import atexit
 import logging
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
-from math import inf, isfinite
+from math import inf
 from typing import TYPE_CHECKING, Self
 
-from firstcontact.core import ArgumentError, Command
+from firstcontact.core import Command
 from firstcontact.core.text import summarize_error
-from firstcontact.grasp._driver import DriverThread, call_directly
+from firstcontact.grasp._driver import STUCK, DriverThread, call_directly
 from firstcontact.grasp._leaving import Leaving
-from firstcontact.grasp._separate import ENDED, SeparateHand
+from firstcontact.grasp._pacing import HandCounts, Pacer
+from firstcontact.grasp._separate import ENDED, MUTE, RELEASED, SeparateHand
 from firstcontact.grasp.hand import (
     Hand,
     HandError,
-    HandLimits,
     check_positions,
     steady_clock,
 )
@@ -31,106 +30,6 @@ if TYPE_CHECKING:
 PROMPT = 0.1
 
 _log = logging.getLogger("firstcontact.grasp")
-
-
-@dataclass(slots=True)
-class HandCounts:
-    """Counts of the commands to a hand."""
-
-    sent: int = 0
-    clipped: int = 0
-    superseded: int = 0
-    repeated: int = 0
-    released: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Due:
-    """Action that is due: send ``command``, or release the hand if ``command`` is None."""
-
-    command: Command | None
-
-
-class Pacer:
-    """Schedule of a hand's commands. It has no clock: the caller passes the times."""
-
-    def __init__(self, limits: HandLimits, silence: float) -> None:
-        if not silence > 0:  # true of NaN
-            raise ArgumentError(f"the time of {silence:g} s must be above 0", parameter="silence")
-        self.limits = limits
-        self.counts = HandCounts()
-        #: True after a release because of silence, until the next call of :meth:`release`.
-        self.silenced = False
-        self._silence = silence
-        self._interval = 1 / limits.rate
-        # Repeat three times before the hand's watchdog acts, but no faster than the hand allows.
-        self._repeat = max(limits.watchdog / 3, self._interval)
-        self._waiting: Command | None = None
-        self._last: Command | None = None
-        self._sent_at = -inf
-        self._called_at = -inf
-        self._release_at = inf  # time at which a failed release is tried again
-
-    def offer(self, command: Command, now: float) -> None:
-        """Take a command, which replaces a command that still waits."""
-        if not (isfinite(command.speed) and isfinite(command.force)):
-            raise ValueError(
-                f"a hand cannot close at {command.speed} m/s with {command.force} N: use finite "
-                "numbers"
-            )
-        limits = self.limits
-        clipped = Command(
-            min(max(command.speed, -limits.speed), limits.speed),
-            min(max(command.force, 0.0), limits.force),
-        )
-        self.counts.clipped += clipped != command
-        self.counts.superseded += self._waiting is not None
-        self._waiting = clipped
-        self._called_at = now
-
-    def alive(self, now: float) -> None:
-        """Record that the program runs and has no new command."""
-        self._called_at = now
-
-    def release(self) -> None:
-        self.counts.superseded += self._waiting is not None
-        self.counts.released += 1
-        self._waiting = self._last = None
-        self._release_at = inf
-        self.silenced = False
-
-    def retry_release(self, now: float) -> None:
-        """Schedule another release, because the hand failed to carry out the last one."""
-        self._release_at = now + self._silence
-
-    def wait(self, now: float) -> float:
-        """Return the time until a command that is offered now is due, s."""
-        return max(self._sent_at + self._interval - now, 0.0)
-
-    def next_time(self) -> float:
-        """Return the earliest time of the next action, s; infinite if there is none."""
-        if self._waiting is None and self._last is None:
-            return self._release_at
-        pause = self._interval if self._waiting is not None else self._repeat
-        return min(self._sent_at + pause, self._called_at + self._silence)
-
-    def due(self, now: float) -> Due | None:
-        """Return the action that is due at this time; None if there is none."""
-        if now < self.next_time():
-            return None
-        # A hand whose own watchdog has acted must not close again by a repeated command.
-        has_lapsed = self._last is not None and now > self._sent_at + self.limits.watchdog
-        if has_lapsed or now >= min(self._called_at + self._silence, self._release_at):
-            self.release()
-            self.silenced = True
-            return Due(None)
-        if self._waiting is not None:
-            self._last, self._waiting = self._waiting, None
-            self.counts.sent += 1
-        else:
-            self.counts.repeated += 1
-        self._sent_at = now
-        return Due(self._last)
 
 
 class SafeHand(Hand):
@@ -156,7 +55,8 @@ class SafeHand(Hand):
     for long, set :attr:`Hand.separate`.
 
     Methods that command or read the hand raise :class:`HandError` if it is not open or has failed.
-    A method of ``hand`` that does not return within 1 s counts as failed.
+    A method of ``hand`` that does not return within 1 s counts as failed, ``release`` after 3 s.
+    While a method runs, another thread may call those that read the hand.
 
     Parameters
     ----------
@@ -266,14 +166,14 @@ class SafeHand(Hand):
                 )
             measured.append(speed)
 
-        self._do(measure)
+        self._read(measure)
         return measured[0]
 
     def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
         """Return the positions after ``since``, as :meth:`Hand.positions_since` does."""
         reports: list[tuple[float, float]] = []
         hand = self._hand
-        self._do(
+        self._read(
             lambda: reports.extend(check_positions(hand, hand.positions_since(since, host_zero)))
         )
         return reports
@@ -292,14 +192,14 @@ class SafeHand(Hand):
                 if self._closed:
                     return
                 self._closed = True
-                released = self._thread is None or self._release()
+                self._pacer.release()
                 self._change.notify()
             atexit.unregister(self.close)
             try:
                 if self._thread is not None:
                     self._thread.join()
             finally:
-                released &= self._attempt(self._hand.close, ENDED)
+                released = self._attempt(self._let_go_and_close, ENDED)
                 if self._driver is not None:
                     self._driver.end()
             if not released:
@@ -323,6 +223,13 @@ class SafeHand(Hand):
             raise
         _log.info("hand %s is open", self.name)
         return self
+
+    def _let_go_and_close(self) -> None:
+        try:
+            if self._thread is not None:
+                self._hand.release()
+        finally:
+            self._hand.close()
 
     def _let_go(self) -> None:
         """Make the watchdog thread release the hand."""
@@ -358,20 +265,26 @@ class SafeHand(Hand):
                 self._release()
                 self._check()
 
-    def _release(self) -> bool:
-        """Release the hand. Return True on success."""
-        self._pacer.release()
-        return self._open_hand()
+    def _read(self, read: Callable[[], None]) -> None:
+        """Call a method that reads the hand. Only a separate hand, which shares a pipe, waits."""
+        if self._driver is None:
+            self._do(read)
+            return
+        self._check()
+        if (error := call_directly(read)) is not None:
+            self._do(partial(_fail, error))
 
-    def _open_hand(self) -> bool:
-        """Open the hand. If this fails, the watchdog thread tries again. Return True on success."""
-        is_open = self._attempt(self._hand.release)
-        if not is_open:
+    def _release(self) -> None:
+        self._pacer.release()
+        self._open_hand()
+
+    def _open_hand(self) -> None:
+        """Open the hand. If this fails, the watchdog thread tries again."""
+        if not self._attempt(self._hand.release, RELEASED):
             self._pacer.retry_release(self._clock())
             self._change.notify()
-        return is_open
 
-    def _attempt(self, act: Callable[[], None], seconds: float | None = None) -> bool:
+    def _attempt(self, act: Callable[[], None], seconds: float = STUCK) -> bool:
         """Call a method of the hand. Store an error, so that the watchdog thread continues."""
         call = call_directly if self._driver is None else self._driver.call
         error = call(act, seconds)
@@ -401,5 +314,14 @@ class SafeHand(Hand):
         with self._change:
             while not self._closed:
                 self._act()
-                wait = self._pacer.next_time() - self._clock()
+                longest = inf
+                if isinstance(self._hand, SeparateHand) and self._failure is None:
+                    longest = MUTE / 2
+                    if not self._attempt(self._hand.check):
+                        self._release()
+                wait = min(self._pacer.next_time() - self._clock(), longest)
                 self._change.wait(None if wait == inf else max(wait, 0.0))
+
+
+def _fail(error: BaseException) -> None:
+    raise error

@@ -28,6 +28,8 @@ START = 30.0
 PROMPT = 0.002
 #: Time without an answer after which the process counts as lost, s.
 MUTE = 1.0
+#: Longest time of a release, s: a driver may wait until the hand is open.
+RELEASED = 3.0
 #: Longest time from the end of the orders to the end of the process, s. The Ability Hand needs
 #: 2 s of it to open.
 ENDED = 5.0
@@ -57,7 +59,7 @@ class SeparateHand(Hand):
         self._arguments = [kind.__module__, kind.__qualname__, str(self.limits.watchdog)]
         self._arguments += [] if port is None else [port]
         self._child: Child | None = None
-        self._unanswered: deque[float] = deque()  # time of each order without an answer
+        self._unanswered: deque[float] = deque()  # latest time of the answer to each order
 
     def send(self, command: Command) -> None:
         child = self._opened()
@@ -85,7 +87,11 @@ class SeparateHand(Hand):
     def release(self) -> None:
         if self._child is not None:
             with suppress(OSError):  # a process that has ended has released the hand
-                self._write_order(self._child, "release")
+                self._write_order(self._child, "release", RELEASED)
+
+    def check(self) -> None:
+        """Raise HandError if the process has failed or does not answer."""
+        self._read_answers(self._opened())
 
     def close(self) -> None:
         child, self._child = self._child, None
@@ -128,16 +134,17 @@ class SeparateHand(Hand):
             raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         return self._child
 
-    def _write_order(self, child: Child, line: str) -> None:
+    def _write_order(self, child: Child, line: str, seconds: float = MUTE) -> None:
         child.tell(line, 0.0)
-        self._unanswered.append(time.monotonic())
+        # An order waits for those before it.
+        self._unanswered.append(max([time.monotonic() + seconds, *self._unanswered]))
 
     def _read_answers(self, child: Child) -> None:
         try:
             while True:
                 self._read_answer(child, 0.0)
         except TimeoutError:
-            if self._unanswered and time.monotonic() - self._unanswered[0] > MUTE:
+            if self._unanswered and time.monotonic() > self._unanswered[0]:
                 child.interrupt()  # a driver that Python can interrupt then opens the hand
                 raise HandError(f"the process of the hand {self.name!r} does not answer") from None
         except OSError as error:

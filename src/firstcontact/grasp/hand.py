@@ -137,6 +137,7 @@ class Hand(ABC):
         Each is a pair: the time by ``time.monotonic()``, s, and the distance that the fingertip has
         moved, m. The zero and the direction of this distance do not matter.
         An estimate waits for this call, so return stored positions and send no request to the hand.
+        Another thread may be in another method of the hand meanwhile.
         """
         return ()
 

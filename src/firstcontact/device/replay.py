@@ -187,7 +187,7 @@ def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iter
             end = min(first + length, stretch.end)
             if end > part.end:
                 part = stretch.part(first, min(first + AHEAD * length, stretch.end))
-            block = part.part(first, end)
+            block = Block(part.part(first, end).data, first, stretch.epoch)
             # Markers of samples after the last one come with the last block.
             is_last = stretch is stretches[-1] and end == stretch.end
             until = (math.inf, 0) if is_last else (block.epoch, block.end)

@@ -416,3 +416,52 @@ def test_a_port_that_comes_back_under_another_name_is_named(
         while "by-id" not in caplog.text:
             source.read(0.05)
     assert str(tmp_path / "ttyACM1") in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("start", "text", "damaged"),
+    [
+        (b"512,500", b"None,501\novf,502.0\nMAX 503", 2),
+        (b"index,thumb\n512,500", b"READY\nx: 5\nSensor ready, ok now\n512,ovf", 1),
+        (b"a:1,b:2\na:1,b:2", b"x:1,b:2\na:1,b:2\na:ovf,b:2\na:1,:2\nlow battery", 3),
+        (b"512 500", b"Done\nlow battery now\nNone 501", 1),
+    ],
+    ids=["words", "status", "plotter", "spaces"],
+)
+def test_a_sample_with_a_word_is_lost_and_a_status_changes_no_header(
+    start: bytes, text: bytes, damaged: int
+) -> None:
+    reader = LineReader()
+    reader.feed(b"\n" + start + b"\n")
+    header = reader.header
+    lines = reader.feed(text + b"\n")
+    assert (lines.count(None), reader.bad, reader.header) == (damaged, damaged, header)
+
+
+def came_back(lines: list[tuple[float, ...]], header: tuple[str, ...] = ()) -> CsvSource:
+    """Check columns n and piezo after a new start, in which a board printed this."""
+    source = CsvSource("port")
+    source._header, source._lines.header = ("n", "piezo"), header or ("n", "piezo")
+    source._columns = _csv_source.Columns(("piezo",), (1,), 0, 2)
+    source._check_columns(lines)
+    return source
+
+
+def test_hum_a_boot_line_or_garbage_are_no_other_columns() -> None:
+    for shift in range(50):
+        angles = [2 * math.pi * (50 * n / 4936 + shift / 50) for n in range(20)]
+        lines = [(float(n), 512.0 + round(16 * math.sin(a))) for n, a in enumerate(angles)]
+        came_back(lines, ("Sensor", "ready"))
+    came_back([])
+    for other in ([(1.0, 2.0, 3.0)] * 20, [(5.0, float(n)) for n in range(20)]):
+        with pytest.raises(InputError, match="other columns"):
+            came_back(other)
+    with pytest.raises(InputError, match="other columns"):
+        came_back([(float(n), 5.0) for n in range(20)], ("piezo", "n"))
+
+
+def test_numbers_beyond_assumed_bits_end_the_session() -> None:
+    source = came_back([])
+    source._units = [_csv_source.COUNTS]
+    with pytest.raises(InputError, match="=12bits"):
+        source._give_lines([(0.0, 620.0), (1.0, 1030.0), (2.0, 1100.0)], [0, 1, 2], 0, 0.0)

@@ -116,7 +116,7 @@ def identify_columns(
     names = distinct_names(header) if named else tuple(str(k + 1) for k in range(width))
     wanted_places = [k for word in wanted if (k := find_column(word, names)) is not None]
     counter = _counter(full_lines, names if named else (), wanted_places)
-    if counter is not None and not _counts(full_lines, counter):
+    if counter is not None and not counts_up(full_lines, counter):
         raise DeviceError(
             f"column {names[counter]!r} of {device} has the name of a counter but does not count "
             "up: rename it, let the board count its samples in it, or name it if it is a signal, "
@@ -152,7 +152,7 @@ def _counter(
     """Return the counter column: the one with a counter's name, or one that rises by 1 per line."""
     lower = [name.lower() for name in names]
     for k, name in enumerate(lower):
-        is_finger = name == "index" and "thumb" in lower and not _counts(lines, k)
+        is_finger = name == "index" and "thumb" in lower and not counts_up(lines, k)
         if name in COUNTERS and k not in signals and not is_finger:
             return k
     for k in range(len(lines[0]) if not names and len(lines[0]) > 1 else 0):
@@ -162,7 +162,7 @@ def _counter(
     return None
 
 
-def _counts(lines: list[tuple[float, ...]], column: int) -> bool:
+def counts_up(lines: list[tuple[float, ...]], column: int) -> bool:
     """Return True if a column rises in most lines, by at most ``LEAP`` each time."""
     steps = [b[column] - a[column] for a, b in itertools.pairwise(lines)]
     return sum(0 < step <= LEAP for step in steps) >= 0.8 * len(steps)

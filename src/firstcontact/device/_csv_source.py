@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 from firstcontact.core import DeviceError, InputError, Layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.units import COUNTS, STATE_UNIT, Unit, fit_unit, parse_unit, unit_of_name
-from firstcontact.device._columns import LEAP, Columns, identify_columns, vibration_channels
+from firstcontact.device._columns import (
+    LEAP,
+    Columns,
+    counts_up,
+    identify_columns,
+    vibration_channels,
+)
 from firstcontact.device._lines import LineReader
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions
@@ -130,6 +136,7 @@ class CsvSource(ThreadedSource):
         self._port: SerialTransport | None = None
         self._lines = LineReader()
         self._columns: Columns | None = None
+        self._header: tuple[str, ...] = ()
 
     def _open(self) -> Descriptor:
         self._port = SerialTransport(self.port, self._baud)
@@ -179,6 +186,7 @@ class CsvSource(ThreadedSource):
                 lines += new
                 arrivals.add(now - began, len(lines))
         columns = identify_columns(lines, self._lines.header, self._named, self.name)
+        self._header = self._lines.header if len(self._lines.header) == columns.width else ()
         rate = arrivals.rate()
         if columns.counter is not None:
             complete_lines = [n for n in lines if len(n) == columns.width]
@@ -225,7 +233,8 @@ class CsvSource(ThreadedSource):
                 counter = _Counter(self._columns)
             if unchecked:
                 unchecked += lines
-                if len(unchecked) <= LINES_NEEDED:
+                if sum(line is not None for line in unchecked) < LINES_NEEDED:
+                    self._note(bad_frames=self._lines.bad)
                     self._wait()
                     continue
                 lines = unchecked[1:]
@@ -269,33 +278,40 @@ class CsvSource(ThreadedSource):
         signals = np.array(lines).reshape(-1, self._columns.width)[:, list(self._columns.signals)]
         for column, unit in enumerate(self._units):
             if unit.bits is not None:  # what the converter cannot give is no sample
-                numbers_, half = signals[:, column], 2.0 ** (unit.bits - 1)
-                numbers_[np.abs(numbers_ + (0.5 if unit.offset == 0 else 0.5 - half)) > half] = (
-                    math.nan
-                )
+                half = 2.0 ** (unit.bits - 1)
+                middle = half - 0.5 if unit.offset else -0.5
+                is_beyond = np.abs(signals[:, column] - middle) > half
+                # One alone is damage. Two in a row are of another converter.
+                if unit.is_assumed and (is_beyond[1:] & is_beyond[:-1]).any():
+                    raise DeviceError(
+                        f"{self.name} gives {signals[is_beyond, column][0]:g}, but a converter of "
+                        f"{unit.bits} bits, which is assumed, gives 0 to {2 * half - 1:g}: state "
+                        f"its bits, as in csv:{self.port}=12bits"
+                    )
+                signals[is_beyond, column] = math.nan
         self._give(signals, np.array(numbers, np.int64), epoch, now)
 
     def _reconnect(self) -> None:
         assert self._port is not None
         self._note(connected=False)
         self._shut()
-        self._lines = LineReader(self._lines.bad, self._lines.header)
+        self._lines.restart()
         self._port = reopen(self._port, self._closing, self._baud)
 
     def _check_columns(self, lines: list[tuple[float, ...]]) -> None:
         """Refuse a board that came back with other columns."""
         assert self._columns is not None
-        now = identify_columns(lines, self._lines.header, self._named, self.name)
-        former = self._columns
-        # The first line may be cut, and columns without names may get some.
-        is_same = (
-            ",".join(former.names).endswith(",".join(now.names)) or former.names[0].isdecimal()
-        )
-        places = [(c.signals, c.counter, c.width) for c in (now, former)]
-        if places[0] != places[1] or not is_same:
+        former, names = self._columns, self._lines.header
+        complete_lines = [line for line in lines if len(line) == former.width]
+        is_moved = names != self._header and sorted(names) == sorted(self._header)
+        if (
+            is_moved
+            or len(complete_lines) < 0.8 * len(lines)
+            or (former.counter is not None and not counts_up(complete_lines, former.counter))
+        ):
             raise DeviceError(
-                f"{self.name} came back with other columns ({', '.join(now.names)} instead of "
-                f"{', '.join(former.names)}): start the command again"
+                f"{self.name} came back with other columns than before "
+                f"({', '.join(self._header) or former.width}): start the command again"
             )
 
     def _shut(self) -> None:

@@ -25,6 +25,13 @@ class LineReader:
     _rest: bytes = b""
     _begun: bool = False
     _last_names: tuple[str, ...] = ()
+    _plots: bool = False
+    _usual: tuple[int, ...] = ()
+    _width: int = 0
+
+    def restart(self) -> None:
+        """Forget the rest of a line: the port was opened again."""
+        self._rest, self._begun = b"", False
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
         """Return the numbers of the lines, None for damaged ones; lines of text are left out."""
@@ -45,34 +52,44 @@ class LineReader:
     def _is_text(self, line: bytes) -> bool:
         """Return True for a line of text, which is no sample. Names before numbers are no text."""
         text, words = line.decode("ascii", "replace").strip(), _words(line)
-        names = tuple(w.rpartition(":")[0] for w in words)
-        if all(names) and all(_is_number(w.rpartition(":")[2]) for w in words):
+        names, values = _names_and_values(words)
+        is_usual = self._usual == _shape(line)
+        if names and all(names) and all(map(_is_number, values)):
             # A plotter's line, if another one with these names came before: "vbat:3.71" may be text
             is_known = names in (self.header, self._last_names)
             self._last_names, self.header = names, names if is_known else self.header
-            return not is_known
+            self._plots |= is_known
+            return not is_known and not (self._plots and is_usual)
         self._last_names = ()
         is_words = text.isascii() and text.isprintable() and _TEXT.match(text)
         if not is_words or all(map(_is_number, words)):
             return False
+        if is_usual and (any(map(_is_number, values)) or (self._plots and all(names))):
+            return False  # a damaged sample
         self._name(line)
         return True
 
     def _numbers(self, line: bytes) -> tuple[float, ...] | None:
-        words = _words(line)
+        names, texts = _names_and_values(_words(line))
         try:
-            values = tuple(parse_float(w.rpartition(":")[2], finite=False) for w in words)
+            values = tuple(parse_float(text, finite=False) for text in texts)
         except ValueError:
+            values = ()
+        is_damaged = not values or len(values) > MOST or not all(map(math.isfinite, values))
+        if is_damaged or (self._plots and names != self.header):
             self.bad += 1
             return None
-        if not values or len(values) > MOST or not all(math.isfinite(v) for v in values):
-            self.bad += 1
-            return None
+        self._usual, self._width = _shape(line), len(values)
         return values
 
     def _name(self, line: bytes) -> None:
-        words = _words(line)
-        if self._is_header(words):
+        """Take a header. One that is known changes only its order once there are samples."""
+        words, former = _words(line), self.header
+        fits = len(words) > 1 or len(former) < 2
+        if self._usual:
+            is_other = len(former) == self._width and set(words) != set(former)
+            fits = len(words) == self._width and not is_other
+        if fits and self._is_header(words):
             self.header = words
 
     @staticmethod
@@ -86,6 +103,18 @@ class LineReader:
             and not set(w) & set("=?!")
             for w in words
         )
+
+
+def _names_and_values(words: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names before the colons of a plotter's line, and what follows them."""
+    parts = [word.rpartition(":") for word in words]
+    return tuple(name for name, _, _ in parts), tuple(value for _, _, value in parts)
+
+
+def _shape(line: bytes) -> tuple[int, ...]:
+    """Return how many of each separator a line has, or its number of words if it has none."""
+    counts = tuple(line.count(separator) for separator in (b",", b";", b"\t"))
+    return counts if any(counts) else (len(_words(line)),)
 
 
 def _is_number(word: str) -> bool:

@@ -76,7 +76,7 @@ class LineReader:
         except ValueError:
             values = ()
         is_damaged = not values or len(values) > MOST or not all(map(math.isfinite, values))
-        if is_damaged or (self._plots and names != self.header):
+        if is_damaged or (self._plots and any(names) and names != self.header):
             self.bad += 1
             return None
         self._usual, self._width = _shape(line), len(values)

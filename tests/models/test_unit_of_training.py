@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import (
+    Channel,
+    ChannelKind,
+    Dataset,
+    InputError,
+    Layout,
+    fingertip_layout,
+)
 from firstcontact.models import adapt, evaluate, load_model, train
 from toy_pinches import shore_dataset
 
@@ -36,3 +43,18 @@ def test_a_trained_model_keeps_the_unit_of_its_sensor(tmp_path) -> None:
     assert not model.is_foreign(own.layout)
     with pytest.raises(InputError, match="needs signals in full scale"):
         model.predict(shore_dataset())
+
+
+@pytest.mark.parametrize(
+    ("source", "scale", "is_foreign"),
+    [("real", 1e-3, True), ("real", 3.3 / 1024, True), ("real", 1.0, False), ("twin", 1e-3, False)],
+)
+def test_a_model_without_unit_marks_converted_signals(
+    source: str, scale: float, is_foreign: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    model = train(shore_dataset(), "peak")
+    model = replace(model, trained_on=replace(model.trained_on, unit="", source=source))
+    channel = Channel("piezo", ChannelKind.VIBRATION, None, "V", scale)
+    assert model.is_foreign(Layout((channel,), 4936.0)) is is_foreign
+    assert ("train again" in caplog.text) is is_foreign
+    assert not model.is_foreign(fingertip_layout())

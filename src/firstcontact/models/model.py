@@ -247,6 +247,16 @@ class Model:
         Its predictions are then out of range. Raise InputError if another model needs another unit.
         """
         known, unit = self.trained_on.unit, layout.vibration_unit
+        if not known and self.trained_on.pinches and self.trained_on.source != "twin":
+            # Boards and streams without forces gave their own numbers until models stated a unit.
+            is_converted = any(c.scale != 1.0 and c.unit == VOLTS for c in layout.vibration)
+            if is_converted and len(layout.channels) == len(layout.vibration):
+                _log.warning(
+                    "the model does not state the unit of its training, and these signals are "
+                    "converted to V: train again from the recordings. Until then, all predictions "
+                    "count as out of range"
+                )
+                return True
         if known in ("", unit):
             return False
         line = (

@@ -1,19 +1,26 @@
 """A model predicts from signals in the unit of its training only."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from firstcontact.core import (
+    Calibration,
     Channel,
     ChannelKind,
     Dataset,
     InputError,
+    Label,
     Layout,
+    Pinch,
+    VibrationCalibration,
     fingertip_layout,
 )
 from firstcontact.models import adapt, evaluate, load_model, train
+from firstcontact.recording.dataset import load_dataset, write_dataset
+from firstcontact.recording.messages import Header
 from toy_pinches import shore_dataset
 
 
@@ -58,3 +65,22 @@ def test_a_model_without_unit_marks_converted_signals(
     assert model.is_foreign(Layout((channel,), 4936.0)) is is_foreign
     assert ("train again" in caplog.text) is is_foreign
     assert not model.is_foreign(fingertip_layout())
+
+
+@pytest.mark.parametrize(
+    ("unit", "middle", "scale"), [("counts", 512, 3.3 / 1024), ("mV", 0, 1e-3)]
+)
+def test_recordings_in_counts_or_mv_are_read_in_volts(
+    unit: str, middle: float, scale: float, tmp_path: Path
+) -> None:
+    layout = Layout((Channel("piezo", ChannelKind.VIBRATION, None, unit),), 4936.0)
+    data = (middle + np.arange(600) % 7).astype(np.float32)[:, None]
+    known = Calibration((VibrationCalibration(None, 2.0, middle + 3.0),))
+    pinch = Pinch(data, layout, Label("a", 50.0, session="1"), 0, calibration=known)
+    write_dataset(
+        Dataset((pinch,)), tmp_path, Header(layout, "real", dtype="float32", calibration=known)
+    )
+    (read,) = load_dataset(tmp_path).pinches
+    assert (read.layout.vibration_unit, read.layout.channels[0].scale) == ("V", scale)
+    assert read.calibration.piezo[0].noise == pytest.approx(2.0 * scale)
+    assert read.calibration.piezo[0].offset == pytest.approx(3.0 * scale)

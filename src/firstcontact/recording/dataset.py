@@ -8,14 +8,17 @@ import os
 import re
 from bisect import bisect_right
 from collections.abc import Hashable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, Dataset, FileError, InputError, Pinch
+from firstcontact.core import Block, Dataset, FileError, Finger, InputError, Pinch
 from firstcontact.core.files import AnyPath, files_below, given_path
+from firstcontact.core.units import VOLT, VOLTS, Unit, fit_unit, parse_unit
 from firstcontact.recording._reader import Recording, read_recording
 from firstcontact.recording._writer import RecordingWriter
 from firstcontact.recording.messages import Header, PinchMark
@@ -68,12 +71,48 @@ def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
             "`firstcontact import` or `firstcontact simulate`"
         )
     return Dataset(
-        tuple(pinches),
+        _in_volts(pinches) if first[1].source == "real" else tuple(pinches),
         first[1].source,
         (*notes, *losses),
         losses=tuple(losses),
         sessions_assumed=assumed,
     )
+
+
+def _in_volts(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
+    """Convert counts and mV of boards and streams as their sources do since they know units."""
+    layout = pinches[0].layout
+    channels, units = list(layout.channels), dict[Finger | None, Unit]()
+    if len(layout.vibration) < layout.width or len({c.unit for c in channels}) > 1:
+        return tuple(pinches)
+    for k, channel in enumerate(channels):
+        unit = parse_unit(channel.unit)
+        if (
+            unit is None
+            or unit == VOLT
+            or unit.name != VOLTS
+            or (channel.scale, channel.offset) != (1, 0)
+        ):
+            continue
+        with suppress(InputError):  # counts of another converter stay what they are
+            values = np.concatenate([p.data[:, k : k + 1] for p in pinches])
+            unit = fit_unit(channel.name, unit, values[np.isfinite(values)][:, None])
+            channels[k] = replace(channel, unit=VOLTS, scale=unit.scale, offset=unit.offset)
+            units[channel.finger] = unit
+    layout = replace(layout, channels=tuple(channels))
+
+    def convert(pinch: Pinch) -> Pinch:
+        known = pinch.calibration
+        if known is not None:
+            piezo = [(units.get(p.finger, VOLT), p) for p in known.piezo]
+            scaled = [
+                replace(p, noise=p.noise * u.scale, offset=(p.offset - u.offset) * u.scale)
+                for u, p in piezo
+            ]
+            known = replace(known, piezo=tuple(scaled))
+        return replace(pinch, layout=layout, calibration=known)
+
+    return tuple(map(convert, pinches)) if units else tuple(pinches)
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:

@@ -34,16 +34,56 @@ class InputError(ValueError):
 
 
 class ArgumentError(InputError):
-    """Error for an argument of a function. ``parameter`` names it."""
+    """Error for an argument of a function. ``parameter`` names it.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> try:
+    ...     fc.adapt(seed=-1)
+    ... except fc.ArgumentError as error:
+    ...     print(error.parameter)
+    seed
+    """
 
 
 class FileError(InputError):
-    """Error for a file or folder that cannot be read, written or used."""
+    """Error for a file or folder that cannot be read, written or used.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> try:
+    ...     fc.load("no-such-folder")
+    ... except fc.FileError as error:
+    ...     print("no-such-folder" in error.message)
+    True
+    """
 
 
 class DeviceError(InputError):
-    """Error for a device, or for the samples that it sends."""
+    """Error for a device, or for the samples that it sends.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> try:
+    ...     fc.open("lsl:")
+    ... except fc.DeviceError as error:
+    ...     print("lsl:" in error.message)
+    True
+    """
 
 
 class ModelError(InputError):
-    """Error for a model or its folder: damaged, or unfit for the task or the data."""
+    """Error for a model or its folder: damaged, or unfit for the task or the data.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> try:
+    ...     fc.load_model("no-such-model")
+    ... except fc.ModelError as error:
+    ...     print("no-such-model" in error.message)
+    True
+    """

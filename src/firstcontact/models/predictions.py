@@ -123,12 +123,6 @@ class Predictions(Drawable):
         """Return some predictions (positions or a boolean mask). Their ``contacts`` are empty."""
         return _of_columns([column[rows] for column in self.columns], ())
 
-    def filled(self, other: Predictions) -> Predictions:
-        """Return a copy in which missing predictions (NaN) are taken from ``other``."""
-        missing = np.isnan(self.value)
-        pairs = zip(self.columns, other.columns, strict=True)
-        return _of_columns([np.where(missing, b, a) for a, b in pairs], self.contacts)
-
 
 class TouchPredictor(Protocol):
     """Interface of models that predict stiffness from many contacts at once."""

@@ -32,9 +32,9 @@ STEADY = 1.4
 AGREEING = 5
 #: Time after which a level of rest is forgotten, s. So an input whose gain rises is measured, too.
 RECENT = 5.0
-#: Smallest range of a signal, as a share of its largest value. Rounding leaves less on a constant,
-#: and noise of microvolts on an offset of volts is more.
-RIPPLE = 1e-6
+#: Smallest range of a signal, as a share of its largest value. A resampler leaves less on a
+#: constant.
+RIPPLE = 1e-5
 #: A taxel is loaded if it is above its lowest level by this, V, or above ``LOADED``. Unloaded
 #: Velostat creeps back below it within a second.
 RISEN = 0.4

@@ -384,11 +384,12 @@ def test_a_unit_is_stated_or_assumed(
             from_name(f"csv:{board.port}=2bits", SourceOptions()).__enter__()
 
 
-def test_columns_that_change_places_are_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize("every", [5, 1000])
+def test_columns_that_change_places_are_refused(tmp_path: Path, every: int) -> None:
     names = [b"force,piezo"]
 
     def line(number: int) -> bytes:
-        head = names[0] + b"\n" if number % 50 == 0 else b""
+        head = names[0] + b"\n" if number % every == 0 else b""
         return head + b"%d,%d\n" % (512 + number % 7, 512 + number % 5)
 
     with reading(tmp_path, line, ("piezo",)) as (board, source):
@@ -438,26 +439,24 @@ def test_a_sample_with_a_word_is_lost_and_a_status_changes_no_header(
     assert (lines.count(None), reader.bad, reader.header) == (damaged, damaged, header)
 
 
-def came_back(lines: list[tuple[float, ...]], header: tuple[str, ...] = ()) -> CsvSource:
+def came_back(lines: list[tuple[float, ...]]) -> CsvSource:
     """Check columns n and piezo after a new start, in which a board printed this."""
     source = CsvSource("port")
-    source._header, source._lines.header = ("n", "piezo"), header or ("n", "piezo")
+    source._header = ("n", "piezo")
     source._columns = _csv_source.Columns(("piezo",), (1,), 0, 2)
     source._check_columns(lines)
     return source
 
 
-def test_hum_a_boot_line_or_garbage_are_no_other_columns() -> None:
+def test_hum_is_no_other_columns() -> None:
     for shift in range(50):
         angles = [2 * math.pi * (50 * n / 4936 + shift / 50) for n in range(20)]
         lines = [(float(n), 512.0 + round(16 * math.sin(a))) for n, a in enumerate(angles)]
-        came_back(lines, ("Sensor", "ready"))
+        came_back(lines)
     came_back([])
     for other in ([(1.0, 2.0, 3.0)] * 20, [(5.0, float(n)) for n in range(20)]):
         with pytest.raises(InputError, match="other columns"):
             came_back(other)
-    with pytest.raises(InputError, match="other columns"):
-        came_back([(float(n), 5.0) for n in range(20)], ("piezo", "n"))
 
 
 def test_numbers_beyond_assumed_bits_end_the_session() -> None:

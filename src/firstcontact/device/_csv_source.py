@@ -231,6 +231,10 @@ class CsvSource(ThreadedSource):
                 lines, unchecked = [], [None]
                 epoch, damaged = epoch + 1, 0
                 counter = _Counter(self._columns)
+            # The names may come long after the first lines of a board that was plugged in again.
+            names = self._lines.header
+            if names != self._header and sorted(names) == sorted(self._header):
+                raise self._other_columns()
             if unchecked:
                 unchecked += lines
                 if sum(line is not None for line in unchecked) < LINES_NEEDED:
@@ -301,18 +305,19 @@ class CsvSource(ThreadedSource):
     def _check_columns(self, lines: list[tuple[float, ...]]) -> None:
         """Refuse a board that came back with other columns."""
         assert self._columns is not None
-        former, names = self._columns, self._lines.header
+        former = self._columns
         complete_lines = [line for line in lines if len(line) == former.width]
-        is_moved = names != self._header and sorted(names) == sorted(self._header)
-        if (
-            is_moved
-            or len(complete_lines) < 0.8 * len(lines)
-            or (former.counter is not None and not counts_up(complete_lines, former.counter))
+        if len(complete_lines) < 0.8 * len(lines) or (
+            former.counter is not None and not counts_up(complete_lines, former.counter)
         ):
-            raise DeviceError(
-                f"{self.name} came back with other columns than before "
-                f"({', '.join(self._header) or former.width}): start the command again"
-            )
+            raise self._other_columns()
+
+    def _other_columns(self) -> DeviceError:
+        assert self._columns is not None
+        return DeviceError(
+            f"{self.name} came back with other columns than before "
+            f"({', '.join(self._header) or self._columns.width}): start the command again"
+        )
 
     def _shut(self) -> None:
         if self._port is not None:

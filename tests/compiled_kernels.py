@@ -48,7 +48,8 @@ def compiled_kernels() -> ModuleType:
         ]
         subprocess.run([*command, "-lm", "-o", library], check=True)
         frames = ROOMS / "device" / "c" / "frames.c"
-        checked = [compiler, *STRICT, "-fsyntax-only", "-isystem", header, "-I", FIRMWARE, frames]
+        folders = ["-isystem", header, "-I", FIRMWARE, "-I", ROOMS / "chain" / "c"]
+        checked = [compiler, *STRICT, "-fsyntax-only", *folders, frames]
         subprocess.run(checked, check=True)
         loader = ExtensionFileLoader("_compiled", str(library))
         spec = spec_from_file_location("_compiled", library, loader=loader)

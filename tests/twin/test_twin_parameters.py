@@ -105,3 +105,12 @@ def test_page_lists_the_drive() -> None:
         f.name: getattr(Drive(), f.name) for f in fields(Drive)
     }
     assert Drive().force == FingerParameters().drive_force
+
+
+@pytest.mark.parametrize(
+    "kind", [FingerParameters, ObjectParameters, VelostatParameters, SlipParameters]
+)
+def test_structs_in_c_have_the_fields_of_the_named_tuples(kind: type[FingerParameters]) -> None:
+    header = Path(draw.__file__).with_name("c") / "twin.h"
+    body = header.read_text(encoding="utf-8").split(f"}} {kind.__name__};")[0].rpartition("{")[2]
+    assert re.findall(r"\w+", body) == ["double", *kind._fields]

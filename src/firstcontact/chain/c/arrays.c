@@ -1,6 +1,4 @@
 /* Arrays that Python passes. */
-#define PY_SSIZE_T_CLEAN
-#define Py_LIMITED_API 0x030B0000
 #include "arrays.h"
 
 #include <string.h>

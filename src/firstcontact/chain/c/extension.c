@@ -75,20 +75,4 @@ static int add_functions(PyObject *module)
 
 static PyModuleDef_Slot SLOTS[] = {{Py_mod_exec, (void *)add_functions}, {0, NULL}};
 
-#ifndef SOURCES_DIGEST
-#define SOURCES_DIGEST ""
-#endif
-
-static struct PyModuleDef MODULE = {
-    .m_base = PyModuleDef_HEAD_INIT,
-    .m_name = "_compiled",
-    .m_doc = "The chain: samples in, events out. " SOURCES_DIGEST,
-    .m_size = 0,
-    .m_methods = DETECTOR_FUNCTIONS,
-    .m_slots = SLOTS,
-};
-
-PyMODINIT_FUNC PyInit__compiled(void)
-{
-    return PyModuleDef_Init(&MODULE);
-}
+COMPILED_MODULE("The chain: samples in, events out.", DETECTOR_FUNCTIONS, SLOTS)

@@ -3,10 +3,6 @@
 #ifndef FIRSTCONTACT_EXTENSION_H
 #define FIRSTCONTACT_EXTENSION_H
 
-#define PY_SSIZE_T_CLEAN
-#define Py_LIMITED_API 0x030B0000
-#include <Python.h>
-
 #include "arrays.h"
 #include "fc_chain.h"
 

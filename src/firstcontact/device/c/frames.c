@@ -1,12 +1,8 @@
 /* Python module of the wire: decoding of consecutive samples frames, with the COBS and CRC of the
    firmware. The Python code of the package is the reference. */
-#define PY_SSIZE_T_CLEAN
-#define Py_LIMITED_API 0x030B0000
-#include <Python.h>
-
-#include <stdbool.h>
 #include <string.h>
 
+#include "arrays.h"
 #include "fc_cobs.h"
 #include "fc_crc32.h"
 
@@ -84,16 +80,4 @@ static PyMethodDef methods[] = {
     {NULL, NULL, 0, NULL},
 };
 
-#ifndef SOURCES_DIGEST
-#define SOURCES_DIGEST ""
-#endif
-
-static PyModuleDef definition = {
-    PyModuleDef_HEAD_INIT, "_compiled", "Decoding of the wire's frames. " SOURCES_DIGEST, 0, methods,
-    NULL, NULL, NULL, NULL,
-};
-
-PyMODINIT_FUNC PyInit__compiled(void)
-{
-    return PyModuleDef_Init(&definition);
-}
+COMPILED_MODULE("Decoding of the wire's frames.", methods, NULL)

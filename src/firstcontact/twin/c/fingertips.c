@@ -72,11 +72,12 @@ void fc_piezo_readings(const double *volts, uint16_t *out, int64_t n)
         out[i] = reading((volts[i] + OFFSET) * (COUNTS / VOLTS));
 }
 
-static double conductance(const double *p, double quick, double late)
+static double conductance(const VelostatParameters *p, double quick, double late)
 {
-    const double response = (1.0 - p[3]) * quick + p[3] * late;
-    const double power = response == 0.0 && p[6] > 0.0 ? 0.0 : pow(response, p[6]); /* unloaded */
-    return p[7] + p[5] * power;
+    const double response = (1.0 - p->creep_share) * quick + p->creep_share * late;
+    const bool is_unloaded = response == 0.0 && p->exponent > 0.0;
+    const double power = is_unloaded ? 0.0 : pow(response, p->exponent);
+    return p->leak + p->conductance * power;
 }
 
 /* Return the voltage of a taxel's column while its row is driven and the other rows are at ground.
@@ -110,13 +111,14 @@ static double column_volts(const double g[TAXELS], int32_t taxel, double pin, do
     return column[taxel % LINES];
 }
 
-WIDE void fc_force_readings(const double *force, const double *shares, const double *p,
-                            const double *noise, double dt, double *state, int64_t first,
-                            uint16_t *out, int64_t n)
+WIDE void fc_force_readings(const double *force, const double *shares,
+                            const VelostatParameters *p, const double *noise, double dt,
+                            double *state, int64_t first, uint16_t *out, int64_t n)
 {
     enum { WIDTH = 8 }; /* of a vector */
     double quick[WIDTH] = {0}, late[WIDTH] = {0}, share[WIDTH] = {0};
-    const double threshold = p[0], rise = p[1], fall = p[2], creep = p[4], resistor = p[8];
+    const double threshold = p->threshold, rise = p->rise, fall = p->fall;
+    const double creep = p->creep, resistor = p->resistor;
     memcpy(quick, state, TAXELS * sizeof *state);
     memcpy(late, state + TAXELS, TAXELS * sizeof *state);
     memcpy(share, shares, TAXELS * sizeof *shares);
@@ -130,7 +132,7 @@ WIDE void fc_force_readings(const double *force, const double *shares, const dou
         double g[TAXELS];
         for (int32_t k = 0; k < TAXELS; k++)
             g[k] = conductance(p, quick[k], late[k]);
-        const double volts = column_volts(g, (int32_t)((first + i) % TAXELS), p[9], resistor);
+        const double volts = column_volts(g, (int32_t)((first + i) % TAXELS), p->pin, resistor);
         out[i] = reading((volts + noise[i]) * (COUNTS / VOLTS));
     }
     memcpy(state, quick, TAXELS * sizeof *state);
@@ -222,73 +224,75 @@ typedef struct {
 static double slide_patch(const pad *p, const double *factors, double *patch, double press,
                           double surface)
 {
-    const double at = patch[3] >= 0.0 && patch[3] < 1e15 ? patch[3] : 0.0;
+    const double at = patch[PATCH_PATH] >= 0.0 && patch[PATCH_PATH] < 1e15 ? patch[PATCH_PATH] : 0.0;
     const int64_t place = (int64_t)at;
     const double between = at - (double)place;
     const double left = factors[place % PLACES], right = factors[(place + 1) % PLACES];
     const double most = p->friction * (left + between * (right - left)) * press;
-    double back = p->k * patch[0] + p->c * patch[1];
-    if (patch[2] > 0.0) {
-        patch[1] = surface;
-        patch[0] += surface * p->dt;
-        back = p->k * patch[0] + p->c * surface;
+    double back = p->k * patch[PATCH_AT] + p->c * patch[PATCH_SPEED];
+    if (patch[PATCH_STICKS] > 0.0) {
+        patch[PATCH_SPEED] = surface;
+        patch[PATCH_AT] += surface * p->dt;
+        back = p->k * patch[PATCH_AT] + p->c * surface;
         if (fabs(back) > most)
-            patch[2] = 0.0;
+            patch[PATCH_STICKS] = 0.0;
         return back;
     }
-    const double off = surface - patch[1], kinetic = most / p->ratio;
+    const double off = surface - patch[PATCH_SPEED], kinetic = most / p->ratio;
     const double drag = kinetic + (most - kinetic) * exp(-fabs(off) / p->weakening);
-    patch[1] += ((off > 0.0 ? drag : -drag) - back) / p->m * p->dt;
-    patch[0] += patch[1] * p->dt;
-    patch[3] += fabs(off) * p->dt / p->grain;
-    if ((surface - patch[1]) * off <= 0.0 && fabs(p->k * patch[0]) <= most) {
-        patch[2] = 1.0;
-        patch[1] = surface;
+    patch[PATCH_SPEED] += ((off > 0.0 ? drag : -drag) - back) / p->m * p->dt;
+    patch[PATCH_AT] += patch[PATCH_SPEED] * p->dt;
+    patch[PATCH_PATH] += fabs(off) * p->dt / p->grain;
+    if ((surface - patch[PATCH_SPEED]) * off <= 0.0 && fabs(p->k * patch[PATCH_AT]) <= most) {
+        patch[PATCH_STICKS] = 1.0;
+        patch[PATCH_SPEED] = surface;
     }
     return back;
 }
 
 void fc_slide_patches(const double *normal, const double *speed, const double *pull, double mass,
-                      double friction, const double *p, const double *finger, const double *factors,
-                      double *patches, int32_t count, double *state, double *out, int64_t n)
+                      double friction, const SlipParameters *p, const FingerParameters *finger,
+                      const double *factors, double *patches, int32_t count, double *state,
+                      double *out, int64_t n)
 {
-    const double dt = 1.0 / (RATE * STEPS_OF_SLIP), stiffness = p[1], damping = p[3];
-    const double k = stiffness / p[0], m = p[2] / p[0], c = 2.0 * damping * sqrt(k * m);
+    const double dt = 1.0 / (RATE * STEPS_OF_SLIP), stiffness = p->stiffness, damping = p->damping;
+    const double k = stiffness / p->patches, m = p->mass / p->patches, c = 2.0 * damping * sqrt(k * m);
     const double shear = 2.0 * stiffness / mass, loss = 2.0 * damping * sqrt(shear);
     const bool stiff = shear * dt * dt > 0.04;
-    const double volts_per_newton = p[8] * finger[18];
-    const double leak = 1.0 - exp(-dt / finger[19]);
-    const double opened = 1.0 - exp(-2.0 * PI * finger[21] * dt), gain = finger[20];
-    const pad sliding = {k, c, m, dt, friction, p[4], p[5], p[7]};
+    const double volts_per_newton = p->coupling * finger->piezo_volts_per_newton;
+    const double leak = 1.0 - exp(-dt / finger->piezo_time_constant);
+    const double opened = 1.0 - exp(-2.0 * PI * finger->buffer_cutoff * dt), gain = finger->gain;
+    const pad sliding = {k, c, m, dt, friction, p->ratio, p->weakening, p->grain};
     for (int64_t i = 0; i < n; i++) {
         for (int32_t step = 0; step < STEPS_OF_SLIP; step++) {
             const double part = (step + 1.0) / STEPS_OF_SLIP;
-            const double force = state[0] + part * (normal[i] - state[0]);
-            const double press = (0.0 > force ? 0.0 : force) / p[0];
-            const double slides = state[1] + part * (speed[i] - state[1]);
-            const double load = state[2] + part * (pull[i] - state[2]);
+            const double force = state[LAST_NORMAL] + part * (normal[i] - state[LAST_NORMAL]);
+            const double press = (0.0 > force ? 0.0 : force) / p->patches;
+            const double slides = state[LAST_SPEED] + part * (speed[i] - state[LAST_SPEED]);
+            const double load = state[LAST_PULL] + part * (pull[i] - state[LAST_PULL]);
             if (stiff) {
                 const double wanted = load / stiffness;
-                state[4] = (wanted - state[3]) / dt;
-                state[3] = wanted;
+                state[SHEAR_SPEED] = (wanted - state[SHEAR_AT]) / dt;
+                state[SHEAR_AT] = wanted;
             } else {
-                state[4] += (shear * (load / stiffness - state[3]) - loss * state[4]) * dt;
-                state[3] += state[4] * dt;
+                const double pull_back = shear * (load / stiffness - state[SHEAR_AT]);
+                state[SHEAR_SPEED] += (pull_back - loss * state[SHEAR_SPEED]) * dt;
+                state[SHEAR_AT] += state[SHEAR_SPEED] * dt;
             }
             double along = 0.0;
             for (int32_t j = 0; j < count; j++)
-                along += slide_patch(&sliding, factors + j * PLACES, patches + 4 * j, press,
-                                     slides + state[4]);
+                along += slide_patch(&sliding, factors + j * PLACES, patches + PATCH_STATES * j, press,
+                                     slides + state[SHEAR_SPEED]);
             const double pressed = volts_per_newton * along;
-            state[5] += leak * (pressed - state[5]);
-            state[6] += opened * (gain * (pressed - state[5]) - state[6]);
+            state[SLIP_LEAKED] += leak * (pressed - state[SLIP_LEAKED]);
+            state[SLIP_BUFFER] += opened * (gain * (pressed - state[SLIP_LEAKED]) - state[SLIP_BUFFER]);
         }
-        state[0] = normal[i];
-        state[1] = speed[i];
-        state[2] = pull[i];
-        for (int32_t j = 3; j < 7; j++)
+        state[LAST_NORMAL] = normal[i];
+        state[LAST_SPEED] = speed[i];
+        state[LAST_PULL] = pull[i];
+        for (int32_t j = SHEAR_AT; j < SLIP_STATES; j++)
             if (fabs(state[j]) < 1e-30) /* numbers too small to be normal are slow */
                 state[j] = 0.0;
-        out[i] = state[6];
+        out[i] = state[SLIP_BUFFER];
     }
 }

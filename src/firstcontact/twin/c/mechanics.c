@@ -57,13 +57,14 @@ static double smaller(double a, double b)
     return b < a ? b : a;
 }
 
-static double contact_force(const double *o, double stiffness, double depth, double rate, double arm)
+static double contact_force(const ObjectParameters *o, double stiffness, double depth, double rate,
+                            double arm)
 {
     if (!(depth >= 0.0))
         return 0.0;
-    const double slow = stiffness * depth * sqrt(depth) * (1.0 + 1.5 * o[9] * rate);
+    const double slow = stiffness * depth * sqrt(depth) * (1.0 + 1.5 * o->contact_loss * rate);
     const double pressed = larger(arm, 0.0);
-    return larger(slow + o[7] * stiffness * pressed * sqrt(pressed), 0.0);
+    return larger(slow + o->arm_share * stiffness * pressed * sqrt(pressed), 0.0);
 }
 
 /* Compute the derivatives of one stage, k[stage]. */
@@ -77,30 +78,32 @@ INLINE void derive(lanes_t *b, const int stage, const int side)
         EACH_LANE(l)
             y[v][l] = stage == 0 ? b->x[v][l] : b->x[v][l] + b->h[instant][l] * b->k[stage - 1][v][l];
     EACH_LANE(l) {
-        depth[l] = y[6][l] + b->sign[l] * y[FACE][l] - b->gap[l];
-        rate[l] = y[7][l] + b->sign[l] * y[FACE + 1][l];
+        depth[l] = y[SKIN_AT][l] + b->sign[l] * y[FACE][l] - b->gap[l];
+        rate[l] = y[SKIN_SPEED][l] + b->sign[l] * y[FACE + 1][l];
         deep[l] = depth[l] >= 0.0 ? depth[l] : 0.0;
-        pressed[l] = 0.0 > y[9][l] ? 0.0 : y[9][l];
+        pressed[l] = 0.0 > y[CONTACT_ARM][l] ? 0.0 : y[CONTACT_ARM][l];
     }
     EACH_LANE(l) {
-        const double wanted = b->speed_gain[l] * (b->speed[l] - y[1][l]);
+        const double wanted = b->speed_gain[l] * (b->speed[l] - y[DRIVE_SPEED][l]);
         motor[l] = -b->drive_force[l] > wanted ? -b->drive_force[l] : wanted;
     }
     EACH_LANE(l)
         motor[l] = b->motor_force[l] < motor[l] ? b->motor_force[l] : motor[l];
     EACH_LANE(l) {
-        const double held = motor[l] - b->back_damping[l] * y[1][l];
-        const int pushed = (b->back_damping[l] > 0.0) & (y[1][l] < 0.0) & (b->speed[l] >= 0.0);
+        const double held = motor[l] - b->back_damping[l] * y[DRIVE_SPEED][l];
+        const int pushed = (b->back_damping[l] > 0.0) & (y[DRIVE_SPEED][l] < 0.0)
+                           & (b->speed[l] >= 0.0);
         motor[l] = pushed ? held : motor[l];
     }
     EACH_LANE(l) {
-        const double drive_v = y[1][l], phalanx_v = y[3][l], board_v = y[5][l], skin_v = y[7][l];
-        const double pad_arm = y[8][l], arm = y[9][l];
-        const double link = b->link_stiffness[l] * (y[0][l] - y[2][l])
+        const double drive_v = y[DRIVE_SPEED][l], phalanx_v = y[PHALANX_SPEED][l];
+        const double board_v = y[BOARD_SPEED][l], skin_v = y[SKIN_SPEED][l];
+        const double pad_arm = y[PAD_ARM][l], arm = y[CONTACT_ARM][l];
+        const double link = b->link_stiffness[l] * (y[DRIVE_AT][l] - y[PHALANX_AT][l])
                             + b->link_damping[l] * (drive_v - phalanx_v);
-        mount[l] = b->mount_stiffness[l] * (y[2][l] - y[4][l])
+        mount[l] = b->mount_stiffness[l] * (y[PHALANX_AT][l] - y[BOARD_AT][l])
                              + b->mount_damping[l] * (phalanx_v - board_v);
-        const double squeeze = y[4][l] - y[6][l], squeezing = board_v - skin_v;
+        const double squeeze = y[BOARD_AT][l] - y[SKIN_AT][l], squeezing = board_v - skin_v;
         pad[l] =
             (b->pad_stiffness[l] + b->pad_stiffening[l] * squeeze * squeeze) * squeeze
             + b->pad_arm_stiffness[l] * pad_arm + b->pad_damping[l] * squeezing;
@@ -108,17 +111,17 @@ INLINE void derive(lanes_t *b, const int stage, const int side)
         force[l] = slow + b->arm_stiffness[l] * pressed[l] * sqrt(pressed[l]);
         relaxing[l] = -arm * b->per_arm_relaxation[l];
         loading[l] = relaxing[l] + rate[l];
-        const double volts = b->volts_per_newton[l] * mount[l] - y[10][l];
-        k[0][l] = drive_v;
-        k[1][l] = (motor[l] - link) * b->per_drive[l];
-        k[2][l] = phalanx_v;
-        k[3][l] = (link - mount[l] + b->push[instant][l]) * b->per_phalanx[l];
-        k[4][l] = board_v;
-        k[5][l] = (mount[l] - pad[l]) * b->per_board[l];
-        k[6][l] = skin_v;
-        k[8][l] = squeezing - pad_arm * b->per_pad_relaxation[l];
-        k[10][l] = volts * b->per_time_constant[l];
-        k[11][l] = b->cutoff[l] * (b->gain[l] * volts - y[11][l]);
+        const double volts = b->volts_per_newton[l] * mount[l] - y[LEAKED][l];
+        k[DRIVE_AT][l] = drive_v;
+        k[DRIVE_SPEED][l] = (motor[l] - link) * b->per_drive[l];
+        k[PHALANX_AT][l] = phalanx_v;
+        k[PHALANX_SPEED][l] = (link - mount[l] + b->push[instant][l]) * b->per_phalanx[l];
+        k[BOARD_AT][l] = board_v;
+        k[BOARD_SPEED][l] = (mount[l] - pad[l]) * b->per_board[l];
+        k[SKIN_AT][l] = skin_v;
+        k[PAD_ARM][l] = squeezing - pad_arm * b->per_pad_relaxation[l];
+        k[LEAKED][l] = volts * b->per_time_constant[l];
+        k[BUFFER][l] = b->cutoff[l] * (b->gain[l] * volts - y[BUFFER][l]);
         k[FACE][l] = y[FACE + 1][l];
     }
     EACH_LANE(l)
@@ -126,9 +129,9 @@ INLINE void derive(lanes_t *b, const int stage, const int side)
     EACH_LANE(l)
         force[l] = depth[l] >= 0.0 ? force[l] : 0.0;
     EACH_LANE(l)
-        k[9][l] = depth[l] >= 0.0 ? loading[l] : relaxing[l];
+        k[CONTACT_ARM][l] = depth[l] >= 0.0 ? loading[l] : relaxing[l];
     EACH_LANE(l)
-        k[7][l] = (pad[l] - force[l]) * b->per_skin[l];
+        k[SKIN_SPEED][l] = (pad[l] - force[l]) * b->per_skin[l];
     for (int p = 0; p < side; p++) {
         const double a = y[FACE][p], z = y[FACE][side + p];
         const double a_v = y[FACE + 1][p], z_v = y[FACE + 1][side + p];
@@ -155,7 +158,7 @@ INLINE void advance(lanes_t *b, const int side)
 
 static double face_gap(const lanes_t *b, int lane)
 {
-    return b->x[6][lane] + b->sign[lane] * b->x[FACE][lane];
+    return b->x[SKIN_AT][lane] + b->sign[lane] * b->x[FACE][lane];
 }
 
 /* Set the next step of a pinch, up to the next contact or the end of the substep. */
@@ -205,18 +208,19 @@ INLINE bool begin_sample(lanes_t *b, walk *w, int place, const int side)
     for (int f = 0; f < 2; f++) {
         const int l = f * side + place;
         double *const row = out + f * OUTPUTS;
-        row[0] = b->x[11][l];
-        row[2] = face_gap(b, l) - b->gap[l];
-        row[1] = contact_force(q->object, q->stiffness[f], row[2],
-                               b->x[7][l] + b->sign[l] * b->x[FACE + 1][l], b->x[9][l]);
-        row[3] = f == 0 ? b->x[FACE][l] : -b->x[FACE][l];
-        row[4] = b->x[1][l];
-        if (row[2] > 0.0 && isnan(q->touched[f]))
+        row[OUT_BUFFER] = b->x[BUFFER][l];
+        row[OUT_INDENTATION] = face_gap(b, l) - b->gap[l];
+        const double rate = b->x[SKIN_SPEED][l] + b->sign[l] * b->x[FACE + 1][l];
+        row[OUT_FORCE] = contact_force(&q->object, q->stiffness[f], row[OUT_INDENTATION], rate,
+                                       b->x[CONTACT_ARM][l]);
+        row[OUT_FACE] = f == 0 ? b->x[FACE][l] : -b->x[FACE][l];
+        row[OUT_DRIVE_SPEED] = b->x[DRIVE_SPEED][l];
+        if (row[OUT_INDENTATION] > 0.0 && isnan(q->touched[f]))
             q->touched[f] = now;
-        near = near || row[2] > -NEAR;
+        near = near || row[OUT_INDENTATION] > -NEAR;
     }
     q->taken = w->sample + 1;
-    if (larger(out[1], out[OUTPUTS + 1]) > q->limit || w->sample == last)
+    if (larger(out[OUT_FORCE], out[OUTPUTS + OUT_FORCE]) > q->limit || w->sample == last)
         return false;
     w->steps = q->substeps;
     const bool both = !isnan(q->touched[0] + q->touched[1]);
@@ -224,7 +228,7 @@ INLINE bool begin_sample(lanes_t *b, walk *w, int place, const int side)
         w->steps = q->calm_steps;
     else if (!near)
         w->steps = q->substeps > 1 ? q->substeps / 2 : 1;
-    const double moving = 0.5 * (out[4] + out[OUTPUTS + 4]);
+    const double moving = 0.5 * (out[OUT_DRIVE_SPEED] + out[OUTPUTS + OUT_DRIVE_SPEED]);
     w->loudness = q->full_speed <= 0.0 ? 1.0 : smaller(fabs(moving) * (1.0 / q->full_speed), 1.0);
     w->interval = q->times[next] - now;
     w->per_step = 1.0 / (double)w->steps;
@@ -260,47 +264,47 @@ INLINE bool follow(lanes_t *b, walk *w, int place, const int side)
 
 static void load(lanes_t *b, const fc_pinch *q, int place, int side)
 {
-    const double *const o = q->object;
+    const ObjectParameters *const o = &q->object;
     for (int f = 0; f < 2; f++) {
         const int l = f * side + place;
-        const double *const p = q->finger[f];
+        const FingerParameters *const p = &q->finger[f];
         for (int v = 0; v < FINGER_STATES; v++)
             b->x[v][l] = q->x[f * FINGER_STATES + v];
         for (int v = 0; v < 2; v++)
             b->x[FACE + v][l] = q->x[2 * FINGER_STATES + 2 * f + v];
         b->sign[l] = f == 0 ? -1.0 : 1.0;
         b->gap[l] = q->gap[f];
-        b->per_drive[l] = 1.0 / p[1];
-        b->speed_gain[l] = p[2];
-        b->drive_force[l] = p[3];
+        b->per_drive[l] = 1.0 / p->drive_mass;
+        b->speed_gain[l] = p->speed_gain;
+        b->drive_force[l] = p->drive_force;
         b->motor_force[l] = q->motor_force;
         b->back_damping[l] = q->back_damping;
-        b->link_stiffness[l] = p[4];
-        b->link_damping[l] = p[5];
-        b->per_phalanx[l] = 1.0 / p[6];
-        b->mount_stiffness[l] = p[7];
-        b->mount_damping[l] = p[8];
-        b->per_board[l] = 1.0 / p[9];
-        b->pad_stiffness[l] = p[10];
-        b->pad_stiffening[l] = p[11];
-        b->pad_arm_stiffness[l] = p[12];
-        b->per_pad_relaxation[l] = 1.0 / p[13];
-        b->pad_damping[l] = p[14];
-        b->per_skin[l] = 1.0 / p[15];
-        b->volts_per_newton[l] = p[18];
-        b->per_time_constant[l] = 1.0 / p[19];
-        b->gain[l] = p[20];
-        b->cutoff[l] = 2.0 * PI * p[21];
+        b->link_stiffness[l] = p->link_stiffness;
+        b->link_damping[l] = p->link_damping;
+        b->per_phalanx[l] = 1.0 / p->phalanx_mass;
+        b->mount_stiffness[l] = p->mount_stiffness;
+        b->mount_damping[l] = p->mount_damping;
+        b->per_board[l] = 1.0 / p->board_mass;
+        b->pad_stiffness[l] = p->pad_stiffness;
+        b->pad_stiffening[l] = p->pad_stiffening;
+        b->pad_arm_stiffness[l] = p->pad_arm_stiffness;
+        b->per_pad_relaxation[l] = 1.0 / p->pad_relaxation;
+        b->pad_damping[l] = p->pad_damping;
+        b->per_skin[l] = 1.0 / p->skin_mass;
+        b->volts_per_newton[l] = p->piezo_volts_per_newton;
+        b->per_time_constant[l] = 1.0 / p->piezo_time_constant;
+        b->gain[l] = p->gain;
+        b->cutoff[l] = 2.0 * PI * p->buffer_cutoff;
         b->stiffness[l] = q->stiffness[f];
-        b->loss[l] = 1.5 * o[9];
-        b->arm_stiffness[l] = o[7] * q->stiffness[f];
-        b->per_arm_relaxation[l] = 1.0 / o[8];
+        b->loss[l] = 1.5 * o->contact_loss;
+        b->arm_stiffness[l] = o->arm_share * q->stiffness[f];
+        b->per_arm_relaxation[l] = 1.0 / o->arm_relaxation;
     }
-    b->per_face[place] = 1.0 / o[2];
-    b->bulk_stiffness[place] = o[3];
-    b->bulk_damping[place] = o[4];
-    b->clamp_stiffness[place] = o[5];
-    b->clamp_damping[place] = o[6];
+    b->per_face[place] = 1.0 / o->face_mass;
+    b->bulk_stiffness[place] = o->bulk_stiffness;
+    b->bulk_damping[place] = o->bulk_damping;
+    b->clamp_stiffness[place] = o->clamp_stiffness;
+    b->clamp_damping[place] = o->clamp_damping;
 }
 
 static void store(const lanes_t *b, fc_pinch *q, int place, int side)

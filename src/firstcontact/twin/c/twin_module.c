@@ -1,7 +1,4 @@
 /* Python functions of the twin's kernels. They check sizes and kinds of all arguments. */
-#define PY_SSIZE_T_CLEAN
-#define Py_LIMITED_API 0x030B0000
-
 #include <string.h>
 
 #include "arrays.h"
@@ -66,15 +63,16 @@ static bool gather(PyObject *const *args, Py_ssize_t n, const char *kinds, argum
     return true;
 }
 
-/* Copy a tuple of numbers. */
-static bool numbers(const argument *a, double *out, Py_ssize_t n)
+/* Copy a named tuple to the struct of its fields, which are doubles. */
+static bool fields(const argument *a, void *out, size_t bytes)
 {
+    const Py_ssize_t n = (Py_ssize_t)(bytes / sizeof(double));
     if (!PyTuple_Check(a->object) || PyTuple_Size(a->object) != n) {
         PyErr_Format(PyExc_ValueError, "a tuple of %zd parameters is needed", n);
         return false;
     }
     for (Py_ssize_t i = 0; i < n; i++)
-        out[i] = PyFloat_AsDouble(PyTuple_GetItem(a->object, i));
+        ((double *)out)[i] = PyFloat_AsDouble(PyTuple_GetItem(a->object, i));
     return !PyErr_Occurred();
 }
 
@@ -105,40 +103,46 @@ static PyObject *finish(argument *a, Py_ssize_t n, bool ok)
         return finish(a, (Py_ssize_t)(sizeof(a) / sizeof *(a)), ok); \
     } while (0)
 
-static const char PIECE[] = "tttdddd.#d.....#DDDD";
-enum { PIECE_ARGUMENTS = sizeof PIECE - 1 };
+/* Fields of firstcontact.twin.mechanics.Piece, and their kinds. */
+enum {
+    INDEX_FINGER, THUMB, TARGET, STIFFNESS, TOUCH, TIMES, NOISE, NOISE_DT, SUBSTEPS, SPEEDS,
+    MOTOR_FORCE, BACK_DAMPING, FULL_SPEED, LIMIT, CALM, CALM_STEPS, X, GAP, TOUCHED, OUT,
+    PIECE_ARGUMENTS
+};
+static const char PIECE[PIECE_ARGUMENTS + 1] = "tttdddd.#d.....#DDDD";
 
 static bool get_piece(PyObject *const *args, Py_ssize_t n, argument *a, fc_pinch *q)
 {
     if (!gather(args, n, PIECE, a))
         return false;
-    q->stiffness = a[3].data;
-    q->touch = a[4].data;
-    q->times = a[5].data;
-    q->noise = a[6].data;
-    q->noise_dt = a[7].number;
-    q->substeps = a[8].whole;
-    q->speeds = a[9].data;
-    q->motor_force = a[10].number;
-    q->back_damping = a[11].number;
-    q->full_speed = a[12].number;
-    q->limit = a[13].number;
-    q->calm = a[14].number;
-    q->calm_steps = a[15].whole;
-    q->x = a[16].data;
-    q->gap = a[17].data;
-    q->touched = a[18].data;
-    q->out = a[19].data;
-    q->samples = a[5].count;
-    q->points = a[6].count / 2;
-    q->rows = a[9].count / 2;
-    const bool fits = a[3].count == 2 && a[4].count == 2 && a[6].count == 2 * q->points
-                      && a[9].count == 2 * q->rows && a[16].count == STATES && a[17].count == 2
-                      && a[18].count == 2 && a[19].count == q->samples * 2 * OUTPUTS
-                      && q->samples > 0 && q->points > 1 && q->rows > 0 && q->substeps > 0
-                      && q->calm_steps > 0;
-    if (fits && numbers(a, q->finger[0], FINGER) && numbers(a + 1, q->finger[1], FINGER)
-        && numbers(a + 2, q->object, OBJECT))
+    q->stiffness = a[STIFFNESS].data;
+    q->touch = a[TOUCH].data;
+    q->times = a[TIMES].data;
+    q->noise = a[NOISE].data;
+    q->noise_dt = a[NOISE_DT].number;
+    q->substeps = a[SUBSTEPS].whole;
+    q->speeds = a[SPEEDS].data;
+    q->motor_force = a[MOTOR_FORCE].number;
+    q->back_damping = a[BACK_DAMPING].number;
+    q->full_speed = a[FULL_SPEED].number;
+    q->limit = a[LIMIT].number;
+    q->calm = a[CALM].number;
+    q->calm_steps = a[CALM_STEPS].whole;
+    q->x = a[X].data;
+    q->gap = a[GAP].data;
+    q->touched = a[TOUCHED].data;
+    q->out = a[OUT].data;
+    q->samples = a[TIMES].count;
+    q->points = a[NOISE].count / 2;
+    q->rows = a[SPEEDS].count / 2;
+    const bool fits = a[STIFFNESS].count == 2 && a[TOUCH].count == 2 && a[GAP].count == 2
+                      && a[TOUCHED].count == 2 && a[X].count == STATES
+                      && a[NOISE].count == 2 * q->points && a[SPEEDS].count == 2 * q->rows
+                      && a[OUT].count == q->samples * 2 * OUTPUTS && q->samples > 0
+                      && q->points > 1 && q->rows > 0 && q->substeps > 0 && q->calm_steps > 0;
+    if (fits && fields(a + INDEX_FINGER, &q->finger[0], sizeof q->finger[0])
+        && fields(a + THUMB, &q->finger[1], sizeof q->finger[1])
+        && fields(a + TARGET, &q->object, sizeof q->object))
         return true;
     release(a, n);
     misfit();
@@ -228,13 +232,13 @@ static PyObject *twin_piezo_counts(PyObject *self, PyObject *const *args, Py_ssi
 static PyObject *twin_force_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     argument a[8];
-    double p[SHEET];
+    VelostatParameters p;
     (void)self;
     if (!gather(args, n, "ddtd.D#U", a))
         return NULL;
     const bool ok = a[1].count == TAXELS && a[3].count == a[0].count && a[5].count == 2 * TAXELS
-                    && a[7].count == a[0].count && a[6].whole >= 0 && numbers(a + 2, p, SHEET);
-    RETURN_CALL(a, ok, fc_force_readings(a[0].data, a[1].data, p, a[3].data, a[4].number, a[5].data,
+                    && a[7].count == a[0].count && a[6].whole >= 0 && fields(a + 2, &p, sizeof p);
+    RETURN_CALL(a, ok, fc_force_readings(a[0].data, a[1].data, &p, a[3].data, a[4].number, a[5].data,
                 a[6].whole % TAXELS, a[7].data, a[0].count));
 }
 
@@ -283,18 +287,22 @@ static PyObject *twin_slide(PyObject *self, PyObject *const *args, Py_ssize_t n)
 /* slide_patches(normal, speed, pull, mass, friction, p, finger, factors, patches, state, out) */
 static PyObject *twin_slide_patches(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
-    argument a[11];
-    double p[SLIP], finger[FINGER];
+    enum { NORMAL, SPEED, PULL, MASS, FRICTION, SLIP, FINGER, FACTORS, PATCHES, STATE, HEARD, ALL };
+    argument a[ALL];
+    SlipParameters p;
+    FingerParameters finger;
     (void)self;
     if (!gather(args, n, "ddd..ttdDDD", a))
         return NULL;
-    const Py_ssize_t samples = a[0].count, count = a[8].count / 4;
-    const bool ok = a[1].count == samples && a[2].count == samples && a[10].count == samples
-                    && a[9].count == 7 && a[8].count == 4 * count && count > 0 && count < 1 << 16
-                    && a[7].count == count * PLACES && numbers(a + 5, p, SLIP)
-                    && numbers(a + 6, finger, FINGER) && p[0] == (double)count;
-    RETURN_CALL(a, ok, fc_slide_patches(a[0].data, a[1].data, a[2].data, a[3].number, a[4].number, p,
-                finger, a[7].data, a[8].data, (int32_t)count, a[9].data, a[10].data, samples));
+    const Py_ssize_t samples = a[NORMAL].count, count = a[PATCHES].count / PATCH_STATES;
+    const bool ok = a[SPEED].count == samples && a[PULL].count == samples
+                    && a[HEARD].count == samples && a[STATE].count == SLIP_STATES
+                    && a[PATCHES].count == PATCH_STATES * count && count > 0 && count < 1 << 16
+                    && a[FACTORS].count == count * PLACES && fields(a + SLIP, &p, sizeof p)
+                    && fields(a + FINGER, &finger, sizeof finger) && p.patches == (double)count;
+    RETURN_CALL(a, ok, fc_slide_patches(a[NORMAL].data, a[SPEED].data, a[PULL].data, a[MASS].number,
+                a[FRICTION].number, &p, &finger, a[FACTORS].data, a[PATCHES].data, (int32_t)count,
+                a[STATE].data, a[HEARD].data, samples));
 }
 
 #define TWIN(name) {#name, (PyCFunction)(void (*)(void))twin_##name, METH_FASTCALL, NULL}
@@ -305,16 +313,4 @@ static PyMethodDef methods[] = {
     {NULL, NULL, 0, NULL},
 };
 
-#ifndef SOURCES_DIGEST
-#define SOURCES_DIGEST ""
-#endif
-
-static PyModuleDef definition = {
-    PyModuleDef_HEAD_INIT, "_compiled", "Kernels of the twin. " SOURCES_DIGEST, 0, methods,
-    NULL, NULL, NULL, NULL,
-};
-
-PyMODINIT_FUNC PyInit__compiled(void)
-{
-    return PyModuleDef_Init(&definition);
-}
+COMPILED_MODULE("Kernels of the twin.", methods, NULL)

@@ -47,8 +47,8 @@ from firstcontact.core import (
 )
 from firstcontact.models import Touches, load_model
 from firstcontact.models.anytime import Predictor, PredictorLadder
-from firstcontact.models.rig_model import RigModel
-from firstcontact.models.svm import SvmModel, shape_and_level, svm_machine
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.windows.svm import SvmModel, shape_and_level, svm_machine
 from firstcontact.signal import contact_windows, samples_in
 from firstcontact.streaming import PinchDone, Pipeline
 from firstcontact.streaming.twin import twin_model

@@ -28,8 +28,8 @@ from firstcontact.contact.finder import find_onsets
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Touches
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import resample, samples_in
 from firstcontact_lab.report.tables import fill, markdown_table
 

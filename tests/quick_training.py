@@ -9,11 +9,11 @@ from stored_fits import FITS
 #: Values by the full names of constants: two candidates of each search, detectors that learn from
 #: 16 pinches, and two folds where folds choose a threshold or a conditioning scheme.
 SETTINGS: dict[str, object] = {
-    "firstcontact.models.svm.C_GRID": (10.0,),
-    "firstcontact.models.svm.GAMMA_GRID": (0.3, 1.0),
-    "firstcontact.models.svm.EPSILON_GRID": (0.15,),
-    "firstcontact.models._log_spectrum.C_GRID": (0.1, 1.0),
-    "firstcontact.models.network_estimator.FOLDS": 2,
+    "firstcontact.models.windows.svm.C_GRID": (10.0,),
+    "firstcontact.models.windows.svm.GAMMA_GRID": (0.3, 1.0),
+    "firstcontact.models.windows.svm.EPSILON_GRID": (0.15,),
+    "firstcontact.models.windows._log_spectrum.C_GRID": (0.1, 1.0),
+    "firstcontact.models.rig.network_estimator.FOLDS": 2,
     "firstcontact.contact._logistic.PINCHES": 16,
     "firstcontact.contact._logistic.FOLDS": 2,
     "firstcontact.contact._svm.PINCHES": 16,

@@ -11,7 +11,7 @@ from safetensors.numpy import load_file, save
 
 from firstcontact.models import Model, WindowModel, WindowPredictor, load_model
 from firstcontact.models.card import TrainingRecord
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
 
 CARD, WEIGHTS = "model.json", "weights.safetensors"
 

@@ -24,7 +24,7 @@ from firstcontact.core import (
 )
 from firstcontact.export.budget import microseconds
 from firstcontact.models.anytime import Hints
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.windows.window_predictor import WindowPredictor
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import building
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.models.svm import LEVEL_WEIGHT, SvmModel, shape_and_level
+from firstcontact.models.windows.svm import LEVEL_WEIGHT, SvmModel, shape_and_level
 
 
 def plain(model: SvmModel, X: NDArray[np.float32], folder: Path, cmsis: Path | None) -> int:

@@ -27,7 +27,7 @@ from firstcontact.models import (
     WindowModel,
     training_spec,
 )
-from firstcontact.models.window_model import ArrayCheck
+from firstcontact.models.windows.window_model import ArrayCheck
 from firstcontact.recording import EXPORTERS, IMPORTERS, Exporter, Importer
 from firstcontact.testing import (
     check_detector,

@@ -28,8 +28,8 @@ from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import load_model
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import Rig, RigSpeeds
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig, RigSpeeds
 from firstcontact.streaming.twin import SHIPPED
 from ringing import ringing
 

@@ -11,8 +11,8 @@ from firstcontact.chain.image import DetectorKind
 from firstcontact.models import Spec, Task
 from firstcontact.models.anytime import Hints
 from firstcontact.models.interval import Interval
-from firstcontact.models.svm import SvmModel
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.windows.svm import SvmModel
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.signal import SavitzkyGolay
 from firstcontact.signal.windowing import cut_window
 from firstcontact.testing.synthetic import RATE

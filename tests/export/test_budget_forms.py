@@ -10,7 +10,7 @@ from firstcontact.core import InputError
 from firstcontact.export.budget import forms, small_enough
 from firstcontact.models import ESTIMATORS, Model, Task, make_estimator
 from firstcontact.models.model import shipped_model
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.testing import closings
 from firstcontact.testing.synthetic import RATE, toy_windows
 

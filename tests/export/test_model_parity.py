@@ -16,8 +16,8 @@ from firstcontact.export.hand_image import predictor_in_c
 from firstcontact.models import ESTIMATORS, Spec, Task, make_estimator
 from firstcontact.models.anytime import Hints
 from firstcontact.models.interval import Interval
-from firstcontact.models.svm import SvmModel
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.windows.svm import SvmModel
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.testing.synthetic import RATE, toy_windows
 
 pytestmark = pytest.mark.usefixtures("small_searches")

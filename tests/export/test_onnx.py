@@ -11,7 +11,7 @@ from firstcontact.core import InputError
 from firstcontact.core.installation import import_onnxruntime
 from firstcontact.export import MODEL_EXPORTERS
 from firstcontact.models import ESTIMATORS, Model, Task, make_estimator
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.testing.synthetic import RATE, toy_windows
 
 

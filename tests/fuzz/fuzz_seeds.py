@@ -191,7 +191,7 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
     from firstcontact.contact import load_detector
     from firstcontact.models import Model
     from firstcontact.models.model_file import pretrained
-    from firstcontact.models.rig import Rig
+    from firstcontact.models.rig.rigs import Rig
 
     rng = np.random.default_rng(3)
     tokens = rng.standard_normal((len(Rig.STAGES), 3, Rig.TOKEN))

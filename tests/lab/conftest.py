@@ -14,8 +14,8 @@ from firstcontact.models import ESTIMATORS
 def _quick_training(small_searches: None) -> Iterator[None]:
     """Limit the hyperparameter search of every estimator, and the epochs of the CNN."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("firstcontact.models.cnn.Cnn.quick", {"epochs": 1})
-        patch.setattr("firstcontact.models._log_spectrum.C_GRID", (1.0,))
+        patch.setattr("firstcontact.models.windows.cnn.Cnn.quick", {"epochs": 1})
+        patch.setattr("firstcontact.models.windows._log_spectrum.C_GRID", (1.0,))
         yield
 
 

@@ -10,13 +10,13 @@ import pytest
 from firstcontact.core import InputError
 from firstcontact.models import Touches
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.network_estimator import (
+from firstcontact.models.rig.network_estimator import (
     LEAST_OF_FINGER,
     MOST_OF_LEVEL,
     adapt_network,
 )
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import samples_in
 from ringing import ringing
 

@@ -13,8 +13,8 @@ import pytest
 from firstcontact.core import InputError
 from firstcontact.models.card import TrainingRecord
 from firstcontact.models.model_file import pretrained, pretrained_folder, read_card
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
 from ringing import ringing
 from saved import CARD, WEIGHTS, edit, load_arrays, load_network, replace_arrays, save_network
 

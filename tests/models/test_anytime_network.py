@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.models.context_network import ContextNetwork
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import Rig
+from firstcontact.models.rig.context_network import ContextNetwork
+from firstcontact.models.rig.rigs import Rig
 
 ARRAYS = pretrained().network.to_arrays()
 

@@ -17,9 +17,9 @@ from firstcontact.core.layout import ADC_VOLTS
 from firstcontact.core.layout import FINGERTIP_RATE as RATE
 from firstcontact.models import Predictions, Touches
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
-from firstcontact.models.window_model import Values
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
+from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set

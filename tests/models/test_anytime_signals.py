@@ -12,9 +12,9 @@ from firstcontact.core import Contact, Dataset, Finger, InputError, Pinch, finge
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Touches
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
-from firstcontact.models.window_model import Values
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
+from firstcontact.models.values import Values
 from ringing import LONGEST, SHORTEST, ringing
 
 KNOWN, SHORE_A, _ = ringing(60)

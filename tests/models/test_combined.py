@@ -10,11 +10,11 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
-from firstcontact.models.combined import CombinedEstimator, adapt_combined
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.network_estimator import Adapted, adapt_network
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.combined import CombinedEstimator, adapt_combined
+from firstcontact.models.rig.network_estimator import Adapted, adapt_network
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
 from firstcontact.models.training import LabelledTouches
 from firstcontact.recording import load_dataset
 from trainings import recordings

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core.layout import FINGERTIP_RATE as RATE
 from firstcontact.models import Touches
-from firstcontact.models.rig import BELIEVED, STEP, MotorPitch, spectra
+from firstcontact.models.rig.rigs import BELIEVED, STEP, MotorPitch, spectra
 from firstcontact.signal import samples_in
 
 BEFORE_SAMPLES = samples_in(Touches.BEFORE, RATE)

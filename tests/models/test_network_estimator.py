@@ -11,8 +11,8 @@ import pytest
 import firstcontact as fc
 from firstcontact.core import Contact, Dataset, Finger, InputError
 from firstcontact.models import ESTIMATORS, Task, make_estimator
-from firstcontact.models.network_estimator import MOST_OF_LEVEL, NetworkEstimator
 from firstcontact.models.registry import window_estimators
+from firstcontact.models.rig.network_estimator import MOST_OF_LEVEL, NetworkEstimator
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.recording import load_dataset
 from firstcontact.testing.synthetic import RATE

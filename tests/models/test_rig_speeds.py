@@ -13,8 +13,8 @@ from firstcontact.chain.touch import HINTS
 from firstcontact.core import InputError
 from firstcontact.models import Touches
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import Rig, RigSpeeds
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig, RigSpeeds
 from ringing import ringing
 
 KNOWN, SHORE_A, _ = ringing(60)

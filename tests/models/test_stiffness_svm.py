@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from firstcontact.models import Task, make_estimator
 from firstcontact.models.splits import inner_folds
-from firstcontact.models.svm import LEVEL_WEIGHT, shape_and_level, svm_machine
+from firstcontact.models.windows.svm import LEVEL_WEIGHT, shape_and_level, svm_machine
 from firstcontact.testing.synthetic import RATE, toy_windows
 
 
@@ -43,7 +43,7 @@ def test_regression_is_scikit_learns() -> None:
 def test_a_large_set_is_fitted_to_a_sample_that_has_every_class(
     task: Task, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firstcontact.models.svm.MOST_WINDOWS", 60)
+    monkeypatch.setattr("firstcontact.models.windows.svm.MOST_WINDOWS", 60)
     rng = np.random.default_rng(0)
     X = rng.normal(size=(500, 20, 1)).astype(np.float32)
     y = np.where(np.arange(500) == 321, 90.0, np.where(np.arange(500) % 2, 10.0, 50.0))

@@ -42,10 +42,10 @@ ENTRIES = {
         "train pinches --out energy --detector-type energy --detector-only", "detector energy",
     ),
     "estimator": Entry(
-        "An estimator", "models/_loudness.py", '"train_mean": ',
-        '"loudness": "firstcontact.models._loudness:Loudness",',
+        "An estimator", "models/windows/_loudness.py", '"train_mean": ',
+        '"loudness": "firstcontact.models.windows._loudness:Loudness",',
         "train pinches --out loudness --estimator loudness --task regression",
-        "loudness (regression)",
+        "loudness (regression)", "../registry.py",
     ),
     "policy": Entry(
         "A policy", "grasp/_halfway.py", '"touch": ',
@@ -127,7 +127,7 @@ def test_a_new_entry_is_one_file_and_at_most_one_line(
     assert not file.exists()
     file.write_text(example(entry.page, entry.heading), encoding="utf-8")
     if entry.anchor:
-        registry = file.with_name(entry.registry)
+        registry = file.parent / entry.registry
         text = registry.read_text(encoding="utf-8")
         assert text.count(entry.anchor) == 1
         registry.write_text(text.replace(entry.anchor, f"{entry.line}\n        {entry.anchor}"))

@@ -13,8 +13,8 @@ from firstcontact.contact import Detector, SvmDetector, detect
 from firstcontact.core import Dataset, Label, Pinch
 from firstcontact.models import Task, Touches, WindowPredictor, make_estimator
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import contact_windows
 from firstcontact.streaming.page.sink import PageSink
 from firstcontact.twin import BLOCKS, CONDITIONS, draw_pinch, simulate_pinch

@@ -25,7 +25,7 @@ from firstcontact.contact import Detector
 from firstcontact.core import Block, Contact, Dataset
 from firstcontact.models import WindowPredictor
 from firstcontact.models.anytime import PredictorLadder
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.streaming import PinchDone, Pipeline
 from firstcontact.streaming._delays import delay_cause
 from firstcontact.streaming.json_lines import json_line

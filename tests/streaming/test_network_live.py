@@ -17,8 +17,8 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.models import Touches
-from firstcontact.models.rig import RigSpeeds
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import RigSpeeds
 from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline
 from firstcontact.streaming.events import Estimate
 

@@ -23,7 +23,7 @@ from firstcontact.core import (
 )
 from firstcontact.models import Spec, Task, WindowPredictor
 from firstcontact.models.anytime import PredictorLadder
-from firstcontact.models.svm import SvmModel, shape_and_level
+from firstcontact.models.windows.svm import SvmModel, shape_and_level
 from firstcontact.streaming import ContactEvent, Event, NoEstimate, PinchDone, Pipeline
 from firstcontact.streaming.events import Estimate
 

@@ -25,7 +25,7 @@ from firstcontact.grasp._printing import PrintHand
 from firstcontact.grasp.registry import live_policy
 from firstcontact.models import WindowPredictor
 from firstcontact.models.anytime import PredictorLadder
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.recording import Header, Marker, RecordingWriter, load_dataset, read_recording
 from firstcontact.streaming import Event, Pipeline, Update
 from firstcontact.streaming.grasping import Grasping

@@ -18,7 +18,7 @@ from firstcontact.grasp._printing import PrintHand
 from firstcontact.grasp.registry import live_policy
 from firstcontact.models import WindowPredictor
 from firstcontact.models.anytime import Predictor, PredictorLadder
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.streaming import (
     ContactEvent,
     ContactWithdrawn,

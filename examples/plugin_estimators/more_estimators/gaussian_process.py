@@ -27,8 +27,9 @@ from firstcontact.models import (
     training_spec,
 )
 from firstcontact.models.estimator import target_scale
-from firstcontact.models.svm import loudness_level, shape_and_level
-from firstcontact.models.window_model import TARGET, ArrayCheck, Values
+from firstcontact.models.values import Values
+from firstcontact.models.windows.svm import loudness_level, shape_and_level
+from firstcontact.models.windows.window_model import TARGET, ArrayCheck
 
 #: Largest number of windows that a model keeps, and that the search for the kernel uses.
 MAX_WINDOWS = 800

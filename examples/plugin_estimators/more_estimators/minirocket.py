@@ -28,7 +28,8 @@ from firstcontact.models import (
 )
 from firstcontact.models.estimator import target_scale
 from firstcontact.models.splits import inner_folds
-from firstcontact.models.window_model import TARGET, ArrayCheck, Values
+from firstcontact.models.values import Values
+from firstcontact.models.windows.window_model import TARGET, ArrayCheck
 
 #: Number of taps of a kernel, and weight of its three positive taps. The other six weights are -1.
 TAPS, HIGH = 9, 2.0

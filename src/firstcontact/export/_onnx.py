@@ -10,7 +10,7 @@ import numpy as np
 from firstcontact.core import ModelError
 from firstcontact.export.registry import ModelExporter
 from firstcontact.models import Model
-from firstcontact.models.cnn import CnnModel
+from firstcontact.models.windows.cnn import CnnModel
 
 
 def to_onnx(model: CnnModel) -> bytes:

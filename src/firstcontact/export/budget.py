@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from firstcontact.contact.contacts import first_contact
 from firstcontact.core import Contact, Dataset, ModelError
 from firstcontact.models import Model, Windows
-from firstcontact.models.svm import SvmModel
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.windows.svm import SvmModel
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.signal import contact_windows, samples_in
 from firstcontact.signal.windowing import BASELINE
 

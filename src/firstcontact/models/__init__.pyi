@@ -16,9 +16,9 @@ from .registry import make_estimator as make_estimator
 from .touches import Touches as Touches
 from .training_runs import adapt as adapt
 from .training_runs import train as train
-from .window_model import ArraysModel as ArraysModel
-from .window_model import Spec as Spec
-from .window_model import Task as Task
-from .window_model import WindowModel as WindowModel
-from .window_model import Windows as Windows
-from .window_predictor import WindowPredictor as WindowPredictor
+from .values import Task as Task
+from .values import Windows as Windows
+from .windows.window_model import ArraysModel as ArraysModel
+from .windows.window_model import Spec as Spec
+from .windows.window_model import WindowModel as WindowModel
+from .windows.window_predictor import WindowPredictor as WindowPredictor

@@ -43,8 +43,8 @@ from firstcontact.models.training import (
     full_specimen,
     resampling_clusters,
 )
-from firstcontact.models.window_model import Values
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.values import Values
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.signal import resample_dataset
 
 if TYPE_CHECKING:

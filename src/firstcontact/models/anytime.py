@@ -18,7 +18,7 @@ from firstcontact.core.physics import is_same_rate, parse_radius
 from firstcontact.models.card import AnytimeCard, TrainingRecord, WindowCard
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.touches import finger_number, speed_inputs, valid_samples
-from firstcontact.models.window_model import Arrays
+from firstcontact.models.values import Arrays
 from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Longest signal that a prediction may use, s.

@@ -21,7 +21,7 @@ from firstcontact.core import ModelError, Pinch
 from firstcontact.core.records import Count, Name, Notes
 from firstcontact.core.weights import Rate, Sha256
 from firstcontact.models.interval import Interval
-from firstcontact.models.window_model import Task
+from firstcontact.models.values import Task
 
 #: Largest window that a model may require, in samples, and largest number of classes.
 Samples = Annotated[int, msgspec.Meta(ge=1, le=1_000_000)]

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError
 from firstcontact.core.display import SKY
-from firstcontact.models.window_model import Spec, Task, Values, WindowModel, Windows
+from firstcontact.models.values import Task, Values, Windows
+from firstcontact.models.windows.window_model import Spec, WindowModel
 
 if TYPE_CHECKING:
     from firstcontact.models.anytime import AnytimeModel

@@ -13,7 +13,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 
 #: Ends of the Shore A scale.
 SHORE_A = (0.0, 100.0)

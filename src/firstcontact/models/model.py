@@ -22,7 +22,6 @@ from firstcontact.core.files import given_path, replacing_folder, written_elsewh
 from firstcontact.core.physics import is_same_rate
 from firstcontact.core.units import STATE_UNIT, VOLTS
 from firstcontact.core.weights import DETECTOR_CARD
-from firstcontact.models._regressor import class_name
 from firstcontact.models.alignment import Contacts, at_known_contacts, detect_alignment
 from firstcontact.models.anytime import AnytimeModel, Predictor, PredictorLadder
 from firstcontact.models.card import Digests, Target, TrainingData
@@ -36,8 +35,9 @@ from firstcontact.models.model_file import (
     write_model,
 )
 from firstcontact.models.predictions import Predictions
-from firstcontact.models.rig_model import RigModel
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.windows._regressor import class_name
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.signal import resample_dataset
 from firstcontact.signal.resampling import resample_contacts, restore_contacts
 

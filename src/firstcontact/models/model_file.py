@@ -33,9 +33,9 @@ from firstcontact.models.card import (
     to_array,
 )
 from firstcontact.models.registry import model_class
-from firstcontact.models.rig_model import RigModel
-from firstcontact.models.window_model import Arrays
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.values import Arrays
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.signal import samples_in
 
 FORMAT = "firstcontact-model"
@@ -169,7 +169,7 @@ def pretrained() -> RigModel:
 
 def pretrained_folder() -> Path:
     """Return the folder of the pre-trained network."""
-    return Path(str(files("firstcontact.models"))) / "pretrained"
+    return Path(str(files("firstcontact.models.rig"))) / "pretrained"
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from firstcontact.core.display import Drawable
 from firstcontact.core.installation import require_modules
 from firstcontact.models.interval import SHORE_A
 from firstcontact.models.touches import Touches
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 
 if TYPE_CHECKING:
     from pandas import DataFrame

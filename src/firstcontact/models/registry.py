@@ -9,24 +9,24 @@ from firstcontact.core import ArgumentError, InputError, Registry
 # The help of a command lists the names, and does not wait for NumPy.
 if TYPE_CHECKING:
     from firstcontact.models.estimator import Estimator, EstimatorInfo
-    from firstcontact.models.window_model import Task
+    from firstcontact.models.values import Task
 
 #: Classes of estimators by name, including those of plug-ins.
 ESTIMATORS: Registry[type[EstimatorInfo]] = Registry(
     "estimator",
     "firstcontact.estimators",
     {
-        "train_mean": "firstcontact.models._baselines:TrainMean",
-        "peak": "firstcontact.models._baselines:Peak",
-        "svm": "firstcontact.models.svm:Svm",
-        "cnn": "firstcontact.models.cnn:Cnn",
-        "log_spectrum": "firstcontact.models._log_spectrum:LogSpectrum",
-        "network": "firstcontact.models.network_estimator:NetworkEstimator",
-        "combined": "firstcontact.models.combined:CombinedEstimator",
+        "train_mean": "firstcontact.models.windows._baselines:TrainMean",
+        "peak": "firstcontact.models.windows._baselines:Peak",
+        "svm": "firstcontact.models.windows.svm:Svm",
+        "cnn": "firstcontact.models.windows.cnn:Cnn",
+        "log_spectrum": "firstcontact.models.windows._log_spectrum:LogSpectrum",
+        "network": "firstcontact.models.rig.network_estimator:NetworkEstimator",
+        "combined": "firstcontact.models.rig.combined:CombinedEstimator",
     },
     default="svm",
     base="firstcontact.models.estimator:EstimatorInfo",
-    maker="firstcontact.models._regressor:named_estimator",
+    maker="firstcontact.models.windows._regressor:named_estimator",
 )
 
 
@@ -39,8 +39,8 @@ def window_estimators() -> dict[str, type[Estimator]]:
 
 def model_class(kind: str, *, of_windows: bool) -> Any:
     """Return the class of window models, or of any-time models, with this kind in their cards."""
-    from firstcontact.models._regressor import RegressorModel  # its imports are slow
     from firstcontact.models.estimator import Estimator
+    from firstcontact.models.windows._regressor import RegressorModel  # its imports are slow
 
     if of_windows and kind == RegressorModel.kind:
         return RegressorModel
@@ -54,8 +54,8 @@ def model_class(kind: str, *, of_windows: bool) -> Any:
 
 def find_estimator(estimator: object) -> type[EstimatorInfo]:
     """Return the class of an estimator."""
-    from firstcontact.models._regressor import regressor_estimator
     from firstcontact.models.estimator import EstimatorInfo
+    from firstcontact.models.windows._regressor import regressor_estimator
 
     if isinstance(estimator, str):
         return ESTIMATORS.find(estimator)

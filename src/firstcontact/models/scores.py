@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
+from firstcontact.models.values import Values
 
-Values = NDArray[np.float64]
 #: Number of resamples of a bootstrap interval.
 RESAMPLES = 2000
 #: Nominal coverage of every interval.

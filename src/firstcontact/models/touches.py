@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, ClosingSpeed, Contact, Dataset, Finger, Pinch
 from firstcontact.core.layout import FINGERTIP_WINDOW
+from firstcontact.models.values import Values
 from firstcontact.signal import DeviceSmoothing, samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 
 Signals = NDArray[np.float32]
-Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

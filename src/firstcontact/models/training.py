@@ -30,7 +30,8 @@ from firstcontact.models.scores import (
 )
 from firstcontact.models.splits import Group, Split, by_session, inner_folds
 from firstcontact.models.touches import Touches
-from firstcontact.models.window_model import Task, Values, WindowModel, Windows
+from firstcontact.models.values import Task, Values, Windows
+from firstcontact.models.windows.window_model import WindowModel
 from firstcontact.signal import contact_windows
 
 #: Default length of a window, s.

@@ -28,12 +28,12 @@ from firstcontact.models.alignment import (
 )
 from firstcontact.models.anytime import AnytimeModel
 from firstcontact.models.card import Digests, Target, TrainingData, TrainingRecord, pinch_digests
-from firstcontact.models.combined import CombinedEstimator
 from firstcontact.models.estimator import AnytimeEstimator, Estimator, EstimatorInfo
 from firstcontact.models.model import Model, require_dataset, shipped_model
 from firstcontact.models.model_file import SavedPredictor, pretrained
-from firstcontact.models.network_estimator import NetworkEstimator
 from firstcontact.models.registry import ESTIMATORS, find_estimator
+from firstcontact.models.rig.combined import CombinedEstimator
+from firstcontact.models.rig.network_estimator import NetworkEstimator
 from firstcontact.models.training import (
     DURATION,
     LabelledTouches,
@@ -44,8 +44,8 @@ from firstcontact.models.training import (
     scores_in_words,
     train_final_model,
 )
-from firstcontact.models.window_model import Task, Values
-from firstcontact.models.window_predictor import WindowPredictor
+from firstcontact.models.values import Task, Values
+from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.recording.settings import check_rate
 from firstcontact.signal import resample_dataset, samples_in
 

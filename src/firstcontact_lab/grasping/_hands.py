@@ -14,9 +14,9 @@ from firstcontact.grasp import Grip, Hand, HandLimits
 from firstcontact.jobs import Serial
 from firstcontact.models import Touches
 from firstcontact.models.alignment import choose_detector
-from firstcontact.models.combined import adapt_combined
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.combined import adapt_combined
+from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.twin import BLOCKS, draw_pinch
 from firstcontact.twin.draw import condition, draw_specimen
 from firstcontact.twin.drive import Drive

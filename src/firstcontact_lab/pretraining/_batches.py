@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from firstcontact.chain.touch import touch_inputs
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.models import Touches
-from firstcontact.models.rig import Rig
+from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, facts, placing, volts

@@ -13,17 +13,17 @@ from firstcontact.chain.touch import HINTS, TRAITS, predict_inputs, touch_inputs
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.jobs import Runner
 from firstcontact.models import Touches
-from firstcontact.models.combined import (
+from firstcontact.models.predictions import combine
+from firstcontact.models.rig.combined import (
     LEAST_LEVELS,
     LEAST_PINCHES,
     average_with_regressions,
     spread_scale,
 )
-from firstcontact.models.context_network import ContextNetwork, Familiar
-from firstcontact.models.predictions import combine
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
-from firstcontact.models.window_model import Values
+from firstcontact.models.rig.context_network import ContextNetwork, Familiar
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
+from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._batches import cut, draw_batch
 from firstcontact_lab.pretraining._examples import (

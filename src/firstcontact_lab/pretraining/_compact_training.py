@@ -9,8 +9,8 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from firstcontact.models.context_network import ContextNetwork
-from firstcontact.models.rig import Rig
+from firstcontact.models.rig.context_network import ContextNetwork
+from firstcontact.models.rig.rigs import Rig
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
 from firstcontact_lab.pretraining._training import (

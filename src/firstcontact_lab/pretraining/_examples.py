@@ -15,8 +15,8 @@ from firstcontact.core.files import replacing
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
 from firstcontact.jobs import Runner
 from firstcontact.models import Touches
-from firstcontact.models.rig import Rig, spectra
-from firstcontact.models.window_model import Values
+from firstcontact.models.rig.rigs import Rig, spectra
+from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 from firstcontact.twin import BLOCKS
 from firstcontact.twin.draw import draw_offset

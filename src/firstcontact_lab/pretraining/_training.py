@@ -14,8 +14,8 @@ from torch import nn
 
 from firstcontact.chain.touch import INPUTS
 from firstcontact.core.files import replacing
-from firstcontact.models.context_network import ContextNetwork
-from firstcontact.models.rig import Rig
+from firstcontact.models.rig.context_network import ContextNetwork
+from firstcontact.models.rig.rigs import Rig
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
 

@@ -15,8 +15,8 @@ from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.jobs import Runner
 from firstcontact.models import Model, Touches
 from firstcontact.models.card import TrainingRecord
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._calibration import (
     LEVEL,

@@ -14,8 +14,8 @@ from firstcontact.core.physics import gent_shore_a
 from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.interval import SHORE_A
-from firstcontact.models.network_estimator import rig_estimators
 from firstcontact.models.predictions import TouchPredictor
+from firstcontact.models.rig.network_estimator import rig_estimators
 from firstcontact.models.training import fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.twin.draw import Condition

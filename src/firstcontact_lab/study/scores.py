@@ -14,7 +14,7 @@ from firstcontact.models import Predictions, Touches
 from firstcontact.models.predictions import TouchPredictor
 from firstcontact.models.scores import Ends, SpecimenErrors, cluster_intervals, share_interval
 from firstcontact.models.splits import Group, Split
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 
 RANDOM_FOLDS = 5

@@ -16,7 +16,8 @@ from firstcontact.core import InputError
 from firstcontact.models import Predictions, Task, Touches, Windows, make_estimator
 from firstcontact.models.interval import SHORE_A, Interval, conformal_interval, least_answers
 from firstcontact.models.splits import inner_folds
-from firstcontact.models.window_model import Values, usable
+from firstcontact.models.values import Values
+from firstcontact.models.windows.window_model import usable
 from firstcontact.signal import samples_in
 
 #: Number of folds for calibrating intervals, and coverage of the intervals.

@@ -13,10 +13,10 @@ import pytest
 
 from firstcontact.chain.touch import INPUTS, predict_inputs
 from firstcontact.jobs import Serial, parallel
-from firstcontact.models.context_network import ContextNetwork
 from firstcontact.models.model_file import pretrained_folder, read_card
 from firstcontact.models.predictions import SHARED
-from firstcontact.models.rig import Rig
+from firstcontact.models.rig.context_network import ContextNetwork
+from firstcontact.models.rig.rigs import Rig
 from firstcontact_lab.pretraining import _examples
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._calibration import (

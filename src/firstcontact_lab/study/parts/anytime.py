@@ -15,8 +15,8 @@ from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Predictions, Task, Touches
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.network_estimator import Adapted, NetworkEstimator, rig_estimators
 from firstcontact.models.predictions import TouchPredictor
+from firstcontact.models.rig.network_estimator import Adapted, NetworkEstimator, rig_estimators
 from firstcontact.models.scores import Ends, regression_scores
 from firstcontact.models.splits import Split, by_session
 from firstcontact.models.training import LabelledTouches

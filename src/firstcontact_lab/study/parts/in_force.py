@@ -16,7 +16,7 @@ from firstcontact.models import Touches
 from firstcontact.models.scores import Ends, regression_scores
 from firstcontact.models.training import LabelledTouches
 from firstcontact.models.training_runs import RIG_ESTIMATOR
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -20,7 +20,7 @@ from firstcontact.models.scores import (
 )
 from firstcontact.models.splits import Group, Split
 from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 from firstcontact.plots.style import figure_label
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing

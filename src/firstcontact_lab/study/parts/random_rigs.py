@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from firstcontact.core import Record
 from firstcontact.jobs import Runner
 from firstcontact.models import Touches
-from firstcontact.models.combined import adapt_combined
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.predictions import combine
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.combined import adapt_combined
+from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.findings import PartResult

@@ -14,7 +14,7 @@ from firstcontact.models import ESTIMATORS, Task, Touches
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.splits import leave_one_out
 from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

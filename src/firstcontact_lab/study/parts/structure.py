@@ -18,7 +18,7 @@ from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.jobs import Runner
 from firstcontact.models import adapt, train
 from firstcontact.models.alignment import fit_detector
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.scores import Ends, cluster_intervals
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -12,15 +12,8 @@ from numpy.typing import NDArray
 from firstcontact.core import ModelError
 from firstcontact.core.display import GREEN, GREY
 from firstcontact.models.estimator import Estimator, training_spec
-from firstcontact.models.window_model import (
-    ArrayCheck,
-    ArraysModel,
-    Spec,
-    Task,
-    Values,
-    WindowModel,
-    Windows,
-)
+from firstcontact.models.values import Task, Values, Windows
+from firstcontact.models.windows.window_model import ArrayCheck, ArraysModel, Spec, WindowModel
 
 
 class ConstantModel(ArraysModel):

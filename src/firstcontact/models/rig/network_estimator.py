@@ -18,11 +18,11 @@ from firstcontact.models.card import TrainingRecord
 from firstcontact.models.estimator import AnytimeEstimator
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.registry import ESTIMATORS
-from firstcontact.models.rig import Rig
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import Rig
 from firstcontact.models.splits import inner_folds
 from firstcontact.models.touches import Touches
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 
 #: Smallest number of pinches with which a finger is a rig of its own. With 15 of each finger, all

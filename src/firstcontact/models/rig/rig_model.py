@@ -23,11 +23,11 @@ from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.physics import is_same_rate, parse_radius
 from firstcontact.core.weights import take_array
 from firstcontact.models.anytime import LONGEST, AnytimeModel, Hints, Prediction
-from firstcontact.models.context_network import ContextNetwork, Familiar
 from firstcontact.models.predictions import Predictions
-from firstcontact.models.rig import STEP, MotorPitch, Rig, RigRegression, RigSpeeds, ear
+from firstcontact.models.rig.context_network import ContextNetwork, Familiar
+from firstcontact.models.rig.rigs import STEP, MotorPitch, Rig, RigRegression, RigSpeeds, ear
 from firstcontact.models.touches import Touches
-from firstcontact.models.window_model import Arrays, Values
+from firstcontact.models.values import Arrays, Values
 from firstcontact.signal import samples_in
 
 #: Lowest and highest level of a rig that a file may hold, V.

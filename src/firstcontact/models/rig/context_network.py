@@ -13,7 +13,7 @@ from firstcontact.chain.image import Layer, Matrix
 from firstcontact.chain.touch import INPUTS, TRAITS
 from firstcontact.core import ModelError
 from firstcontact.core.weights import LARGEST, take_array
-from firstcontact.models.rig import Rig
+from firstcontact.models.rig.rigs import Rig
 
 Arrays = Mapping[str, NDArray[Any]]
 

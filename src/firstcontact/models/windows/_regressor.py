@@ -24,7 +24,8 @@ from firstcontact.core import ArgumentError, InputError
 from firstcontact.core.registry import foreign_errors
 from firstcontact.core.text import summarize_error
 from firstcontact.models.estimator import Estimator, training_spec
-from firstcontact.models.window_model import Arrays, Spec, Task, Values, WindowModel, Windows
+from firstcontact.models.values import Arrays, Task, Values, Windows
+from firstcontact.models.windows.window_model import Spec, WindowModel
 
 #: Types of scikit-learn that hold numbers only and are trusted in addition to those of skops: trees
 #: of forests and boosting, and kernels of Gaussian processes.

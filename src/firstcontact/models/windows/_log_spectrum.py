@@ -20,15 +20,13 @@ from firstcontact.core import ModelError
 from firstcontact.core.display import SKY
 from firstcontact.models.estimator import Estimator, library_targets, target_scale, training_spec
 from firstcontact.models.splits import inner_folds
-from firstcontact.models.window_model import (
+from firstcontact.models.values import Task, Values, Windows
+from firstcontact.models.windows.window_model import (
     TARGET,
     ArrayCheck,
     ArraysModel,
     Spec,
-    Task,
-    Values,
     WindowModel,
-    Windows,
 )
 
 #: Number of bands of the coarse spectrum, their lowest edge, Hz, and the padded length of windows.

@@ -16,7 +16,7 @@ from firstcontact.chain.touch import HINTS, INPUTS, TRAITS, touch_inputs
 from firstcontact.core import InputError
 from firstcontact.core.weights import take_array
 from firstcontact.models.touches import Signals, Touches
-from firstcontact.models.window_model import Arrays, Values
+from firstcontact.models.values import Arrays, Values
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import BASELINE_GUARD
 

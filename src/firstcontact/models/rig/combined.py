@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.models.model_file import pretrained
-from firstcontact.models.network_estimator import (
+from firstcontact.models.rig.network_estimator import (
     Adapted,
     NetworkEstimator,
     adapt_network,
@@ -17,10 +17,10 @@ from firstcontact.models.network_estimator import (
     root_mean_square,
     score_held_out,
 )
-from firstcontact.models.rig import MOST_PINCHES, REGRESSED, Rig, RigRegression, level_groups
-from firstcontact.models.rig_model import RigModel
+from firstcontact.models.rig.rig_model import RigModel
+from firstcontact.models.rig.rigs import MOST_PINCHES, REGRESSED, Rig, RigRegression, level_groups
 from firstcontact.models.touches import Touches
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 
 #: Smallest numbers of pinches and of Shore A levels for a regression. With fewer pinches or levels,

@@ -22,26 +22,24 @@ from firstcontact.models.estimator import (
     target_scale,
     training_spec,
 )
-from firstcontact.models.window_model import (
+from firstcontact.models.values import Task, Values, Windows
+from firstcontact.models.windows.window_model import (
     TARGET,
     ArrayCheck,
     ArraysModel,
     Spec,
-    Task,
-    Values,
     WindowModel,
-    Windows,
 )
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from firstcontact.models._efficientnet import EfficientNet
+    from firstcontact.models.windows._efficientnet import EfficientNet
 
 #: Name of the input in the graph.
 INPUT = "window"
 #: Graph of the network as PyTorch exports it, without weights.
-GRAPH = files("firstcontact.models").joinpath("efficientnet.onnx")
+GRAPH = files("firstcontact.models.windows").joinpath("efficientnet.onnx")
 
 
 def filled_graph(samples: int, channels: int, outputs: int, weights: NDArray[np.float32]) -> bytes:
@@ -253,7 +251,7 @@ def _train(examples: Sequence[tuple[Inputs, Inputs]], epochs: int, seed: int) ->
     """Train networks. The seed and the number of threads determine the weights."""
     import torch
 
-    from firstcontact.models._efficientnet import EfficientNet, join, separate
+    from firstcontact.models.windows._efficientnet import EfficientNet, join, separate
 
     networks, orders = [], []
     for inputs, targets in examples:

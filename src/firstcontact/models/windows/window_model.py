@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 from types import EllipsisType
 from typing import Any, ClassVar, Self
 
@@ -15,18 +14,7 @@ from numpy.typing import NDArray
 from firstcontact.chain.image import SvmConstants
 from firstcontact.core import ModelError
 from firstcontact.core.physics import is_same_rate
-
-Arrays = dict[str, NDArray[Any]]
-#: Signals after contacts, V, shape (n, samples, channels).
-Windows = NDArray[np.float32]
-Values = NDArray[np.float64]
-
-
-class Task(StrEnum):
-    """Learning task of an estimator."""
-
-    REGRESSION = "regression"
-    CLASSIFICATION = "classification"
+from firstcontact.models.values import Arrays, Task, Values, Windows
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,8 @@ from firstcontact.models.anytime import Hints, Prediction, Predictor
 from firstcontact.models.card import TrainingRecord, WindowCard
 from firstcontact.models.interval import Interval
 from firstcontact.models.registry import model_class
-from firstcontact.models.window_model import Arrays, Spec, Task, Values, WindowModel, Windows
+from firstcontact.models.values import Arrays, Task, Values, Windows
+from firstcontact.models.windows.window_model import Spec, WindowModel
 from firstcontact.signal import SavitzkyGolay, samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD, cut_window
 

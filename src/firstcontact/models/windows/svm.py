@@ -19,15 +19,13 @@ from firstcontact.core.display import BLUE
 from firstcontact.core.kernel import RbfKernel
 from firstcontact.models.estimator import Estimator, library_targets, target_scale, training_spec
 from firstcontact.models.splits import inner_folds
-from firstcontact.models.window_model import (
+from firstcontact.models.values import Task, Values, Windows
+from firstcontact.models.windows.window_model import (
     TARGET,
     ArrayCheck,
     ArraysModel,
     Spec,
-    Task,
-    Values,
     WindowModel,
-    Windows,
 )
 from firstcontact.signal import SavitzkyGolay, samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD, BASELINE_LEAST

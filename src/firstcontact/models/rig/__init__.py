@@ -1,0 +1,1 @@
+"""Rig models: the network, its rigs, and regressions on the pinches of one rig."""

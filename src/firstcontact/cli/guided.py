@@ -84,9 +84,9 @@ class Terminal(Screen):
             )
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
+        level = f", {label.level_words}" if label.level else ""
         self._say_and_reset_timer(
-            f"next: {label.object}{shore}, specimen {label.specimen}, "
+            f"next: {label.object}{level}, specimen {label.specimen}, "
             f"{wanted - recorded} of {wanted} pinches to go"
             + (": put it in place and press Enter" if self._asks else "")
         )

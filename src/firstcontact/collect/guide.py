@@ -24,6 +24,7 @@ from firstcontact.core import (
     Layout,
     Role,
 )
+from firstcontact.core.quantity import MODULUS, SHORE_A, STIFFNESS
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import check_text, parse_float, parse_int
 from firstcontact.device import Arrival
@@ -36,8 +37,10 @@ _log = logging.getLogger("firstcontact.collect")
 
 #: Largest number of pinches of an object in a session.
 MOST_PINCHES = 1_000_000
+#: Columns that state a quantity.
+_MEASURED = {"shore": SHORE_A, MODULUS.name: MODULUS, STIFFNESS.name: STIFFNESS}
 #: Columns of a plan; the first two must be there.
-COLUMNS = ("object", "pinches", "shore", "specimen", "role")
+COLUMNS = ("object", "pinches", "shore", "specimen", "role", MODULUS.name, STIFFNESS.name)
 #: Threshold of the detector that checks the strips: a click of the motor stays below it, and a
 #: touch is far above it.
 SIGMAS = 10.0
@@ -56,6 +59,8 @@ class Item:
     shore: float | None = None  # Shore A
     specimen: str = ""  # if its name differs from that of the object
     role: Role = Role.TRAIN
+    modulus_mpa: float | None = None
+    stiffness_n_per_mm: float | None = None
 
     def __post_init__(self) -> None:
         if not self.object or max(len(self.object), len(self.specimen)) > LONGEST_NAME:
@@ -70,19 +75,33 @@ class Item:
                 f"{self.object}: the number of pinches is {self.pinches}: give a number from 1 to "
                 f"{MOST_PINCHES}"
             )
-        if self.shore is not None and not 0 <= self.shore <= 100:
-            raise InputError(
-                f"{self.object}: the value of shore is {self.shore:g}: give a Shore A from 0 to 100"
-            )
+        for name, quantity in _MEASURED.items():
+            value = getattr(self, name)
+            if value is not None and not quantity.least <= value <= quantity.most:
+                raise InputError(
+                    f"{self.object}: the value of {name} is {value:g}: give {quantity.unit} from "
+                    f"{quantity.least:g} to {quantity.most:g}"
+                )
+        if sum(getattr(self, name) is not None for name in _MEASURED) > 1:
+            raise InputError(f"{self.object}: give one of {', '.join(_MEASURED)}")
 
     def label(self, session: str) -> Label:
         """Return the label of the object's pinches in a session."""
         specimen = self.specimen or self.object
-        return Label(self.object, self.shore, None, specimen, session, self.role)
+        return Label(
+            self.object,
+            self.shore,
+            None,
+            specimen,
+            session,
+            self.role,
+            modulus_mpa=self.modulus_mpa,
+            stiffness_n_per_mm=self.stiffness_n_per_mm,
+        )
 
 
 def read_plan(path: Path) -> tuple[Item, ...]:
-    """Read a CSV with the columns object, pinches, shore, specimen and role."""
+    """Read a CSV with the columns of ``COLUMNS``."""
     rows = read_rows(path, COLUMNS[:2])
     for name in rows[0][1] if rows else ():
         if name not in COLUMNS:
@@ -103,7 +122,7 @@ def read_plan(path: Path) -> tuple[Item, ...]:
 
 def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
     readers: dict[str, Callable[[str], Any]]
-    readers = {"pinches": parse_int, "shore": parse_float, "role": Role}
+    readers = {"pinches": parse_int, "role": Role, **dict.fromkeys(_MEASURED, parse_float)}
     values: dict[str, Any] = {
         name: text for name, text in cells.items() if text or name in COLUMNS[:2]
     }

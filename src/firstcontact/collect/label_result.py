@@ -159,6 +159,8 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
             hardness_rank=label.hardness_rank if label.object in ("", named) else None,
             specimen=label.specimen if label.object == named else named,
             shape=label.shape if label.object in ("", named) else "",
+            modulus_mpa=label.modulus_mpa if label.object in ("", named) else None,
+            stiffness_n_per_mm=label.stiffness_n_per_mm if label.object in ("", named) else None,
         )
         yield PinchMark(
             number, begin, end, block.epoch, labelled, contacts, motor, closing_speed=speed

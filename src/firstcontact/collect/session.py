@@ -17,7 +17,7 @@ from firstcontact.core import ArgumentError, Calibration, InputError, Label, Rol
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import AnyPath, given_path
-from firstcontact.core.given import given_name
+from firstcontact.core.given import given_choice, given_name
 from firstcontact.core.text import counted
 from firstcontact.device import Descriptor, Source
 from firstcontact.device.noise_floor import REST, measure_noise
@@ -168,6 +168,8 @@ def record(
     screen: Screen | None = None,
     progress: Progress = None,
     stopped: Callable[[], bool] = lambda: False,
+    modulus_mpa: float | None = None,
+    stiffness_n_per_mm: float | None = None,
 ) -> Path:
     """Record a source into a file until each object has enough valid pinches.
 
@@ -186,8 +188,8 @@ def record(
         Object: its name, the name of this physical piece, its Shore A hardness, the number of valid
         pinches to record, and their role: training, or test of models on unseen objects.
     plan
-        Several objects instead of one: a CSV file with the columns object, pinches, shore, specimen
-        and role, or the rows of such a file.
+        Several objects instead of one: a CSV file with the columns object, pinches, shore (or
+        modulus_mpa, or stiffness_n_per_mm), specimen and role, or the rows of such a file.
     session
         Name of the session. Keep the set-up unchanged within a session.
     calibration
@@ -201,6 +203,8 @@ def record(
         True to show a bar, or a function that is called with 1 for each valid pinch.
     stopped
         Function that is called several times a second. When it returns True, recording ends early.
+    modulus_mpa, stiffness_n_per_mm
+        Young's modulus of the object, MPa, or its stiffness, N/mm, instead of its Shore A.
 
     Returns
     -------
@@ -224,7 +228,11 @@ def record(
     """
     session = given_name(session, "session")
     require_source(source)
-    items = _items(source, object, pinches, shore_a, specimen, role, plan)
+    item = None
+    if object:
+        use = given_choice(Role, role, "role")
+        item = Item(object, pinches, shore_a, specimen, use, modulus_mpa, stiffness_n_per_mm)
+    items = _items(source, item, plan)
     floors = given_calibration(calibration)
     folder = given_path(out, "out")
     try:
@@ -289,26 +297,18 @@ def _record(
 
 
 def _items(
-    source: Source,
-    object: str,
-    pinches: int,
-    shore_a: float | None,
-    specimen: str,
-    role: str,
-    plan: AnyPath | Sequence[Item] | None,
+    source: Source, item: Item | None, plan: AnyPath | Sequence[Item] | None
 ) -> tuple[Item, ...]:
     """Return the objects to record, with the Shore A of objects that the source knows."""
-    if (plan is None) == (not object):
+    if (plan is None) == (item is None):
         raise ArgumentError(
             "give either one object or a plan for several, not both"
-            if object
+            if item
             else "no object is given: name one, or give a plan for several",
             parameter="object",
         )
-    if role not in tuple(Role):
-        raise ArgumentError(f"{role!r} must be one of {', '.join(Role)}", parameter="role")
     if plan is None:
-        items: tuple[Item, ...] = (Item(object, pinches, shore_a, specimen, Role(role)),)
+        items: tuple[Item, ...] = () if item is None else (item,)
     elif isinstance(plan, str | os.PathLike):
         items = read_plan(Path(plan))
     else:
@@ -317,7 +317,7 @@ def _items(
     if shore_a_of is None:
         return items
     return tuple(
-        i if i.shore is not None else replace(i, shore=shore_a_of(i.object)) for i in items
+        replace(i, shore=shore_a_of(i.object)) if i.label("").level is None else i for i in items
     )
 
 

@@ -27,5 +27,6 @@ from .pinch import Dataset as Dataset
 from .pinch import Label as Label
 from .pinch import Pinch as Pinch
 from .pinch import Role as Role
+from .quantity import Quantity as Quantity
 from .records import Record as Record
 from .registry import Registry as Registry

@@ -20,14 +20,22 @@ from firstcontact.core.given import brief, given_choice, given_name, given_numbe
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import ChannelKind, Finger, Layout, finger_name
 from firstcontact.core.physics import parse_radius
+from firstcontact.core.quantity import (
+    MODULUS,
+    PHYSICAL,
+    QUANTITIES,
+    RANK,
+    SHORE_A,
+    STIFFNESS,
+    Quantity,
+    shore_a_of_modulus,
+)
 from firstcontact.core.records import Name
 from firstcontact.core.text import counted
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-#: Largest magnitude of a hardness rank.
-HIGHEST_RANK = 1000
 #: Bounds on closing speeds, m/s, far beyond those of any hand.
 SLOWEST, FASTEST = 1e-4, 10.0
 
@@ -62,6 +70,10 @@ class Label:
         ``TRAIN`` for pinches that train models, ``TEST`` for pinches that are only scored.
     shape
         Shape of the surface that the finger touches: "flat", or its radius, 5 to 200, in mm.
+    modulus_mpa
+        Young's modulus of the object, MPa, instead of a Shore A.
+    stiffness_n_per_mm
+        Stiffness of the object, N/mm, instead of a Shore A.
 
     Raises
     ------
@@ -70,32 +82,43 @@ class Label:
     """
 
     object: Name = ""
-    shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
-    hardness_rank: Annotated[int, Meta(ge=-HIGHEST_RANK, le=HIGHEST_RANK)] | None = None
+    shore_a: Annotated[float, Meta(ge=SHORE_A.least, le=SHORE_A.most)] | None = None
+    hardness_rank: Annotated[int, Meta(ge=int(RANK.least), le=int(RANK.most))] | None = None
     specimen: Name = ""
     session: Name = ""
     role: Role = Role.TRAIN
     shape: Name = ""
+    modulus_mpa: Annotated[float, Meta(ge=MODULUS.least, le=MODULUS.most)] | None = None
+    stiffness_n_per_mm: Annotated[float, Meta(ge=STIFFNESS.least, le=STIFFNESS.most)] | None = None
 
     def __post_init__(self) -> None:
         for name in ("object", "specimen", "session", "shape"):
             object.__setattr__(self, name, given_name(getattr(self, name), name))
         parse_radius(self.shape)
         object.__setattr__(self, "role", given_choice(Role, self.role, "role"))
-        if self.shore_a is not None:
-            shore_a = given_number(self.shore_a, "shore_a", 0, 100, "0 to 100, or None if unknown")
-            object.__setattr__(self, "shore_a", shore_a)
-        if self.hardness_rank is not None:
-            rank = given_whole(self.hardness_rank, "hardness_rank")
-            given_number(rank, "hardness_rank", -HIGHEST_RANK, HIGHEST_RANK)
-            object.__setattr__(self, "hardness_rank", rank)
+        for name, quantity in QUANTITIES.items():
+            if (value := getattr(self, name)) is not None:
+                remedy = f"{quantity.least:g} to {quantity.most:g}, or None if unknown"
+                number = given_number(value, name, quantity.least, quantity.most, remedy)
+                if quantity is RANK:
+                    number = given_whole(value, name)
+                object.__setattr__(self, name, number)
+
+    @property
+    def level(self) -> tuple[Quantity, float] | None:
+        """Quantity and value that the label states, the first of several; None without one."""
+        known = ((q, getattr(self, name)) for name, q in QUANTITIES.items())
+        return next(((q, value) for q, value in known if value is not None), None)
+
+    @property
+    def level_words(self) -> str:
+        """Stated value with its unit, such as "40 Shore A"; "" if unknown."""
+        return "" if self.level is None else self.level[0].label_words(self.level[1])
 
     def to_json(self) -> dict[str, Any]:
-        """Return the label as a dict for JSON. An unknown shape is left out."""
-        tree = asdict(self)
-        if not self.shape:
-            del tree["shape"]
-        return tree
+        """Return the label as a dict for JSON. An unknown shape, modulus or stiffness is absent."""
+        optional = ("shape", MODULUS.name, STIFFNESS.name)
+        return {k: v for k, v in asdict(self).items() if k not in optional or v not in ("", None)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -296,8 +319,8 @@ class Pinch(Drawable):
         """Return a text with object, duration and first contact, without the samples."""
         first, rate = self.first, self.layout.rate
         parts = [self.label.object or "unknown object", f"{len(self.data) / rate * 1e3:.1f} ms"]
-        if self.label.shore_a is not None:
-            parts.insert(1, f"{self.label.shore_a:g} Shore A")
+        if self.label.level is not None:
+            parts.insert(1, self.label.level_words)
         if first is not None:
             at = (first.sample - self.first_sample) / rate * 1e3
             parts.append(f"{finger_name(first.finger)} first at {at:.1f} ms")
@@ -418,7 +441,6 @@ class Dataset(Drawable):
         rows = [
             {
                 **asdict(pinch.label),
-                "shore_a": pinch.label.shore_a if pinch.label.shore_a is not None else nan,
                 "length_ms": 1e3 * len(pinch.data) / pinch.layout.rate,
                 "first_finger": finger_name(pinch.first.finger) if pinch.first else None,
                 "first_contact_ms": ms(pinch, pinch.first),
@@ -429,11 +451,7 @@ class Dataset(Drawable):
             }
             for pinch in self
         ]
-        return (
-            DataFrame(rows).astype({"shore_a": float, "hardness_rank": float})
-            if rows
-            else DataFrame()
-        )
+        return DataFrame(rows).astype(dict.fromkeys(QUANTITIES, float)) if rows else DataFrame()
 
     @property
     def layout(self) -> Layout:
@@ -441,14 +459,43 @@ class Dataset(Drawable):
         return self.pinches[0].layout
 
     @property
+    def quantity(self) -> Quantity | None:
+        """Quantity that the labels state, such as Shore A or N/mm; None without such labels.
+
+        Raises
+        ------
+        InputError
+            Labels state two quantities of which a dataset has one, such as Shore A and N/mm.
+        """
+        stated = [q for q in QUANTITIES.values() if np.isfinite(self.levels(q)).any()]
+        measured = [q.name for q in stated if q in PHYSICAL]
+        if len(measured) > 1:
+            raise ArgumentError(
+                f"the labels state {' and '.join(measured)}: give one of them in all pinches",
+                parameter="data",
+            )
+        return stated[0] if stated else None
+
+    def levels(self, quantity: Quantity) -> NDArray[np.float64]:
+        """Return the object's label of one quantity in each pinch, NaN if unknown."""
+        return np.array([getattr(p.label, quantity.name) for p in self.pinches], dtype=np.float64)
+
+    @property
     def shore_a(self) -> NDArray[np.float64]:
-        """Shore A hardness of the object in each pinch, NaN if unknown, shape (pinches,)."""
-        return np.array([p.label.shore_a for p in self.pinches], dtype=np.float64)
+        """Shore A hardness of the object in each pinch, NaN if unknown, shape (pinches,).
+
+        If a label states a modulus instead, the Shore A is that of Gent's formula where it holds.
+        """
+        labels = (p.label for p in self.pinches)
+        return np.array(
+            [shore_a_of_modulus(n.modulus_mpa) if n.shore_a is None else n.shore_a for n in labels],
+            dtype=np.float64,
+        )
 
     @property
     def hardness_rank(self) -> NDArray[np.float64]:
         """Hardness rank of the object in each pinch, NaN if unknown, shape (pinches,)."""
-        return np.array([p.label.hardness_rank for p in self.pinches], dtype=np.float64)
+        return self.levels(RANK)
 
     @property
     def objects(self) -> NDArray[np.str_]:

@@ -87,10 +87,10 @@ def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
 def _contacts(pinch: Pinch) -> Iterator[tuple[float, str]]:
     """Yield for each contact its time from the pinch's first sample, s, and a description."""
     label = pinch.label
-    shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
+    words = ", ".join(filter(None, (label.object or "unknown object", label.level_words)))
     for contact in pinch.truth:
         at = (contact.sample - pinch.first_sample) / pinch.layout.rate
-        yield at, f"{finger_name(contact.finger)}: {label.object or 'unknown object'}{shore}"
+        yield at, f"{finger_name(contact.finger)}: {words}"
 
 
 MCAP_PLOT = Exporter("mcap-plot", _write, "files", ("mcap",), groups=True)

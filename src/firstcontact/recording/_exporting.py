@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Channel, ChannelKind, Dataset, FileError, Layout, Pinch
 from firstcontact.core.files import AnyPath, creating
 from firstcontact.core.layout import TAXELS
+from firstcontact.core.quantity import QUANTITIES
 from firstcontact.recording._formats import EXPORTERS, Exporter
 from firstcontact.recording._labels import ASSUMED_SESSION, PINCH_COLUMNS
 from firstcontact.recording.settings import LAYOUT, SETTINGS, is_rounded_away
@@ -174,7 +175,7 @@ def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
 
     values: dict[str, list[Any]] = {
         name: [getattr(p.label, name) for p in pinches]
-        for name in ("object", "shore_a", "hardness_rank", "specimen", "session", "role")
+        for name in ("object", *QUANTITIES, "specimen", "session", "role")
     }
     values["role"] = [str(role) for role in values["role"]]
     values["first_contact"] = places([p.first.sample if p.first else None for p in pinches])

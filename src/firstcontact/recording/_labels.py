@@ -28,7 +28,8 @@ from firstcontact.core import (
 )
 from firstcontact.core.given import plain_name
 from firstcontact.core.physics import LEAST, MOST, parse_radius, radius_text
-from firstcontact.core.pinch import FASTEST, HIGHEST_RANK, SLOWEST
+from firstcontact.core.pinch import FASTEST, SLOWEST
+from firstcontact.core.quantity import MODULUS, PHYSICAL, QUANTITIES, RANK, SHORE_A, STIFFNESS
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import parse_float
 from firstcontact.recording.dataset import pause_between, shifted
@@ -132,12 +133,12 @@ def bounded(
     return parse_bounded
 
 
-_parse_rank = bounded(parse_whole, -HIGHEST_RANK, HIGHEST_RANK)
+_parse_rank = bounded(parse_whole, RANK.least, RANK.most)
 #: Columns that describe the object and how the hand closed on it, with their parsers.
 LABEL_COLUMNS: Mapping[str, Callable[[Any], Any]] = {
     "object": parse_text,
     "material": parse_text,
-    "shore_a": bounded(parse_number, 0.0, 100.0),
+    **{q.name: bounded(parse_number, q.least, q.most) for q in PHYSICAL},
     "hardness_rank": _parse_rank,
     "hardness_class": _parse_class,
     "specimen": parse_name,
@@ -155,8 +156,13 @@ CONTACT_COLUMNS: Mapping[str, Callable[[Any], Any]] = {
     "first_finger": parse_finger,
     "motor_start": parse_whole,
 }
-#: Units that the name of a column may have.
-_UNITS = {"shore_a": "shore a", "closing_speed": "m/s", "closing_speed_error": "m/s"}
+_SPEEDS = {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2}
+#: Units that the name of a column may have, in lower case, with the factors that convert them.
+_UNITS = {
+    **{q.name: q.units for q in PHYSICAL},
+    "closing_speed": _SPEEDS,
+    "closing_speed_error": _SPEEDS,
+}
 PINCH_COLUMNS = {**LABEL_COLUMNS, **CONTACT_COLUMNS}
 
 
@@ -231,13 +237,21 @@ def _stated_source(table: Table) -> str:
 
 def _parsed(table: Table, name: str) -> list[Any] | None:
     """Return the parsed values of a label or contact; None if the column does not exist."""
-    unit = table.units.get(name)
-    if unit is not None and unit.lower() != _UNITS.get(name):
+    unit, factors = table.units.get(name), _UNITS.get(name, {})
+    factor = 1.0 if unit is None else factors.get(unit.lower())
+    if factor is None:
+        known = f"the unit {next(iter(factors))}" if factors else "numbers without a unit"
         raise FileError(
-            f"{table.path}: '{name}' has the unit {quote(unit)}: give "
-            f"{_UNITS.get(name, 'numbers without a unit')}, and correct the name of the column"
+            f"{table.path}: '{name}' has the unit {quote(unit)}: give {known}, and correct the "
+            "name of the column"
         )
-    return table.parsed(name, PINCH_COLUMNS[name]) if name in table else None
+    if name not in table:
+        return None
+    if factor != 1.0:
+        numbers = table.parsed(name, parse_number)
+        converted = [repr(n if n == -1 else n * factor) for n in numbers]
+        table = table.with_columns({name: converted})
+    return table.parsed(name, PINCH_COLUMNS[name])
 
 
 def _either(table: Table, name: str, other: str) -> list[Any] | None:
@@ -252,14 +266,20 @@ def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
     notes = []
     objects = _either(table, "object", "material") or [""] * pinches
     rank = _either(table, "hardness_rank", "hardness_class")
-    shore = _parsed(table, "shore_a")
+    physical = {q.name: values for q in PHYSICAL if (values := _parsed(table, q.name)) is not None}
+    if len(physical) > 1:
+        raise FileError(
+            f"{table.path} has the columns {' and '.join(physical)}: keep one of them, because a "
+            "dataset has one quantity"
+        )
     specimens = _parsed(table, "specimen")
     if specimens is None:
         unit, specimens = "", ["unknown"] * pinches
         if any(objects):
             unit, specimens = "object", objects
-        elif shore is not None:
-            unit, specimens = "shore_a", [f"{s:g}" for s in shore]
+        elif physical:
+            [(unit, levels)] = physical.items()
+            specimens = [f"{level:g}" for level in levels]
         elif rank is not None:
             unit, specimens = "hardness rank", [str(r) for r in rank]
         each = f"one specimen for each {unit}" if unit else "one specimen"
@@ -268,13 +288,16 @@ def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
     if sessions is None:
         sessions = [ASSUMED_SESSION] * pinches
         notes.append("no session column: all pinches were taken as one session")
-    if shore is None and rank is None:
-        notes.append("no shore_a, hardness_rank or hardness_class column: stiffness is not known")
+    if not physical and rank is None:
+        notes.append(f"no {', '.join(QUANTITIES)} or hardness_class column: stiffness is not known")
     roles = _parsed(table, "role") or [Role.TRAIN] * pinches
     shapes = _parsed(table, "shape") or [""] * pinches
     unknown = [None] * pinches
-    columns = objects, shore or unknown, rank or unknown, specimens, sessions, roles, shapes
-    rows = zip(*columns, strict=True)
+    shore, modulus, stiffness = (
+        physical.get(q.name) or unknown for q in (SHORE_A, MODULUS, STIFFNESS)
+    )
+    columns = objects, shore, rank or unknown, specimens, sessions, roles, shapes
+    rows = zip(*columns, modulus, stiffness, strict=True)
     return [Label(*row) for row in rows], notes
 
 

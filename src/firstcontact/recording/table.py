@@ -33,7 +33,7 @@ _AHEAD = 200
 _BLANK = " \t\0"
 #: Name of a column with its unit: "piezo (mV)", "time [ms]", "time_ms" or "piezo_index_mV".
 _WITH_UNIT = re.compile(
-    r"(.*?)(?:\s*[(\[](.+)[)\]]|_(ms|us|\u00b5s|\u03bcs|mV|uV|\u00b5V|\u03bcV|V))"
+    r"(.*?)(?:\s*[(\[](.+)[)\]]|_(ms|us|\u00b5s|\u03bcs|mV|uV|\u00b5V|\u03bcV|V|m?g|m/s2|m/s\^2))"
 )
 #: Units of time, s. Columns named "time" or "onset" are converted to "time_s" and "onset_s".
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "\u00b5s": 1e-6, "\u03bcs": 1e-6}

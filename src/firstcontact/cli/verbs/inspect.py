@@ -138,11 +138,7 @@ def _calibration(calibration: Calibration | None, layout: Layout) -> Iterator[st
 
 
 def _label_words(label: Label) -> str:
-    parts = [label.object or "unknown object"]
-    if label.shore_a is not None:
-        parts.append(f"{label.shore_a:g} Shore A")
-    if label.hardness_rank is not None:
-        parts.append(f"hardness rank {label.hardness_rank}")
+    parts = [label.object or "unknown object", *filter(None, [label.level_words])]
     if label.specimen and label.specimen != label.object:
         parts.append(f"specimen {label.specimen}")
     if label.shape:

@@ -27,6 +27,10 @@ class Record:
     """Name of the object that is pinched."""
     shore_a: Annotated[float | None, Option(group="object")] = None
     """Shore A of the object; not needed for the simulated hand."""
+    modulus_mpa: Annotated[float | None, Option(group="object")] = None
+    """Young's modulus of the object, MPa, instead of its Shore A."""
+    stiffness_n_per_mm: Annotated[float | None, Option(group="object")] = None
+    """Stiffness of the object, N/mm, instead of its Shore A."""
     specimen: Annotated[str, Option(advanced=True, group="object")] = ""
     """Name of this physical piece; the object's name by default."""
     pinches: Annotated[int, Option(group="object")] = 10
@@ -79,6 +83,8 @@ class Record:
                         object=self.object,
                         pinches=self.pinches,
                         shore_a=self.shore_a,
+                        modulus_mpa=self.modulus_mpa,
+                        stiffness_n_per_mm=self.stiffness_n_per_mm,
                         specimen=self.specimen,
                         role=self.role,
                         plan=self.plan,

@@ -1,0 +1,137 @@
+"""Quantities that labels state and models predict: their units, scales and words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import exp
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core.physics import gent_modulus, gent_shore_a
+
+#: Values of Shore A at which Gent's formula is used. Close to 0 and 100 it does not hold.
+GENT_HOLDS = (5.0, 90.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """Quantity that a label states and a model predicts.
+
+    A logarithmic quantity is learned and scored as natural logarithms. Its errors are factors.
+
+    Parameters
+    ----------
+    name
+        Name of the label, such as "stiffness_n_per_mm".
+    title, unit
+        Name for people, and unit after a number.
+    least, most
+        Smallest and largest value of a label.
+    is_logarithmic
+        True for a positive quantity whose values differ by factors.
+    is_clipped
+        True if intervals end at ``least`` and ``most``.
+    units
+        Units that a table may use, in lower case, with the factor that converts them.
+
+    Examples
+    --------
+    >>> from firstcontact.core.quantity import SHORE_A, STIFFNESS
+    >>> STIFFNESS.words(15.04, 12.0, 18.0), STIFFNESS.error_words(0.18)
+    ('15 N/mm (12 to 18)', 'x1.20')
+    >>> SHORE_A.words(29.0, 20.0, 40.0), SHORE_A.error_words(2.0)
+    ('29.0 Shore A (20 to 40)', '2.00 Shore A')
+    """
+
+    name: str
+    title: str
+    unit: str
+    least: float
+    most: float
+    is_logarithmic: bool = False
+    is_clipped: bool = True
+    units: Mapping[str, float] = field(default_factory=dict, hash=False, compare=False)
+
+    @property
+    def axis(self) -> str:
+        """Label of an axis."""
+        return self.title if self.title == self.unit else f"{self.title} ({self.unit})"
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """Ends of the scale on which models learn; None for a scale without ends."""
+        if not self.is_clipped:
+            return None
+        low, high = self.scaled(np.array([self.least, self.most]))
+        return float(low), float(high)
+
+    def scaled(self, values: NDArray[Any]) -> NDArray[np.float64]:
+        """Return values on the scale on which models learn and errors are measured."""
+        out: NDArray[np.float64] = np.asarray(values, np.float64)
+        if not self.is_logarithmic:
+            return out
+        with np.errstate(invalid="ignore", divide="ignore"):
+            logs: NDArray[np.float64] = np.log(out)
+        return logs
+
+    def restored(self, scaled: NDArray[Any]) -> NDArray[np.float64]:
+        """Return values in the unit, from those that :meth:`scaled` returned."""
+        out: NDArray[np.float64] = np.asarray(scaled, np.float64)
+        return np.exp(out) if self.is_logarithmic else out
+
+    def words(self, value: float, low: float = np.nan, high: float = np.nan) -> str:
+        """Return a value with its unit, and with its interval if the ends differ."""
+        number, end = (".3g", ".3g") if self.is_logarithmic else (".1f", ".0f")
+        ends = f" ({low:{end}} to {high:{end}})" if high > low else ""
+        return f"{value:{number}} {self.unit}{ends}"
+
+    def label_words(self, value: float) -> str:
+        """Return the value of a label with its unit, such as "40 Shore A"."""
+        return f"{value:g} {self.unit}" if self.is_clipped else f"{self.title} {value:g}"
+
+    def error_words(self, error: float) -> str:
+        """Return an error on the scale of learning: a factor, or a difference with its unit."""
+        return f"x{exp(error):.2f}" if self.is_logarithmic else f"{error:.2f} {self.unit}"
+
+
+SHORE_A = Quantity("shore_a", "Shore A", "Shore A", 0.0, 100.0, units={"shore a": 1.0})
+MODULUS = Quantity(
+    "modulus_mpa",
+    "Young's modulus",
+    "MPa",
+    1e-4,
+    1e6,
+    True,
+    units={"mpa": 1.0, "n/mm2": 1.0, "n/mm^2": 1.0, "kpa": 1e-3, "gpa": 1e3, "pa": 1e-6},
+)
+STIFFNESS = Quantity(
+    "stiffness_n_per_mm",
+    "stiffness",
+    "N/mm",
+    1e-4,
+    1e6,
+    True,
+    units={"n/mm": 1.0, "kn/m": 1.0, "n/m": 1e-3, "kn/mm": 1e3, "n/um": 1e3},
+)
+RANK = Quantity("hardness_rank", "hardness rank", "ranks", -1000.0, 1000.0, is_clipped=False)
+
+#: Quantities by the names of their labels. The first one that a dataset has is predicted.
+QUANTITIES: Mapping[str, Quantity] = {q.name: q for q in (SHORE_A, MODULUS, STIFFNESS, RANK)}
+#: Quantities of which a dataset has at most one.
+PHYSICAL = (SHORE_A, MODULUS, STIFFNESS)
+
+
+def shore_a_of_modulus(modulus_mpa: float | None) -> float | None:
+    """Return the Shore A of an elastomer; None where Gent's formula does not hold."""
+    if modulus_mpa is None:
+        return None
+    shore_a = gent_shore_a(1e6 * modulus_mpa)
+    return shore_a if GENT_HOLDS[0] <= shore_a <= GENT_HOLDS[1] else None
+
+
+def modulus_of_shore_a(shore_a: float) -> float | None:
+    """Return Young's modulus in MPa; None where Gent's formula does not hold."""
+    return 1e-6 * gent_modulus(shore_a) if GENT_HOLDS[0] <= shore_a <= GENT_HOLDS[1] else None

@@ -199,6 +199,8 @@ class SvmConstants:
     half_widths: Sequence[float] = ()
     #: Ends of the scale.
     limits: tuple[float, float] = (-1e30, 1e30)
+    #: True if value and interval are natural logarithms, which the chain undoes.
+    is_logarithmic: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,7 +374,7 @@ def _put_model(w: _Writer, m: ModelConstants, rate: float) -> None:
 def _put_svm(w: _Writer, m: SvmConstants) -> None:
     vectors = m.vectors.astype(np.float64)
     edges = len(m.half_widths) - 1
-    sizes = [m.guard, m.baseline, m.least, len(vectors), len(m.classes), edges, 0, 0]
+    sizes = [m.guard, m.baseline, m.least, len(vectors), len(m.classes), edges, m.is_logarithmic, 0]
     w.put(sizes, "i4")
     w.put([m.level, m.slope, m.gamma, m.mean, m.scale, *m.limits], "f8")
     w.put(2.0 * m.gamma * vectors, "f4")

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core.physics import gent_modulus, gent_shore_a
 
+#: Largest magnitude of the logarithm of a prediction, as in the chain.
+LOGARITHM_MOST = 50.0
 #: Values of Shore A at which Gent's formula is used. Close to 0 and 100 it does not hold.
 GENT_HOLDS = (5.0, 90.0)
 
@@ -61,6 +63,11 @@ class Quantity:
         return self.title if self.title == self.unit else f"{self.title} ({self.unit})"
 
     @property
+    def error_axis(self) -> str:
+        """Unit of errors on the scale of learning."""
+        return f"ln of {self.unit}" if self.is_logarithmic else self.unit
+
+    @property
     def limits(self) -> tuple[float, float] | None:
         """Ends of the scale on which models learn; None for a scale without ends."""
         if not self.is_clipped:
@@ -80,7 +87,7 @@ class Quantity:
     def restored(self, scaled: NDArray[Any]) -> NDArray[np.float64]:
         """Return values in the unit, from those that :meth:`scaled` returned."""
         out: NDArray[np.float64] = np.asarray(scaled, np.float64)
-        return np.exp(out) if self.is_logarithmic else out
+        return np.exp(np.clip(out, -LOGARITHM_MOST, LOGARITHM_MOST)) if self.is_logarithmic else out
 
     def words(self, value: float, low: float = np.nan, high: float = np.nan) -> str:
         """Return a value with its unit, and with its interval if the ends differ."""
@@ -95,6 +102,10 @@ class Quantity:
     def error_words(self, error: float) -> str:
         """Return an error on the scale of learning: a factor, or a difference with its unit."""
         return f"x{exp(error):.2f}" if self.is_logarithmic else f"{error:.2f} {self.unit}"
+
+    def width_words(self, width: float) -> str:
+        """Return the width of an interval on the scale of learning: a ratio, or a difference."""
+        return self.error_words(width) if self.is_logarithmic else f"{width:.1f} {self.unit}"
 
 
 SHORE_A = Quantity("shore_a", "Shore A", "Shore A", 0.0, 100.0, units={"shore a": 1.0})

@@ -76,7 +76,7 @@ def forms(window: WindowPredictor, X: Windows, sessions: NDArray[np.str_]) -> li
             further = float(np.quantile(away, interval.level))
             wider = tuple(half + further for half in interval.half_widths)
             interval = replace(interval, half_widths=wider)
-        candidates.append(WindowPredictor(form, interval, window.record))
+        candidates.append(WindowPredictor(form, interval, window.record, window.quantity))
     return [*candidates, window]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from firstcontact.core import ArgumentError, Dataset
 from firstcontact.core.display import Drawable, Progress, progress_steps
 from firstcontact.core.files import AnyPath
 from firstcontact.core.installation import require_modules
+from firstcontact.core.quantity import QUANTITIES, SHORE_A, Quantity
 from firstcontact.core.records import LONGEST_NAME
 from firstcontact.core.text import counted
 from firstcontact.models.alignment import (
@@ -66,7 +67,8 @@ class GroupScores:
     n
         Number of pinches.
     scores
-        Errors in Shore A or hardness ranks, or the accuracy of classes, with bootstrap intervals.
+        Errors in the unit of the target, or the accuracy of classes, with bootstrap intervals.
+        Errors and widths of a modulus or a stiffness are those of its natural logarithm.
     coverage, width
         Share of true values inside the prediction intervals (0 to 1), and mean width of these.
     out_of_range
@@ -133,6 +135,11 @@ class Evaluation(Drawable):
     duration: float | None = None
 
     @property
+    def quantity(self) -> Quantity:
+        """Quantity of the target, with its unit."""
+        return QUANTITIES[self.target]
+
+    @property
     def when(self) -> str:
         """Time from contact to prediction as text: "at any time" (network), or such as "15 ms"."""
         return "at any time" if self.duration is None else f"{1e3 * self.duration:g} ms"
@@ -165,7 +172,8 @@ class Evaluation(Drawable):
     def to_frame(self) -> DataFrame:
         """Return a pandas table of scores, one row for each group of pinches and elapsed time.
 
-        Errors and widths have the unit of the target, usually Shore A.
+        Errors and widths have the unit of the target, usually Shore A. Those of a modulus or a
+        stiffness are of its natural logarithm.
         """
         require_modules("notebook", "pandas")
         from pandas import DataFrame
@@ -271,9 +279,8 @@ def evaluate(
     overlap = overlap_groups(data, model.trained_on, model.digests)
     with progress_steps(progress, len(model.predictors), "model", "scoring") as step:
         for predictor in model.predictors:
-            target = model.target_of(predictor)
             at = aligned(predictor.rate)
-            out.append(_evaluation(predictor, target, overlap, trained_at, is_foreign, *at))
+            out.append(_evaluation(predictor, overlap, trained_at, is_foreign, *at))
             step(1)
     if not any(evaluation.scored for evaluation in out):
         shortest = min(p.moments[0] for p in model.predictors)
@@ -288,7 +295,6 @@ def evaluate(
 
 def _evaluation(
     predictor: SavedPredictor,
-    target: Target,
     overlap: Mapping[str, Mask],
     trained_at: str,
     is_foreign: bool,
@@ -300,7 +306,8 @@ def _evaluation(
     if len(scored_at) > len(Touches.SCORED_MS):
         scored_at = [ms / 1000 for ms in Touches.SCORED_MS]
     predictions = {at: predictor.predict_pinches(dataset, aligned.contacts, at) for at in scored_at}
-    truth = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
+    quantity = predictor.quantity
+    truth = dataset.shore_a if quantity is SHORE_A else dataset.levels(quantity)
     if is_foreign:
         odd = np.ones(len(dataset), np.bool_)
         predictions = {at: replace(p, out_of_range=odd) for at, p in predictions.items()}
@@ -327,7 +334,7 @@ def _evaluation(
     scored = sum(group.n for group in groups)
     return Evaluation(
         predictor=predictor.name,
-        target=target,
+        target=cast(Target, quantity.name),
         contacts=aligned.how,
         scored=scored,
         left_out=len(dataset) - scored,
@@ -346,17 +353,20 @@ def _group(
     rows: NDArray[np.bool_],
 ) -> GroupScores:
     """Score the predictions for the pinches where ``rows`` is true."""
-    truth, specimens = truth[rows], distinct_specimens(dataset)[rows]
+    specimens, quantity = distinct_specimens(dataset)[rows], predictor.quantity
+    scaled = (lambda values: values) if predictor.classes else quantity.scaled
+    truth = scaled(truth[rows])
     clusters = resampling_clusters(dataset.sessions[rows], specimens)
     compare = classification_scores if predictor.classes else regression_scores
     scores: dict[float, TaskScores] = {}
     coverage, width, out_of_range = {}, {}, {}
     for at, all_pinches in predictions.items():
         answer = all_pinches.take(rows)
-        scores[at] = compare(truth, answer.value, clusters, 0)
+        value, low, high = map(scaled, (answer.value, answer.low, answer.high))
+        scores[at] = compare(truth, value, clusters, 0)
         if predictor.level is not None:
-            coverage[at] = float(((answer.low <= truth) & (truth <= answer.high)).mean())
-            width[at] = float((answer.high - answer.low).mean())
+            coverage[at] = float(((low <= truth) & (truth <= high)).mean())
+            width[at] = float((high - low).mean())
         if isinstance(predictor, AnytimeModel):
             out_of_range[at] = float(answer.out_of_range.mean())
     return GroupScores(
@@ -367,7 +377,7 @@ def _group(
         coverage=coverage,
         width=width,
         out_of_range=out_of_range,
-        objects=per_object(truth, answer.value, specimens, dataset.objects[rows]),
+        objects=per_object(truth, value, specimens, dataset.objects[rows], quantity),
         constant=None if predictor.classes else float(truth.std()),
         level=predictor.level,
     )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from firstcontact.chain.image import SVMS_MOST, Constants, WindowConstants
 from firstcontact.core import ChannelKind, Contact, Dataset, Layout, ModelError, Pinch
 from firstcontact.core.physics import is_same_rate, parse_radius
+from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.models.card import AnytimeCard, TrainingRecord, WindowCard
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.touches import finger_number, speed_inputs, valid_samples
@@ -49,8 +50,8 @@ class Prediction(NamedTuple):
     Parameters
     ----------
     value, low, high
-        Prediction and ends of its interval, in Shore A, hardness ranks or classes. Without an
-        interval, both ends equal the value.
+        Prediction and ends of its interval, in the unit of the predictor's quantity, or a class.
+        Without an interval, both ends equal the value.
     half_width
         Half width of the interval before it was clipped to the scale; NaN if predictions for
         several pinches of an object must not be averaged.
@@ -79,6 +80,8 @@ class Predictor(ABC):
     #: True if a measured closing speed, or the shape of the object, is an input.
     uses_speed: bool = False
     uses_shape: bool = False
+    #: Quantity that is predicted.
+    quantity: Quantity = SHORE_A
     #: Classes that are predicted; empty for a regression.
     classes: tuple[float, ...] = ()
     #: Nominal coverage of the prediction intervals, such as 0.9; None without intervals.
@@ -225,7 +228,7 @@ class PredictorLadder(Predictor):
         self._steps = {step.lengths[-1]: step for step in steps}
         first = steps[0]
         self._name, self._rate, self.lookahead = first.name, first.rate, first.lookahead
-        self.classes, self.level = first.classes, first.level
+        self.classes, self.level, self.quantity = first.classes, first.level, first.quantity
 
     @property
     def name(self) -> str:

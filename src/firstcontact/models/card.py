@@ -26,11 +26,9 @@ from firstcontact.models.values import Task
 #: Largest window that a model may require, in samples, and largest number of classes.
 Samples = Annotated[int, msgspec.Meta(ge=1, le=1_000_000)]
 Classes = Annotated[tuple[float, ...], msgspec.Meta(max_length=1000)]
-ShoreA = Annotated[float, msgspec.Meta(ge=0, le=100)]
 
-
-#: Label that a model predicts.
-Target = Literal["shore_a", "hardness_rank"]
+#: Label that a model predicts: the name of a :class:`~firstcontact.core.Quantity`.
+Target = Literal["shore_a", "modulus_mpa", "stiffness_n_per_mm", "hardness_rank"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,8 +43,10 @@ class TrainingData:
     specimens: tuple[Name, ...] = ()
     target: Target = "shore_a"
     levels: tuple[float, ...] = ()
-    #: Mean Shore A of each named object.
-    objects: Mapping[Name, ShoreA] = field(default_factory=dict)
+    #: Mean label of each named object; empty for ranks.
+    objects: Mapping[Name, Annotated[float, msgspec.Meta(ge=0, le=1e6)]] = field(
+        default_factory=dict
+    )
     #: Unit of the vibration; "" if the card of an older model does not state it.
     unit: Name = ""
     #: Sentence on how the contacts were found.

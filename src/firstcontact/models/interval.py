@@ -13,10 +13,11 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core import quantity
 from firstcontact.models.values import Values
 
 #: Ends of the Shore A scale.
-SHORE_A = (0.0, 100.0)
+SHORE_A = (quantity.SHORE_A.least, quantity.SHORE_A.most)
 #: Largest number in an interval, so that predictions with their bounds stay finite.
 LARGEST_BOUND = 1e9
 #: Largest number of ranges of predictions, and smallest number of pinches in a range.

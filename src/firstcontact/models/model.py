@@ -11,7 +11,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -220,7 +220,7 @@ class Model:
 
     def target_of(self, predictor: Predictor) -> Target:
         """Return the label that a predictor of this model predicts."""
-        return "shore_a" if isinstance(predictor, AnytimeModel) else self.trained_on.target
+        return cast(Target, predictor.quantity.name)
 
     def only(self, estimator: str) -> Model:
         """Return a copy of the model with only the predictors of this estimator.

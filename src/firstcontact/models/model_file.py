@@ -13,6 +13,7 @@ from firstcontact.contact.detector_file import DETECTOR_FORMAT, DETECTOR_WEIGHTS
 from firstcontact.core import InputError, ModelError
 from firstcontact.core.files import AnyPath, displaced_folder, given_path, read_regular
 from firstcontact.core.installation import load_compiled, require_extra
+from firstcontact.core.quantity import QUANTITIES, Quantity
 from firstcontact.core.records import read_record
 from firstcontact.core.weights import (
     DETECTOR_CARD,
@@ -104,7 +105,8 @@ def read_model(folder: Path) -> SavedModel:
     for number, part in enumerate(card.predictors):
         start = f"{number}."
         selected = {n.removeprefix(start): a for n, a in arrays.items() if n.startswith(start)}
-        predictors.append(_predictor(folder, part, selected))
+        quantity = QUANTITIES[card.trained_on.target]
+        predictors.append(_predictor(folder, part, selected, quantity))
     return SavedModel(tuple(predictors), card.trained_on, digests)
 
 
@@ -125,13 +127,15 @@ def model_folder(path: AnyPath) -> Path:
     return folder.parent if folder.name == CARD else folder
 
 
-def _predictor(folder: Path, part: WindowCard | AnytimeCard, arrays: Arrays) -> SavedPredictor:
+def _predictor(
+    folder: Path, part: WindowCard | AnytimeCard, arrays: Arrays, quantity: Quantity
+) -> SavedPredictor:
     remedy = "train again"
     if not isinstance(part, WindowCard):
         load_compiled("firstcontact.chain._compiled")  # their error is none of the file
     try:
         if isinstance(part, WindowCard):
-            return WindowPredictor.from_card(part, arrays)
+            return WindowPredictor.from_card(part, arrays, quantity)
         remedy = "make it again with `firstcontact adapt`"
         kind: type[AnytimeModel] = model_class(part.kind, of_windows=False)
         return kind.from_arrays(arrays, part.level).with_record(part.record)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Contact, finger_name
 from firstcontact.core.display import Drawable
 from firstcontact.core.installation import require_modules
+from firstcontact.core.quantity import QUANTITIES
 from firstcontact.models.interval import SHORE_A
 from firstcontact.models.touches import Touches
 from firstcontact.models.values import Values
@@ -28,7 +29,7 @@ class Predictions(Drawable):
     Parameters
     ----------
     value
-        Predicted Shore A, hardness rank or class, shape (n,).
+        Predicted value in the unit of ``target``, or class, shape (n,).
     spread
         Predicted standard deviation of each value, shape (n,); NaN if the model predicts none.
     low, high
@@ -43,7 +44,8 @@ class Predictions(Drawable):
     estimator
         Name of the estimator that predicted; "" for predictions from :class:`Touches`.
     target
-        Meaning of ``value``: "shore_a" or "hardness_rank"; "" as for ``estimator``.
+        Meaning of ``value``: "shore_a", "modulus_mpa", "stiffness_n_per_mm" or "hardness_rank"; ""
+        as for ``estimator``.
 
     Examples
     --------
@@ -70,7 +72,7 @@ class Predictions(Drawable):
     def __repr__(self) -> str:
         """Return number, median and estimator, without the arrays."""
         made = self.value[~np.isnan(self.value)]
-        unit = " Shore A" if self.target == "shore_a" else ""
+        unit = f" {QUANTITIES[self.target].unit}" if self.target in QUANTITIES else ""
         median = f", median {np.median(made):.3g}{unit}" if len(made) else ""
         by = f" by {self.estimator!r}" if self.estimator else ""
         return f"Predictions({len(made)} of {len(self)} pinches{median}{by})"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
+from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.models.values import Values
 
 #: Number of resamples of a bootstrap interval.
@@ -22,7 +23,10 @@ Ends = tuple[float, float]
 
 
 class RegressionScores(Record, frozen=True, kw_only=True):
-    """Errors over ``n`` pinches, in the unit of the target, with bootstrap intervals by name."""
+    """Errors over ``n`` pinches, in the unit of the target, with bootstrap intervals by name.
+
+    Errors of a modulus or a stiffness are those of its natural logarithm.
+    """
 
     rmse: float
     mae: float
@@ -165,9 +169,16 @@ def classification_scores(
 
 
 def per_object(
-    truth: Values, predicted: Values, specimens: NDArray[np.str_], objects: NDArray[np.str_]
+    truth: Values,
+    predicted: Values,
+    specimens: NDArray[np.str_],
+    objects: NDArray[np.str_],
+    quantity: Quantity = SHORE_A,
 ) -> dict[str, SpecimenErrors]:
-    """Return the mean prediction and errors of single pinches for each specimen, by name."""
+    """Return the mean prediction and errors of single pinches for each specimen, by name.
+
+    ``truth`` and ``predicted`` are on the scale of the quantity.
+    """
     out = {}
     for specimen in np.unique(specimens):
         of_specimen = specimens == specimen
@@ -175,8 +186,8 @@ def per_object(
         out[str(specimen)] = SpecimenErrors(
             object=str(objects[of_specimen][0]),
             n=int(of_specimen.sum()),
-            true=float(truth[of_specimen].mean()),
-            mean=float(predicted[of_specimen].mean()),
+            true=float(quantity.restored(truth[of_specimen].mean())),
+            mean=float(quantity.restored(predicted[of_specimen].mean())),
             # A single pinch has no standard deviation.
             sd=float(predicted[of_specimen].std(ddof=1)) if of_specimen.sum() > 1 else None,
             bias=float(error.mean()),

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, InputError, Label
 from firstcontact.core.layout import FINGERTIP_WINDOW
+from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
-from firstcontact.models.card import Target
 from firstcontact.models.interval import (
-    SHORE_A,
     Interval,
     conformal_interval,
     held_out_coverage,
@@ -128,8 +127,8 @@ def full_specimen(label: Label) -> str:
 
 
 def _kind(label: Label) -> tuple[str, ...]:
-    level = label.hardness_rank if label.shore_a is None else label.shore_a
-    return tuple(s for s in (label.object, "" if level is None else f"{level:g}") if s)
+    level = "" if label.level is None else f"{label.level[1]:g}"
+    return tuple(s for s in (label.object, level) if s)
 
 
 def labelled_windows(
@@ -303,8 +302,6 @@ def _held_out(
     return [(m.predict(X), m.spread(X)) for m, X in zip(models, asked, strict=True)]
 
 
-#: Unit of the errors of each target.
-UNITS: dict[Target, str] = {"shore_a": "Shore A", "hardness_rank": "ranks"}
 #: Smallest number of pinches for training and held-out scores.
 LEAST = 10
 
@@ -327,9 +324,9 @@ def train_final_model(
     seed: int,
     level: float,
     runner: Runner,
-    shore: bool = True,
+    limits: tuple[float, float] | None = SHORE_A.limits,
 ) -> FinalModel:
-    """Train a model on all examples, with held-out scores and an interval."""
+    """Train a model on all examples, with held-out scores and an interval within ``limits``."""
     if len(data) < LEAST:
         raise InputError(
             f"{len(data)} labelled pinches are too few to train a model and to score it: record "
@@ -362,7 +359,6 @@ def train_final_model(
     interval: Interval | None = None
     conformal: dict[str, Any] = {"none": reason}
     if not reason:
-        limits = SHORE_A if shore else None
         folds = np.zeros(len(has_prediction), dtype=np.intp)
         for number, split in enumerate(splits):
             folds[split.test] = number
@@ -390,30 +386,31 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
     usable = [split for split in splits if len(np.unique(data.y[split.train])) > 1]
     if not usable:
         raise InputError(
-            "whichever session is held out, the others have only one Shore A or class: record "
+            "whichever session is held out, the others have only one label or class: record "
             "every object in two sessions or more",
             parameter="data",
         )
     if left := len(splits) - len(usable):
-        words += f"; {counted(left, 'fold')} not scored: only one Shore A or class is left"
+        words += f"; {counted(left, 'fold')} not scored: only one label or class is left"
     splits = usable
     if any(np.setdiff1d(data.y[split.test], data.y[split.train]).size for split in splits):
         words += "; a level of one fold alone is predicted without having been learned"
     return splits, words
 
 
-def scores_in_words(scores: TaskScores, target: Target) -> str:
-    """Return scores as one line of text, errors in the unit of the target."""
-    pinches, unit = counted(scores.n, "pinch"), UNITS[target]
+def scores_in_words(scores: TaskScores, quantity: Quantity) -> str:
+    """Return scores as one line of text, errors in the unit of the quantity, or as factors."""
+    pinches, words = counted(scores.n, "pinch"), quantity.error_words
     if isinstance(scores, ClassificationScores):
         return f"accuracy {percent(scores.accuracy)}, {pinches}"
+    square = "" if quantity.is_logarithmic else f", mse {words(scores.mse)}²"
     return (
-        f"rmse {scores.rmse:.2f} {unit}, mae {scores.mae:.2f} {unit}, "
-        f"mse {scores.mse:.2f} {unit}², bias {scores.bias:.2f} {unit}, {pinches}"
+        f"rmse {words(scores.rmse)}, mae {words(scores.mae)}{square}, bias {words(scores.bias)}, "
+        f"{pinches}"
     )
 
 
-def interval_in_words(final: FinalModel, target: Target) -> str:
+def interval_in_words(final: FinalModel, quantity: Quantity) -> str:
     """Format the interval and its held-out coverage on one line."""
     if final.interval is None:
         return f"no interval: {final.conformal['none']}"
@@ -423,5 +420,5 @@ def interval_in_words(final: FinalModel, target: Target) -> str:
     return (
         f"held out, interval from other folds: the interval at level {final.interval.level:g} "
         f"held the truth in {percent(checked['coverage'])} of {checked['n']} pinches, mean "
-        f"width {checked['mean_width']:.1f} {UNITS[target]}"
+        f"width {quantity.width_words(checked['mean_width'])}"
     )

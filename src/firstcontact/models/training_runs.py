@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from firstcontact.core import ArgumentError, Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.installation import require_extra
 from firstcontact.core.physics import is_same_rate
+from firstcontact.core.quantity import PHYSICAL, QUANTITIES, Quantity
 from firstcontact.core.records import LONGEST_NAME, to_tree
 from firstcontact.core.text import counted
 from firstcontact.jobs import Runner, parallel, worker_count
@@ -44,7 +45,7 @@ from firstcontact.models.training import (
     scores_in_words,
     train_final_model,
 )
-from firstcontact.models.values import Task, Values
+from firstcontact.models.values import Task
 from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.recording.settings import check_rate
 from firstcontact.signal import resample_dataset, samples_in
@@ -73,8 +74,9 @@ def train(
     """Train a contact detector and stiffness models from labelled pinches.
 
     Held-out sessions give scores and intervals; the returned model is then fitted to all pinches.
-    If the labels are Shore A, the model also has the package's network, adapted to these pinches
-    and averaged with a regression on them. The estimator that you name predicts by default.
+    If the labels are Shore A, or a modulus that gives one, the model also has the package's
+    network, adapted to these pinches and averaged with a regression on them. The estimator that
+    you name predicts by default.
 
     Parameters
     ----------
@@ -90,7 +92,7 @@ def train(
         Name of the contact detector to fit. By default the package's detector is used, unless one
         fitted to your pinches detects clearly more contacts in held-out pinches.
     task
-        "regression" of Shore A, or "classification" into the labels of ``data``.
+        "regression" of the label, or "classification" into the labels of ``data``.
     contacts
         "detected": windows start at contacts that a detector finds, as in live use. It is fitted
         without the session of the pinch, or without the pinch if sessions are unknown. "known":
@@ -102,7 +104,7 @@ def train(
         Nominal coverage of the prediction intervals of window models, from 0.5 to 0.99.
     rate
         Sampling rate to which the pinches are resampled, Hz. The default is the network's rate for
-        labels in Shore A, otherwise the pinches' own rate.
+        labels in Shore A; for a modulus or N/mm, at most that rate; for ranks the pinches' own.
     seed
         Random seed of folds, hyper-parameter search and training.
     workers
@@ -176,6 +178,8 @@ class _Plan:
         """Return the rate to resample to, Hz. The network and the detector share one stream."""
         if self.rate is None and (_has_shore_a(data) or not self.learns_windows):
             return pretrained().rate
+        if self.rate is None and data.quantity in PHYSICAL:
+            return min(pretrained().rate, data.layout.rate)
         return self.rate
 
     def check_sizes(self, rate: float) -> None:
@@ -217,13 +221,14 @@ def _train_windows(
     plan: _Plan, dataset: Dataset, aligned: Alignment, runner: Runner, step: Callable[[int], object]
 ) -> tuple[list[SavedPredictor], list[str]]:
     """Train a model for each window length. Return predictors, and sentences on their scores."""
-    cuts = [(length, _cut(dataset, aligned, length)) for length in plan.durations]
+    is_scaled = plan.task is Task.REGRESSION
+    cuts = [(length, _cut(dataset, aligned, length, is_scaled)) for length in plan.durations]
     predictors: list[SavedPredictor] = []
     sentences = []
     for length, cut in cuts:
-        target, _ = _target(dataset)
+        quantity = _quantity(dataset)
         final = train_final_model(
-            cut, plan.estimator, plan.task, plan.seed, plan.level, runner, target == "shore_a"
+            cut, plan.estimator, plan.task, plan.seed, plan.level, runner, quantity.limits
         )
         record = TrainingRecord(
             pinches=len(cut),
@@ -231,11 +236,11 @@ def _train_windows(
             scores=to_tree(final.scores),
             calibration=final.conformal,
         )
-        predictors.append(WindowPredictor(final.model, final.interval, record))
+        predictors.append(WindowPredictor(final.model, final.interval, record, quantity))
         sentences += [
             f"{plan.kind.name} ({plan.task}), {1e3 * length:g} ms: {counted(len(cut), 'pinch')}",
-            f"held out ({final.split}): {scores_in_words(final.scores, target)}",
-            interval_in_words(final, target),
+            f"held out ({final.split}): {scores_in_words(final.scores, quantity)}",
+            interval_in_words(final, quantity),
         ]
         step(1)
     return predictors, sentences
@@ -462,46 +467,44 @@ def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]
     return resampled, list(resampled.notes[len(dataset.notes) :])
 
 
-def _cut(dataset: Dataset, aligned: Alignment, length: float) -> LabelledWindows:
-    target, values = _target(dataset)
+def _cut(dataset: Dataset, aligned: Alignment, length: float, is_scaled: bool) -> LabelledWindows:
+    quantity = _quantity(dataset)
+    values = dataset.levels(quantity)
+    values = quantity.scaled(values) if is_scaled else values
     cut = labelled_windows(dataset, aligned.contacts, length, values)
     if len(cut) < 2:
         raise ArgumentError(
             f"only {len(cut)} of {len(dataset)} pinches have a contact, {1e3 * length:g} ms of "
-            f"signal after it and a label {target}: record or import 2 or more such pinches",
+            f"signal after it and a label {quantity.name}: record or import 2 or more such pinches",
             parameter="data",
         )
     return cut
 
 
-def _target(dataset: Dataset) -> tuple[Target, Values]:
-    targets: dict[Target, Values] = {
-        "shore_a": dataset.shore_a,
-        "hardness_rank": dataset.hardness_rank,
-    }
-    for name, values in targets.items():
-        if np.isfinite(values).any():
-            return name, values
+def _quantity(dataset: Dataset) -> Quantity:
+    """Return the quantity to learn. Raise InputError if labels state none, or two."""
+    if quantity := dataset.quantity:
+        return quantity
     raise ArgumentError(
-        "no pinch has a label 'shore_a' or 'hardness_rank': record or import pinches with one of "
-        "them",
+        f"no pinch has a label {', '.join(QUANTITIES)}: record or import pinches with one of them",
         parameter="data",
     )
 
 
 def _training_data(dataset: Dataset, aligned: Alignment, detector: str, seed: int) -> TrainingData:
-    target, values = _target(dataset)
+    quantity = _quantity(dataset)
+    values = dataset.levels(quantity)
     has_value = np.isfinite(values)
     names = _names(dataset.objects[has_value & (dataset.objects != "")])
-    shore = {name: float(values[(dataset.objects == name) & has_value].mean()) for name in names}
+    means = {name: float(values[(dataset.objects == name) & has_value].mean()) for name in names}
     return TrainingData(
         source=dataset.source,
         pinches=len(dataset),
         sessions=_names(dataset.sessions),
         specimens=_names(distinct_specimens(dataset)),
-        target=target,
+        target=cast(Target, quantity.name),
         levels=tuple(np.unique(values[has_value]).tolist()),
-        objects=shore if target == "shore_a" else {},
+        objects=means if quantity in PHYSICAL else {},
         unit=dataset.layout.vibration_unit,
         contacts=aligned.how,
         detector=detector,

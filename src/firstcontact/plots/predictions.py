@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from firstcontact.core.display import BLUE, GREY, ORANGE
+from firstcontact.core.quantity import QUANTITIES, SHORE_A
 from firstcontact.plots.style import name_hardness, new_axes
 
 if TYPE_CHECKING:
@@ -14,10 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from firstcontact.models import Evaluation, Predictions
-
-
-#: Label of the axis for each target.
-NAMES = {"shore_a": "Shore A", "hardness_rank": "hardness rank"}
 
 
 def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
@@ -32,9 +29,12 @@ def draw_predictions(predictions: Predictions, figure: Figure) -> Axes:
                           color=colour, label=f"{label} and interval")  # fmt: skip
     axes.set_xlabel("pinch")
     axes.locator_params(axis="x", integer=True)
-    axes.set_ylabel(NAMES.get(predictions.target, "predicted value"))
-    if predictions.target == "shore_a":
+    quantity = QUANTITIES.get(predictions.target)
+    axes.set_ylabel(quantity.axis if quantity else "predicted value")
+    if quantity is SHORE_A:
         name_hardness(axes)
+    elif quantity and quantity.is_logarithmic:
+        axes.set_yscale("log")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
     return axes
@@ -52,8 +52,8 @@ def draw_evaluation(evaluation: Evaluation, figure: Figure) -> Axes:
         low, high = np.array(ends, float).T
         axes.errorbar(times, values, [values - low, high - values], fmt="o-", ms=4, lw=1,
                       color=colour, label=f"{group.title}, {group.n} pinches")  # fmt: skip
-        unit = f" ({NAMES[evaluation.target]})"
-        axes.set_ylabel(f"root mean square error{unit}" if name == "rmse" else "accuracy")
+        unit = evaluation.quantity.error_axis
+        axes.set_ylabel(f"root mean square error ({unit})" if name == "rmse" else "accuracy")
     axes.set_xlabel("time since first contact (ms)")
     axes.set_ylim(bottom=0)
     axes.set_title(evaluation.predictor, loc="left")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core.files import replacing
 from firstcontact.core.layout import ChannelKind, Finger, finger_name
+from firstcontact.core.quantity import SHORE_A
 from firstcontact.plots.style import PLAIN, QUIET, figure_label, new_axes
 
 if TYPE_CHECKING:
@@ -80,12 +81,14 @@ def draw_dataset(data: Dataset, figure: Figure) -> Axes:
     If no contact is known, draw whole pinches.
     """
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
+    from matplotlib.colors import LogNorm, Normalize
 
     axes = new_axes(figure)
-    labels = data.shore_a[~np.isnan(data.shore_a)]
+    quantity = next((p.label.level[0] for p in data if p.label.level), SHORE_A)
+    labels = data.levels(quantity)[~np.isnan(data.levels(quantity))]
     ends = (labels.min(), labels.max()) if len(labels) else (0, 100)
-    colours = ScalarMappable(Normalize(*ends), "viridis_r")
+    scale = LogNorm if quantity.is_logarithmic else Normalize
+    colours = ScalarMappable(scale(*ends), "viridis_r")
     fingers, is_known = data.layout.vibration_fingers, any(pinch.first for pinch in data)
     shown = [p for p in data if not is_known or (p.first and p.first.finger in fingers)]
     shown = shown[:: -(-len(shown) // MANY) or 1]
@@ -98,13 +101,13 @@ def draw_dataset(data: Dataset, figure: Figure) -> Axes:
             zero = first.sample - pinch.first_sample
             begin = max(zero - round(SHOWN[0] * rate), 0)
             values = values[begin : zero + round(SHOWN[1] * rate), fingers.index(first.finger)]
-        hardness = pinch.label.shore_a
+        hardness = getattr(pinch.label, quantity.name)
         axes.plot(
             (begin - zero + np.arange(len(values))) / rate * 1e3, values, lw=0.6, alpha=0.6,
             color=QUIET if hardness is None else colours.to_rgba(np.array(hardness)),
         )  # fmt: skip
     if len(labels):
-        figure.colorbar(colours, ax=axes, label="Shore A")
+        figure.colorbar(colours, ax=axes, label=quantity.axis)
     if shown:
         sensor = data.layout.vibration[0]
         axes.set_ylabel(f"{sensor.sensor} ({figure_label(sensor.unit, 12)})")

@@ -197,6 +197,7 @@ static const char *read_svm(cursor *c, const fc_model *m, int32_t samples, fc_sv
     if (n->guard < 0 || n->baseline < 1 || n->least < 1 || n->guard > m->before
         || n->baseline > m->before - n->guard - FC_SVM_LOOKAHEAD || n->vectors < 0
         || n->class_count < 0 || n->class_count > FC_CLASSES_MOST || n->edges < -1
+        || (n->is_logarithmic != 0 && (n->is_logarithmic != 1 || n->class_count > 0))
         || !(n->gamma > 0.0 && n->gamma < 1e20) || n->lowest > n->highest
         || fabs(n->lowest) > WIDEST || fabs(n->highest) > WIDEST)
         return WRONG;

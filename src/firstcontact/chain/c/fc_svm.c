@@ -18,6 +18,8 @@
 
 /* Savitzky-Golay filter of five points and second order. */
 static const double SMOOTHING[5] = {-3.0 / 35, 12.0 / 35, 17.0 / 35, 12.0 / 35, -3.0 / 35};
+/* Largest magnitude of the logarithm of a prediction. */
+static const double LOGARITHM_MOST = 50.0;
 /* Largest magnitude of a level. Kernels are 0 long before. */
 static const double LEVEL_MOST = 1e6;
 
@@ -155,5 +157,7 @@ int32_t fc_svm_predict(const fc_svm *m, const fc_past *past, int32_t channel, in
         out[1] = fc_bounded(value - m->half_width[k], n->lowest, n->highest);
         out[2] = fc_bounded(value + m->half_width[k], n->lowest, n->highest);
     }
+    for (k = 0; n->is_logarithmic && k < 3; k++)
+        out[k] = fc_exp(fc_bounded(out[k], -LOGARITHM_MOST, LOGARITHM_MOST));
     return FC_DONE;
 }

@@ -21,7 +21,8 @@ typedef struct {
     int32_t vectors;
     int32_t class_count;     /* 0 for a regression */
     int32_t edges;           /* edges of the interval; -1 without an interval */
-    int32_t unused[2];
+    int32_t is_logarithmic;  /* 1 if value and interval are natural logarithms, which are undone */
+    int32_t unused;
     double level, slope;     /* a window's level is (ln(RMS) - level) * slope */
     double gamma;
     double mean, scale;      /* of the target of a regression */

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from firstcontact.cli.options import Option
+from firstcontact.core.quantity import RANK
 from firstcontact.core.text import counted, percent
 
 if TYPE_CHECKING:
@@ -91,21 +92,24 @@ def _network_lines(group: GroupScores) -> Iterator[str]:
 
 
 def _window_lines(group: GroupScores, evaluation: Evaluation) -> Iterator[str]:
-    from firstcontact.models.training import UNITS, scores_in_words
+    from firstcontact.models.training import scores_in_words
 
-    unit = UNITS[evaluation.target]
+    quantity = evaluation.quantity
     (scores,) = group.scores.values()
-    yield f"{group.title}: {scores_in_words(scores, evaluation.target)}"
+    yield f"{group.title}: {scores_in_words(scores, quantity)}"
     for at, coverage in group.coverage.items():
         yield (
             f"  interval at level {group.level:g} held the truth in {percent(coverage)} of "
-            f"{group.n} pinches, mean width {group.width[at]:.1f} {unit}"
+            f"{group.n} pinches, mean width "
+            f"{quantity.width_words(group.width[at])}"
         )
     if group.level is None and group.rmse:
         yield "  the model has no interval"
     names = {name: name or "(unnamed)" for name in group.objects}
     width = max(len(n) for n in (*names.values(), "specimen"))
-    true = "true" if evaluation.target == "shore_a" else "rank"
+    true = "rank" if quantity is RANK else "true"
+    if quantity.is_logarithmic:
+        yield f"  true and mean in {quantity.unit}; sd and rmse are errors of its logarithm"
     yield f"  {'specimen':<{width}}  {'n':>5}  {true:>6}  {'mean':>6}  {'sd':>5}  {'rmse':>5}"
     for name, row in group.objects.items():
         spread = f"{row.sd:.1f}" if row.sd is not None else "–"

@@ -14,6 +14,7 @@ from firstcontact.chain import Image, build_image
 from firstcontact.chain.image import WindowConstants
 from firstcontact.chain.touch import predict_window
 from firstcontact.core import Layout, ModelError
+from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.models.anytime import Hints, Prediction, Predictor
 from firstcontact.models.card import TrainingRecord, WindowCard
 from firstcontact.models.interval import Interval
@@ -33,7 +34,8 @@ class WindowPredictor(Predictor):
     """Predictor with one moment: it uses a window, a signal of fixed length after the contact.
 
     ``interval`` gives the prediction intervals; None for a model without. ``record`` describes the
-    training.
+    training. The model and the interval of a logarithmic ``quantity`` are on its scale, but
+    predictions are in its unit.
     """
 
     lookahead = SavitzkyGolay.lookahead
@@ -43,8 +45,10 @@ class WindowPredictor(Predictor):
         model: WindowModel,
         interval: Interval | None = None,
         record: TrainingRecord = Predictor.record,
+        quantity: Quantity = SHORE_A,
     ) -> None:
         self.model, self.interval, self.record = model, interval, record
+        self.quantity = quantity
         self.classes = model.spec.classes
         self.level = None if interval is None else interval.level
 
@@ -108,6 +112,7 @@ class WindowPredictor(Predictor):
         if rule is not None:
             limits = rule.limits or svm.limits
             svm = replace(svm, edges=rule.edges, half_widths=rule.half_widths, limits=limits)
+        svm = replace(svm, is_logarithmic=self._is_logarithmic)
         return replace(constants, svms=(svm,))
 
     @cached_property
@@ -146,7 +151,14 @@ class WindowPredictor(Predictor):
         low = high = values
         if self.interval is not None:
             low, high = self.interval.around_all(values, spreads)
+        if self._is_logarithmic:
+            values, low, high = map(self.quantity.restored, (values, low, high))
+            spreads = spreads * values
         return values, spreads, low, high
+
+    @property
+    def _is_logarithmic(self) -> bool:
+        return self.quantity.is_logarithmic and not self.classes
 
     def to_arrays(self) -> Arrays:
         """Return the arrays of the window model."""
@@ -168,11 +180,11 @@ class WindowPredictor(Predictor):
         )
 
     @classmethod
-    def from_card(cls, card: WindowCard, arrays: Arrays) -> Self:
+    def from_card(cls, card: WindowCard, arrays: Arrays, quantity: Quantity = SHORE_A) -> Self:
         """Create the predictor from its entry in ``model.json`` and its arrays. Check both."""
         kind = model_class(card.kind, of_windows=True)
         with np.errstate(all="ignore"):  # predictions that overflow are refused
-            return cls(kind.from_arrays(_spec(card), arrays), card.interval, card.record)
+            return cls(kind.from_arrays(_spec(card), arrays), card.interval, card.record, quantity)
 
 
 def _spec(card: WindowCard) -> Spec:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from firstcontact.core.pinch import Contact
+from firstcontact.core.quantity import QUANTITIES, SHORE_A, modulus_of_shore_a
 
 
 class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
@@ -13,7 +14,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     Parameters
     ----------
     value
-        Predicted Shore A (hardness, 0 to 100), or hardness rank, as in the training labels.
+        Predicted stiffness, in the unit of ``quantity``.
     low, high
         Ends of the prediction interval; both equal ``value`` for a model without an interval.
     level
@@ -53,6 +54,12 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
         the last ten seconds, s.
     shape
         Shape hint of the user for the object: "flat", "radius 37 mm", or "" without a hint.
+    quantity
+        Quantity of ``value``, as in the training labels: "shore_a" (hardness, 0 to 100),
+        "modulus_mpa", "stiffness_n_per_mm" or "hardness_rank".
+    modulus_mpa
+        Young's modulus of an elastomer with this Shore A, MPa. Null for another quantity, and where
+        Gent's formula does not hold.
     half_width
         Half width of the interval before it was clipped to the scale of ``value``. None (null in
         JSON) if the model's estimates are not averaged over several pinches of an object.
@@ -76,7 +83,18 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     waited: float = 0.0
     transport: float = 0.0
     shape: str = ""
+    quantity: str = SHORE_A.name
+    modulus_mpa: float | None = None
     half_width: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.quantity == SHORE_A.name:
+            msgspec.structs.force_setattr(self, "modulus_mpa", modulus_of_shore_a(self.value))
+
+    @property
+    def words(self) -> str:
+        """Value and interval with their unit, such as "29.0 Shore A (25 to 33)"."""
+        return QUANTITIES[self.quantity].words(self.value, self.low, self.high)
 
     @property
     def known_sample(self) -> int:

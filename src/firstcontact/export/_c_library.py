@@ -79,7 +79,9 @@ def write(model: Model, out: Path) -> list[str]:
     for entry in [own / "fc_flash.h", *shared]:
         (source / entry.name).write_text(entry.read_text(encoding="utf-8"), encoding="utf-8")
     names = [f"detector: {detector.name}"]
-    names += [] if predictor is None else [f"predictor: {predictor.name}"]
+    names += (
+        [] if predictor is None else [f"predictor: {predictor.name} of {predictor.quantity.axis}"]
+    )
     parts, size, memory = ", ".join(names), len(image.data), work_memory(image, CHANNELS)
     words = ", ".join(f"{word:#x}u" for word in np.frombuffer(image.data, "<u8"))
     header = _HEADER.format(parts=parts, rate=rate, size=size, memory=memory, channels=CHANNELS)

@@ -64,7 +64,9 @@ def write(model: Model, out: Path) -> list[str]:
         name = f"stiffness{length if len(model.windows) > 1 else ''}.onnx"
         raw = to_onnx(window.model)
         (out / name).write_bytes(raw)
-        lines.append(f"{name}: {len(raw)} bytes")
+        is_log = window.quantity.is_logarithmic and not window.classes
+        unit = f", predicts the natural logarithm of {window.quantity.unit}" if is_log else ""
+        lines.append(f"{name}: {len(raw)} bytes{unit}")
     if not lines:
         raise ModelError(
             "only a CNN can be written as ONNX, but this model has only "

@@ -18,6 +18,7 @@ from firstcontact.chain.image import (
 )
 from firstcontact.contact import Detector
 from firstcontact.core import Calibration, Finger, ModelError, fingertip_layout
+from firstcontact.core.quantity import SHORE_A
 from firstcontact.core.weights import digest
 from firstcontact.models import load_model
 from firstcontact.models.anytime import Predictor
@@ -65,6 +66,12 @@ def hand_image(
     model, layout = load_model(folder), fingertip_layout()
     predictor, detector = model.default(estimator, layout.rate), model.own_detector
     predictor.check(layout)
+    if predictor.quantity is not SHORE_A:
+        raise ModelError(
+            f"{folder}: the model predicts {predictor.quantity.axis}, but hands report Shore A: "
+            "run it on a computer with `firstcontact live`, or in your own program with "
+            "`firstcontact export-model --to c`"
+        )
     model_constants = predictor_in_c(predictor)
     fingers = layout.vibration_fingers
     if isinstance(model_constants, ModelConstants):

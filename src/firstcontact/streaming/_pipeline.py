@@ -386,6 +386,7 @@ class Pipeline:
             waited=waited,
             transport=transport,
             shape=pinch.shape,
+            quantity=self.predictor.quantity.name,
             half_width=None if math.isnan(e.half_width) else e.half_width,
         )
         pinch.made.append((last, estimate))

@@ -21,6 +21,7 @@ from firstcontact.core import (
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.files import AnyPath
 from firstcontact.core.physics import is_same_rate
+from firstcontact.core.quantity import SHORE_A
 from firstcontact.device import Source
 from firstcontact.device.clock import TransportDelay
 from firstcontact.device.descriptor import DevicePredictor, skipped_model
@@ -111,8 +112,10 @@ def live_session(
                 pipeline.follow(opened.recording)
             grasping = None
             if hand is not None:
+                made = live_policy(policy or POLICIES.default)
+                _check_quantity(made, predictor)
                 grasping = Grasping(
-                    live_policy(policy or POLICIES.default),
+                    made,
                     stack.enter_context(open_hand(hand, hand_port, source=source)),
                     layout,
                     # At another speed than real time, no delay can be known.
@@ -136,6 +139,16 @@ def live_session(
             )
     except HandError as error:  # also when it is released
         raise ArgumentError(str(error), parameter="hand") from error
+
+
+def _check_quantity(policy: Policy, predictor: Predictor | None) -> None:
+    """Refuse a policy that uses estimates with a model that does not predict Shore A."""
+    if policy.deadline is not None and predictor and predictor.quantity is not SHORE_A:
+        raise ArgumentError(
+            f"{policy.name} uses estimates in Shore A, but the model predicts "
+            f"{predictor.quantity.axis}: choose a policy without estimates, or another model",
+            parameter="policy",
+        )
 
 
 def _remarks(

@@ -30,6 +30,7 @@ from firstcontact.core import (
     merge_blocks,
 )
 from firstcontact.core.physics import parse_radius, radius_text
+from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.device import Arrival, Source
 from firstcontact.device.recorder import Recorder, RecorderStatus
 from firstcontact.device.source import drain
@@ -261,6 +262,12 @@ class LiveSession:
         """Begin another object. From now on, only its pinches are pooled."""
         self._objects.new_object()
         self.pipeline.radius = parse_radius(self._shape)
+
+    @property
+    def quantity(self) -> Quantity:
+        """Quantity of the estimates."""
+        predictor = self.pipeline.predictor
+        return SHORE_A if predictor is None else predictor.quantity
 
     @property
     def uses_shape(self) -> bool:

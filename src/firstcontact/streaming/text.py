@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TextIO
 
 from firstcontact.core import Estimate, finger_name
+from firstcontact.core.quantity import MODULUS, SHORE_A
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.source import LinkNews
 from firstcontact.device.twin_words import held_object, lost_object
@@ -65,10 +66,8 @@ class TextSink:
             elif isinstance(event, HandPinch):
                 self._write(hand_line(event))
             elif isinstance(event, ObjectEstimate) and event.pinches > 1:
-                self._write(
-                    f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
-                    f"({event.low:.0f} to {event.high:.0f})"
-                )
+                words = SHORE_A.words(event.value, event.low, event.high)
+                self._write(f"the same object, {event.pinches} pinches: {words}")
 
     def close(self) -> None:
         """Write a line about lost samples, if some were not reported yet."""
@@ -82,7 +81,7 @@ class TextSink:
         label = self._names.label(pinch)
         if label is None or not label.object:
             return ""
-        return f"labelled {label.object}{_shore(label.shore_a)}"
+        return f"labelled {', '.join(filter(None, [label.object, label.level_words]))}"
 
     def _write(self, line: str) -> None:
         self._stream.write(f"{line}\n")
@@ -90,7 +89,7 @@ class TextSink:
 
 
 def _shore(shore_a: float | None) -> str:
-    return "" if shore_a is None else f", {shore_a:g} Shore A"
+    return "" if shore_a is None else f", {SHORE_A.label_words(shore_a)}"
 
 
 def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
@@ -122,10 +121,10 @@ def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
 def estimate_words(estimate: Estimate, *, timed: bool) -> str:
     """Return an estimate in words; if ``timed``, with the time at which it was available."""
     e = estimate
-    bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.high > e.low else ""
+    modulus = "" if e.modulus_mpa is None else f", modulus {MODULUS.words(e.modulus_mpa)}"
     at = f" at {1e3 * e.available:.1f} ms" if timed else ""
     flag = ", out of range" if e.out_of_range else ""
-    return f"{e.value:.1f} Shore A{bounds} from {1e3 * e.elapsed:.0f} ms{at}{flag}"
+    return f"{e.words} from {1e3 * e.elapsed:.0f} ms{at}{modulus}{flag}"
 
 
 def hand_line(event: HandPinch) -> str:

@@ -81,7 +81,7 @@ typedef struct {
     fc_rig rig[FC_RIGS_MOST];
 } fc_model;
 
-/* Stiffness in Shore A. */
+/* Stiffness in the unit of the model's training: Shore A, or as the header of an export says. */
 typedef struct {
     float value, low, high, half_width, spread;
     bool is_out_of_range;

@@ -15,6 +15,7 @@ from firstcontact.cli.options import Condition, Option, choice, devices
 from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.core import InputError
 from firstcontact.core.installation import load_compiled, require_modules
+from firstcontact.core.quantity import QUANTITIES
 from firstcontact.device import SOURCES, open_source
 from firstcontact.grasp import HANDS, POLICIES
 from firstcontact.grasp.registry import live_policies
@@ -229,11 +230,14 @@ def _measure(source: Source) -> Calibration:
 
 
 def _landmarks(model: Model) -> dict[str, float]:
-    """Return the Shore A of the objects that a model was trained on, by name."""
+    """Return the values of the objects that a model was trained on, by name."""
     data = model.trained_on
+    if not model.predictors or model.default().quantity.name != data.target:
+        return {}
     if model.windows and data.objects:
         return dict(data.objects)
-    return {} if model.network is None else {f"{level:g} Shore A": level for level in data.levels}
+    words = QUANTITIES[data.target].label_words
+    return {words(level): level for level in data.levels}
 
 
 def _shore_a(source: Source) -> Callable[[str], float | None]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, Estimate, Finger, merge_blocks
 from firstcontact.core.display import FAMILIAR
+from firstcontact.core.quantity import QUANTITIES, SHORE_A
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.device.twin_words import lost_object
@@ -175,6 +176,11 @@ class State:
             "budget_ms": BUDGET_MS,
             "landmarks": landmarks,
             "familiar": {name: shore_a for name, shore_a, _ in FAMILIAR},
+            "quantity": SHORE_A.name,
+            "quantities": {
+                q.name: {"name": q.name, "unit": q.unit, "is_logarithmic": q.is_logarithmic}
+                for q in QUANTITIES.values()
+            },
             "controls": False,
             "hand_asks": [],
             "uses_shape": False,
@@ -184,6 +190,7 @@ class State:
             hello["controls"] = True
             hello["hand_asks"] = controls.hand_asks()
             hello["uses_shape"] = controls.uses_shape
+            hello["quantity"] = controls.quantity.name
             self.hello = msgspec.json.encode(hello).decode()
 
     def take(self, update: Update) -> None:

@@ -1,8 +1,9 @@
-// The estimate with its interval, on a Shore A scale with the objects that are known.
+// The estimate with its interval, on the scale of its quantity with the objects that are known.
 
 import { FINGER_NAMES, announce, byId, draw, number, setText, size, watch } from "./dom.js";
 import { later, shown } from "./events.js";
 import { Narrowing } from "./narrowing.js";
+import { figure, learn, quantityOf, scaleOf } from "./quantity.js";
 
 const PAD = 10;
 // Room for the names of objects, and for milliseconds below, where an answer narrows.
@@ -21,21 +22,26 @@ function judgement(pinch, estimate) {
 function spoken(now) {
   const estimate = shown(now);
   if (!estimate) return `no estimate: ${now.missing?.reason ?? now.pinch.reason}`;
-  const { value, low, high, out_of_range: strange } = estimate;
-  return `${number(value)} Shore A${high > low ? `, between ${number(low)} and ${number(high)}` : ""}${strange ? ", out of range" : ""}`;
+  const { value, low, high, out_of_range: strange } = estimate, quantity = quantityOf(estimate);
+  const ends = high > low ? `, between ${figure(low, quantity)} and ${figure(high, quantity)}` : "";
+  return `${figure(value, quantity)} ${quantity.unit}${ends}${strange ? ", out of range" : ""}`;
 }
 
 export class Estimate {
   constructor() {
     this.svg = byId("scale");
     this.landmarks = [];
+    this.quantity = { name: "shore_a" };
     this.estimate = null;
     this.narrowing = new Narrowing(() => this.paint());
     watch(this.svg, () => this.paint());
   }
 
   hello(hello) {
-    const familiar = Object.entries(hello.familiar).filter(([name]) => !(name in hello.landmarks));
+    learn(hello);
+    this.quantity = quantityOf(hello);
+    setText(byId("unit"), this.quantity.unit);
+    const familiar = Object.entries(hello.familiar).filter(([name]) => this.quantity.name === "shore_a" && !(name in hello.landmarks));
     this.landmarks = [...Object.entries(hello.landmarks), ...familiar.map((entry) => [...entry, "soft"])].sort((a, b) => a[1] - b[1]);
     // A single sensor has no second contact to be in time for.
     this.alone = hello.fingers.length < 2;
@@ -82,8 +88,12 @@ export class Estimate {
     if (!estimate) return;
     const { value, low, high, level } = estimate;
     this.estimate = estimate;
-    setText(byId("value"), number(value, 0));
-    setText(byId("interval"), high > low ? `between ${number(low)} and ${number(high)}` : "no interval");
+    this.quantity = quantityOf(estimate);
+    const say = (part) => figure(part, this.quantity);
+    setText(byId("value"), say(value));
+    setText(byId("unit"), this.quantity.unit);
+    const modulus = estimate.modulus_mpa === null ? "" : ` · ${estimate.modulus_mpa.toPrecision(2)} MPa`;
+    setText(byId("interval"), `${high > low ? `between ${say(low)} and ${say(high)}` : "no interval"}${modulus}`);
     setText(byId("sure"), level > 0 ? `correct for ${number(100 * level)} % of touches like those in training` : "");
     const shape = estimate.shape ? ` · shape: ${estimate.shape}` : "";
     setText(byId("felt"), `${FINGER_NAMES[estimate.contact.finger ?? 2]} touched first · from ${number(1000 * estimate.elapsed)} ms of signal${shape}`);
@@ -95,7 +105,7 @@ export class Estimate {
     verdict.hidden = !now.pinch || this.alone;
     const late = now.pinch?.verdict === "in_time" ? later(now.pinch) : null;
     byId("later").hidden = !late;
-    if (late) setText(byId("later"), `With more signal, after ${number(1000 * late.available, 1)} ms: ${number(late.value)} (${number(late.low)} to ${number(late.high)})`);
+    if (late) setText(byId("later"), `With more signal, after ${number(1000 * late.available, 1)} ms: ${say(late.value)} (${say(late.low)} to ${say(late.high)})`);
     const fan = now.estimates.length > 1;
     this.svg.parentElement.classList.toggle("fan", fan);
     if (fan) this.narrowing.now(now);
@@ -116,11 +126,11 @@ export class Estimate {
 
   // Labels stand at their values, pushed apart where they would touch.
   places(y, least, height) {
-    const rows = this.landmarks.map(([name, shore, look = ""]) => ({ name, shore, look, at: y(shore) }));
+    const rows = this.landmarks.map(([name, value, look = ""]) => ({ name, value, look, at: y(value) }));
     rows.reverse();
     // Where not all can be named, those closest to another are not: familiar objects first.
     while (rows.length > (height - 2 * PAD) / least + 1) {
-      const gap = (i) => Math.min(...[i - 1, i + 1].filter((k) => rows[k]).map((k) => Math.abs(rows[k].shore - rows[i].shore)));
+      const gap = (i) => Math.min(...[i - 1, i + 1].filter((k) => rows[k]).map((k) => Math.abs(rows[k].value - rows[i].value)));
       const all = [...rows.keys()], familiar = all.filter((i) => rows[i].look);
       rows.splice((familiar.length ? familiar : all.slice(1)).reduce((a, b) => (gap(b) < gap(a) ? b : a)), 1);
     }
@@ -136,18 +146,20 @@ export class Estimate {
     if (!width || !height) return;
     const fan = this.narrowing.estimates.length > 0;
     const bottom = fan ? BELOW : PAD;
-    const y = (shore) => height - bottom - (Math.min(100, Math.max(0, shore)) / 100) * (height - bottom - PAD);
+    const values = [...this.landmarks.map((entry) => entry[1]), ...(this.estimate ? [this.estimate.low, this.estimate.high] : [])];
+    const scale = scaleOf(this.quantity, values);
+    const y = (value) => height - bottom - Math.min(1, Math.max(0, scale.place(value))) * (height - bottom - PAD);
     const axis = fan ? Math.max(120, width - NAMES - 23) : 44;
     const start = fan ? 0 : axis - 44;
     this.svg.replaceChildren();
-    draw(this.svg, "rect", { x: axis - 4, y: y(100), width: 8, height: y(0) - y(100), rx: 4, fill: "var(--line)" });
-    for (let s = 0; s <= 100; s += 20) {
+    draw(this.svg, "rect", { x: axis - 4, y: y(scale.high), width: 8, height: y(scale.low) - y(scale.high), rx: 4, fill: "var(--line)" });
+    for (const s of scale.ticks) {
       draw(this.svg, "text", { x: start + 30, y: y(s) + 5, "text-anchor": "end", class: "soft" }, String(s));
       if (!fan) draw(this.svg, "line", { x1: axis - 10, x2: axis - 4, y1: y(s), y2: y(s), stroke: "var(--soft)" });
     }
-    if (fan) this.narrowing.paint(this.svg, start + 42, axis - 22, y);
-    for (const { name, shore, look, at } of this.places(y, 17, height)) {
-      draw(this.svg, "path", { d: `M${axis + 5} ${y(shore)}L${axis + 11} ${y(shore)}L${axis + 19} ${at}`, fill: "none", stroke: "var(--soft)" });
+    if (fan) this.narrowing.paint(this.svg, start + 42, axis - 22, y, scale);
+    for (const { name, value, look, at } of this.places(y, 17, height)) {
+      draw(this.svg, "path", { d: `M${axis + 5} ${y(value)}L${axis + 11} ${y(value)}L${axis + 19} ${at}`, fill: "none", stroke: "var(--soft)" });
       const label = draw(this.svg, "text", { x: axis + 23, y: at + 5, class: look }, name);
       if (label.getComputedTextLength() > width - axis - 23) {
         label.setAttribute("textLength", width - axis - 23);

@@ -52,9 +52,9 @@ export class Narrowing {
     return this.estimates.filter((a) => 1000 * a.elapsed <= until + 0.05).at(-1) ?? null;
   }
 
-  paint(svg, left, right, y) {
+  paint(svg, left, right, y, scale) {
     const x = (ms) => left + (ms / LONGEST) * (right - left);
-    for (let s = 0; s <= 100; s += 20) {
+    for (const s of scale.ticks) {
       draw(svg, "line", { x1: left, x2: right, y1: y(s), y2: y(s), stroke: "var(--line)" });
     }
     const narrow = x(5) - x(0) < 50;
@@ -62,7 +62,7 @@ export class Narrowing {
       if (narrow && ms === LONGEST - 5) continue;  // its number and the last one would touch
       const anchor = ms === LONGEST ? "end" : "middle";
       const word = ms === LONGEST ? `${ms} ms` : String(ms);
-      draw(svg, "text", { x: x(ms) + (ms === LONGEST ? 8 : 0), y: y(0) + 20, "text-anchor": anchor, class: "soft" }, word);
+      draw(svg, "text", { x: x(ms) + (ms === LONGEST ? 8 : 0), y: y(scale.low) + 20, "text-anchor": anchor, class: "soft" }, word);
     }
     const until = this.until();
     const estimates = this.estimates.filter((a) => 1000 * a.elapsed <= until + 0.05);
@@ -78,12 +78,12 @@ export class Narrowing {
     const { second } = this;
     if (second !== null && second >= 0 && second <= Math.min(LONGEST, until)) {
       const at = x(second);
-      draw(svg, "rect", { x: at, y: y(100), width: right - at, height: y(0) - y(100), class: "after" });
-      draw(svg, "line", { x1: at, x2: at, y1: y(100), y2: y(0), stroke: "var(--ink)", "stroke-width": 2 });
+      draw(svg, "rect", { x: at, y: y(scale.high), width: right - at, height: y(scale.low) - y(scale.high), class: "after" });
+      draw(svg, "line", { x1: at, x2: at, y1: y(scale.high), y2: y(scale.low), stroke: "var(--ink)", "stroke-width": 2 });
       const early = second < LONGEST / 2;
       const label = `2nd: ${number(second, 1)} ms`;
       const fits = early || at - x(0) > 8 * label.length;
-      draw(svg, "text", { x: at + (early ? 7 : -7), y: y(100) + 14, "text-anchor": early ? "start" : "end" }, fits ? label : "2nd");
+      draw(svg, "text", { x: at + (early ? 7 : -7), y: y(scale.high) + 14, "text-anchor": early ? "start" : "end" }, fits ? label : "2nd");
     }
   }
 }

@@ -2,6 +2,7 @@
 
 import { FINGERS, byId, make, number } from "./dom.js";
 import { inForce, later } from "./events.js";
+import { figure, quantityOf } from "./quantity.js";
 
 const SHOWN = 12;
 const SHORT = ["Index", "Thumb", "Sensor"];
@@ -27,8 +28,9 @@ function row({ pinch, name, lost }) {
     cell(tr, "", "–");
     cell(tr, "wide", "–");
   } else {
-    const { value, low, high } = estimate;
-    cell(tr, "", make("b", "", number(value)), make("small", "", high > low ? `${number(low)}–${number(high)}` : ""));
+    const { value, low, high } = estimate, quantity = quantityOf(estimate);
+    const say = (part) => figure(part, quantity);
+    cell(tr, "", make("b", "", say(value)), make("small", "", high > low ? `${say(low)}–${say(high)}` : ""));
     cell(tr, "wide", pinch.real_time ? number(1000 * estimate.available, 1) : "–");
   }
   cell(tr, "wide", pinch.offset === null ? "–" : number(1000 * pinch.offset, 1));
@@ -41,7 +43,7 @@ function row({ pinch, name, lost }) {
 function outcome(pinch, estimate) {
   const late = later(pinch);
   const before = pinch.verdict === "in_time" ? "later " : "";
-  const detail = late ? [make("small", "later", `${before}${number(late.value)} after ${number(1000 * late.available, 1)} ms`)] : [];
+  const detail = late ? [make("small", "later", `${before}${figure(late.value, quantityOf(late))} after ${number(1000 * late.available, 1)} ms`)] : [];
   if (pinch.verdict === "none") return ["left refused", `no estimate: ${pinch.reason || "no model"}`];
   if (pinch.verdict === "too_late") return ["left late", "✕ too late", ...detail];
   if (estimate.out_of_range) return ["left strange", pinch.verdict ? "✓ but out of range" : "! out of range", ...detail];

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Import and study all available real sets and write one page; `make real` runs this.
 #     sh examples/real.sh DATA OUT BIN
-# DATA is a folder that contains impact_hardness, piezo_strikes or biotac_hold, or one of these.
+# DATA is a folder that contains impact_hardness, piezo_strikes, biotac_hold or spring_drops, or one
+# of these.
 set -eu
 data=$1 out=$2/real bin=$3
 here=$(dirname "$0")
@@ -50,8 +51,18 @@ for place in "$data" "$data/biotac_hold/data"; do
     break
 done
 
+for place in "$data" "$data/spring_drops"; do
+    [ -f "$place/drops.npz" ] || continue
+    begin spring_drops
+    "$bin/python" "$here/spring_drops.py" "$place" "$set/tables/drops.npz"
+    "$bin/firstcontact" import "$set/tables/drops.npz" --out "$set/recordings"
+    printf 'session,front_end\n*,accelerometer of an impactor\n' > "$set/front_ends.csv"
+    "$bin/firstcontact" study --recordings "$set/recordings" --parts stiffness --out "$set"
+    break
+done
+
 [ -n "$found" ] || {
-    echo "make real: FIRSTCONTACT_DATA=$data holds no real set (no labels.csv, hits.csv or *_HOLD.mat): get one as docs/how-to/real-impacts.md describes, and name its folder with make real FIRSTCONTACT_DATA=FOLDER"
+    echo "make real: FIRSTCONTACT_DATA=$data holds no real set (no labels.csv, hits.csv, drops.npz or *_HOLD.mat): get one as docs/how-to/real-impacts.md describes, and name its folder with make real FIRSTCONTACT_DATA=FOLDER"
     exit 2
 } >&2
 

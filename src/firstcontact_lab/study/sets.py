@@ -14,18 +14,20 @@ from numpy.typing import NDArray
 from firstcontact.contact import DETECTORS, Detector, make_detector
 from firstcontact.contact.closing_start import cut_closings
 from firstcontact.contact.contacts import judge_windows
+from firstcontact.contact.detector_file import pretrained_detector
 from firstcontact.core import Block, Contact, Dataset, InputError, Layout, Record
+from firstcontact.core.quantity import SHORE_A
 from firstcontact.core.text import percent
-from firstcontact.jobs import Serial
-from firstcontact.models import ESTIMATORS, Task
+from firstcontact.jobs import Runner, Serial
+from firstcontact.models import ESTIMATORS, Task, Touches
 from firstcontact.models.alignment import detect_alignment, found_as_live
 from firstcontact.models.training import DURATION, fit_model, labelled_windows
 from firstcontact.recording import load_dataset, read_recording
 from firstcontact.recording.dataset import find_recordings
 from firstcontact.recording.table import read_rows
 from firstcontact.signal import resample_dataset
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.page import Page, Section, State
+from firstcontact_lab.report.findings import Figure, PartResult, missing
+from firstcontact_lab.report.page import Column, Page, Section, State
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.run import RESULTS, Job, run_steps
 from firstcontact_lab.report.tables import (
@@ -50,6 +52,8 @@ from firstcontact_lab.study.part import Part, Subjects
 from firstcontact_lab.study.parts.contacts import CONTACT
 from firstcontact_lab.study.parts.hardness import HARDNESS
 from firstcontact_lab.study.parts.short_windows import REAL, SHOWN_MS
+from firstcontact_lab.study.parts.stiffness import STIFFNESS, score_by_time, time_figure
+from firstcontact_lab.study.parts.stiffness import TABLES as STIFFNESS_TABLES
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -298,13 +302,22 @@ def run_sets(
                 "simulate both in the same way"
             )
     scorer = cache(lambda: noise_scorer(twin))
+    measured = {each.name: s for each in sets if each.study and (s := each.study[STIFFNESS])}
 
     def score_noise(name: str, dataset: Dataset) -> PartResult:
         return PartResult([NOISE(scorer()(dataset))])
 
     def score_recorded(recorded: RealSet) -> PartResult:
         results, left_out = score_set(recorded, twin)
-        return PartResult([SET(results)], left_out=left_out)
+        entries = [SET(results), *map(STIFFNESS, filter(None, [measured.get(recorded.name)]))]
+        return PartResult(entries, left_out=left_out)
+
+    def score_twin(runner: Runner) -> PartResult:
+        contacts = detect_alignment(twin, pretrained_detector()).contacts
+        found, reason = score_by_time(
+            twin, SHORE_A, contacts, YARDSTICKS, Touches.SCORED_MS, 0, runner, with_levels=False
+        )
+        return missing(f"Twin: {reason}") if found is None else PartResult([STIFFNESS(found)])
 
     jobs = [Job(each.name, "set", "set", partial(score_recorded, each)) for each in sets]
     jobs += [
@@ -316,7 +329,12 @@ def run_sets(
         parts={"noise": NOISE_PART},
         page=sets_page,
     )
-    run_steps(out, state, 1, lambda runner: jobs)
+
+    def all_jobs(runner: Runner) -> list[Job]:
+        beside = Job(TWIN_CURVE, "set", "time", partial(score_twin, runner))
+        return [*jobs, beside] if measured else jobs
+
+    run_steps(out, state, 1, all_jobs)
     return {findings.name: findings.results for findings in state.findings}
 
 
@@ -453,15 +471,45 @@ _SETS = (
 )
 
 
+#: Subject with the time curve of the twin, and the estimators that are compared over time.
+TWIN_CURVE, YARDSTICKS = "twin", ("svm", "peak", "train_mean")
+_STIFFNESS = (
+    "Contacts with a known stiffness in N/mm, beside simulated pinches of known Shore A. Each "
+    "session of either was held out in turn."
+)
+
+
+def stiffness_curves(subjects: Subjects) -> Figure | None:
+    """Return the errors over time of sets with a stiffness, and those of the twin beside them."""
+    found = {name: s for name, results in subjects.items() if (s := results[STIFFNESS])}
+    return time_figure(found, YARDSTICKS) if set(found) - {TWIN_CURVE} else None
+
+
+def _stiffness_sections(subjects: Subjects) -> list[Section]:
+    curves = stiffness_curves(subjects)
+    if curves is None:
+        return []
+    columns = [
+        Column(name, [t for make in STIFFNESS_TABLES if (t := make(results))], [])
+        for name, results in subjects.items()
+        if results[STIFFNESS] and name != TWIN_CURVE
+    ]
+    return [Section("stiffness", "Known stiffness", _STIFFNESS, [curves], details=columns)]
+
+
 def sets_page(state: State) -> Page:
-    table = overview({findings.name: findings.results for findings in state.findings})
+    subjects = {findings.name: findings.results for findings in state.findings}
+    table = overview(subjects)
     return Page(
         title="First contact: real sets",
         heading="First contact: real sets",
         intro="Recordings by others, with other sensors. A number is missing where a set does not "
         "permit it.",
         badges=["Real recordings", state.started, state.elapsed],
-        sections=[Section("sets", "The sets", _SETS, table=table)] if table.lines else [],
+        sections=[
+            *([Section("sets", "The sets", _SETS, table=table)] if table.lines else []),
+            *_stiffness_sections(subjects),
+        ],
         how=[("Time", [state.elapsed])],
         several=True,
     )

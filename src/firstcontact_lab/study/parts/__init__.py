@@ -21,6 +21,7 @@ PARTS: Registry[Part] = Registry(
         "waveforms": f"{_HERE}.waveforms:PART",
         "blocks": f"{_HERE}.blocks:PART",
         "objects": f"{_HERE}.objects:PART",
+        "stiffness": f"{_HERE}.stiffness:PART",
         "hardness": f"{_HERE}.hardness:PART",
         "short_windows": f"{_HERE}.short_windows:PART",
         "answer_time": f"{_HERE}.answer_time:PART",

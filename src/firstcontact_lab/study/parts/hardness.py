@@ -19,7 +19,7 @@ from firstcontact.models.scores import (
     classification_scores,
     regression_scores,
 )
-from firstcontact.models.splits import leave_one_out
+from firstcontact.models.splits import by_session, leave_one_out
 from firstcontact.models.training import DURATION, LabelledWindows, Question, held_out
 from firstcontact.models.values import Values
 from firstcontact.plots.style import figure_label
@@ -64,6 +64,7 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
     spectral_centroid: RankCorrelation
     by_material: dict[str, Material]
     leave_one_material_out: MaterialLeftOut | None = None
+    by_session: dict[str, ClassificationScores] | None = None
     random_folds: dict[str, ClassificationScores] | None = None
 
     @property
@@ -85,8 +86,8 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
 SCORE = "spectral centroid of the first 15 ms after contact, Hz"
 
 
-#: A whole material left out, and random folds with every material on both sides.
-HELD, MIXED = "leave_one_material_out", "random_folds"
+#: A whole material left out, whole sessions, and random folds with every material on both sides.
+HELD, SESSION, MIXED = "leave_one_material_out", "by_session", "random_folds"
 
 
 def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> Values:
@@ -147,6 +148,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         spectral_centroid=correlation(lambda material: material.centroid_hz),
         by_material=by_material,
         leave_one_material_out=left_out_material if regression or left_out_classes else None,
+        by_session=classes(SESSION) or None,
         random_folds=mixed or None,
     )
     return PartResult([HARDNESS(order_found)], [hardness_figure(data, centroid)], left_out)
@@ -181,6 +183,16 @@ def _questions(
             out[HELD, model] = Question(
                 model, Task.CLASSIFICATION, data, left_out_material, settings.options(model)
             )
+    if data.has_sessions:
+        sessions = by_session(data.sessions, data.y, settings.seed, settings.folds)
+        if len(never_learned(sessions, data.y)):
+            left_out.append("Hardness class by session: a rank is in sessions of one fold only.")
+        else:
+            for model in _classifiers():
+                options = settings.options(model)
+                out[SESSION, model] = Question(model, Task.CLASSIFICATION, data, sessions, options)
+    else:
+        left_out.append("Hardness class by session: the windows have no two named sessions.")
     if np.unique(data.y, return_counts=True)[1].min() < 2:
         left_out.append("Hardness class in random folds: a rank has a single pinch.")
     else:
@@ -297,6 +309,10 @@ def class_table(results: SubjectResults) -> Table | None:
         (Cell(names.estimator(name).title, "material left out"), scores, names.is_baseline(name))
         for name, scores in order.classes_left_out().items()
     ]
+    entries += [
+        (Cell(names.estimator(name).title, "session left out"), scores, names.is_baseline(name))
+        for name, scores in (order.by_session or {}).items()
+    ]
     random = "random folds: the same materials on both sides, so it says little"
     entries += [
         (Cell(names.estimator(name).title, random), scores, True)
@@ -333,8 +349,12 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         def mixed(h: HardnessOrder, name: str = name) -> Value:
             return bounded((h.random_folds or {}).get(name), "accuracy")
 
+        def session(h: HardnessOrder, name: str = name) -> Value:
+            return bounded((h.by_session or {}).get(name), "accuracy")
+
         rows += [
             Row(f"{title}, material left out: accuracy", order(left_out), "share"),
+            Row(f"{title}, by session: accuracy", order(session), "share"),
             Row(f"{title}, random folds: accuracy", order(mixed), "share"),
         ]
     constant = order(lambda h: next((s.best_constant for s in h.classes_left_out().values()), None))

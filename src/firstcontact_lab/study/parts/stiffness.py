@@ -18,7 +18,7 @@ from firstcontact.models.interval import held_out_coverage
 from firstcontact.models.scores import RegressionScores, regression_scores
 from firstcontact.models.splits import Group, Split, leave_one_out
 from firstcontact.models.training import LabelledWindows, Question, held_out, labelled_windows
-from firstcontact.models.window_model import Values
+from firstcontact.models.values import Values
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults

@@ -9,6 +9,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
 from firstcontact.core.physics import parse_radius, radius_text
+from firstcontact.core.quantity import SHORE_A
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
 from firstcontact.recording import Marker
@@ -180,6 +181,7 @@ class Requests:
         self.refuses = False
         self.asks: tuple[Ask, ...] = ()
         self.gone: list[str] = []
+        self.quantity = SHORE_A
 
     def start_recording(self) -> Path:
         self.calls.append("record")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from firstcontact.core.pinch import Contact
-from firstcontact.core.quantity import QUANTITIES, SHORE_A, modulus_of_shore_a
+from firstcontact.core.quantity import MODULUS, QUANTITIES, SHORE_A, modulus_of_shore_a
 
 
 class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
@@ -93,8 +93,10 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
 
     @property
     def words(self) -> str:
-        """Value and interval with their unit, such as "29.0 Shore A (25 to 33)"."""
-        return QUANTITIES[self.quantity].words(self.value, self.low, self.high)
+        """Value and interval with their unit: "29.0 Shore A (25 to 33), 1.1 MPa"."""
+        words = QUANTITIES[self.quantity].words(self.value, self.low, self.high)
+        modulus = self.modulus_mpa
+        return words if modulus is None else f"{words}, {MODULUS.words(modulus)}"
 
     @property
     def known_sample(self) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TextIO
 
 from firstcontact.core import Estimate, finger_name
-from firstcontact.core.quantity import MODULUS, SHORE_A
+from firstcontact.core.quantity import SHORE_A
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.source import LinkNews
 from firstcontact.device.twin_words import held_object, lost_object
@@ -121,10 +121,9 @@ def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
 def estimate_words(estimate: Estimate, *, timed: bool) -> str:
     """Return an estimate in words; if ``timed``, with the time at which it was available."""
     e = estimate
-    modulus = "" if e.modulus_mpa is None else f", modulus {MODULUS.words(e.modulus_mpa)}"
     at = f" at {1e3 * e.available:.1f} ms" if timed else ""
     flag = ", out of range" if e.out_of_range else ""
-    return f"{e.words} from {1e3 * e.elapsed:.0f} ms{at}{modulus}{flag}"
+    return f"{e.words} from {1e3 * e.elapsed:.0f} ms{at}{flag}"
 
 
 def hand_line(event: HandPinch) -> str:

@@ -23,8 +23,8 @@ from firstcontact.models.training import LabelledTouches
 from firstcontact.twin import (
     CONDITIONS,
 )
-from firstcontact_lab.study._rig_sets import Sizes, Use, rig_set
-from firstcontact_lab.study._structures import MOTORS, draw_blocks, draw_objects, draw_structured
+from firstcontact_lab.study.rig_sets import Sizes, Use, rig_set
+from firstcontact_lab.study.structures import MOTORS, draw_blocks, draw_objects, draw_structured
 
 Pinches = tuple[Touches, NDArray[np.float64]]
 COUNTS = (4, 6, 8, 10, 15, 20)

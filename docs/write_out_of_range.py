@@ -168,8 +168,8 @@ def count_out_of_range(model: RigModel, touches: Touches) -> NDArray[np.float64]
 
 def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
     """Return random rigs, each conditioned on its block pinches, with contacts to judge."""
-    from firstcontact_lab.pretraining._batches import cut
-    from firstcontact_lab.pretraining._examples import MARGIN, placing, rig_examples, volts
+    from firstcontact_lab.pretraining.batches import cut
+    from firstcontact_lab.pretraining.examples import MARGIN, placing, rig_examples, volts
 
     made = []
     for number in range(rigs):

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core.physics import holding_force
 from firstcontact.twin.household import HOUSEHOLD
-from firstcontact_lab.grasping._judgement import less
-from firstcontact_lab.grasping._table import Outcomes
-from firstcontact_lab.grasping._tuning import SCALES, find_scale, front, resampled
+from firstcontact_lab.grasping.judgement import less
+from firstcontact_lab.grasping.table import Outcomes
+from firstcontact_lab.grasping.tuning import SCALES, find_scale, front, resampled
 
 Values = NDArray[np.float64]
 Draws = tuple[Outcomes, Outcomes]

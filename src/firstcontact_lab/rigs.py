@@ -178,7 +178,7 @@ def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
         pinch=dict.fromkeys(rig.pinch, 0.0),
     )
     block = RandomObject(60.0, _block(60.0, 0.07, 0.035, 1100.0, 0.12))
-    volts, _ = _touch_volts(quiet, draw_day(rng), block, rng, 0.005, 0.015)
+    volts, _ = touch_volts(quiet, draw_day(rng), block, rng, 0.005, 0.015)
     return replace(rig, finger=rig.finger._replace(gain=_between(rng, *PEAK) / np.ptp(volts)))
 
 
@@ -231,11 +231,11 @@ def touch(
     rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.int16], float]:
     """Return the signal of a contact in 1/32 counts, and the closing speed, m/s."""
-    volts, speed = _touch_volts(rig, day, target, rng, lead, tail)
+    volts, speed = touch_volts(rig, day, target, rng, lead, tail)
     return piezo_samples(volts), speed
 
 
-def _touch_volts(
+def touch_volts(
     rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.float64], float]:
     def factor(name: str) -> float:

@@ -8,10 +8,10 @@ import write_tables as numbers
 from pages import ROOT
 
 from firstcontact.grasp import POLICIES
-from firstcontact_lab.grasping._judgement import baseline, candidate
-from firstcontact_lab.grasping._tuning import Front
+from firstcontact_lab.grasping.judgement import baseline, candidate
 from firstcontact_lab.grasping.page import HOUSEHOLD
 from firstcontact_lab.grasping.results import FIRMEST, USED, Household
+from firstcontact_lab.grasping.tuning import Front
 from firstcontact_lab.report.findings import STUDY
 from firstcontact_lab.study.page import read_study
 

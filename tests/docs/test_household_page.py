@@ -6,7 +6,7 @@ import write_household as script
 from pages import ROOT
 
 from firstcontact.twin.household import ESTIMATE, HOLD, HOUSEHOLD, LIGHT, LOOSE_HOLD, SCATTER
-from firstcontact_lab.grasping._judgement import FRICTIONS, LIMITS, MASSES
+from firstcontact_lab.grasping.judgement import FRICTIONS, LIMITS, MASSES
 
 
 def test_every_number_has_a_listed_source() -> None:

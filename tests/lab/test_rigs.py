@@ -98,7 +98,7 @@ def test_halved_steps_change_the_waveform_of_extreme_rigs_little(
                                mains=0.0, hum=0.0, electronics=0.0), jitter=0.0,
         )  # fmt: skip
         drawn = rng(100 + number)
-        waveforms.append(rigs._touch_volts(quiet, draw_day(drawn), target, drawn, BEFORE, AFTER)[0])
+        waveforms.append(rigs.touch_volts(quiet, draw_day(drawn), target, drawn, BEFORE, AFTER)[0])
     coarse, fine = (volts[BURN_IN:] for volts in waveforms)
     assert np.isfinite(fine).all()
     assert np.abs(coarse - fine).max() < 0.01 * np.abs(fine).max()

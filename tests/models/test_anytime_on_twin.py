@@ -22,7 +22,7 @@ from firstcontact.models.rig.rigs import Rig
 from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
 from firstcontact.twin import CONDITIONS
-from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
+from firstcontact_lab.study.rig_sets import RigSet, Sizes, Use, rig_set
 from ringing import LONGEST, SHORTEST
 
 SIZES = Sizes(blocks=12, held_out=6, objects=6, other_blocks=1, kinds=1)

@@ -12,7 +12,7 @@ import numpy as np
 from firstcontact.core.display import GREY, INK
 from firstcontact.grasp import POLICIES
 from firstcontact.grasp.policy import PolicyRole, Task
-from firstcontact_lab.grasping._judgement import baseline, candidate
+from firstcontact_lab.grasping.judgement import baseline, candidate
 from firstcontact_lab.grasping.results import (
     CEILING,
     FIRMEST,

@@ -15,8 +15,8 @@ from firstcontact.grasp.household_policies import APPROACH, BOOST
 from firstcontact.jobs import Runner
 from firstcontact.twin.household import HOUSEHOLD as OBJECTS
 from firstcontact.twin.household import household_named
-from firstcontact_lab.grasping._hands import OwnHands, own_hand
-from firstcontact_lab.grasping._judgement import (
+from firstcontact_lab.grasping.hands import OwnHands, own_hand
+from firstcontact_lab.grasping.judgement import (
     FULL,
     Judged,
     Judgement,
@@ -33,9 +33,6 @@ from firstcontact_lab.grasping._judgement import (
     resample_weights,
     sensitivity,
 )
-from firstcontact_lab.grasping._picks import FullJob, FullRow, Pick, full_closing
-from firstcontact_lab.grasping._table import Branches, Branching, ClosingTable, Values, branches
-from firstcontact_lab.grasping._tuning import DAMAGE, FAMILIES, TUNED, Front, family, folds
 from firstcontact_lab.grasping.page import (
     GRASP_PARTS,
     HOUSEHOLD,
@@ -43,6 +40,7 @@ from firstcontact_lab.grasping.page import (
     fronts_picture,
     grasp_page,
 )
+from firstcontact_lab.grasping.picks import FullJob, FullRow, Pick, full_closing
 from firstcontact_lab.grasping.results import (
     CEILING,
     FIRMEST,
@@ -58,6 +56,8 @@ from firstcontact_lab.grasping.results import (
     ReflexSuccess,
     TunedOn,
 )
+from firstcontact_lab.grasping.table import Branches, Branching, ClosingTable, Values, branches
+from firstcontact_lab.grasping.tuning import DAMAGE, FAMILIES, TUNED, Front, family, folds
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.page import State
 from firstcontact_lab.report.run import Job, run_steps

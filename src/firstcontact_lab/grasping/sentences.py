@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firstcontact.core.text import percent as any_percent
 from firstcontact.grasp import POLICIES
-from firstcontact_lab.grasping._judgement import baseline, candidate
+from firstcontact_lab.grasping.judgement import baseline, candidate
 from firstcontact_lab.grasping.results import CEILING, Between, Household
 
 REFERENCES = {

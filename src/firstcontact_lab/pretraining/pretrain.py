@@ -18,7 +18,7 @@ from firstcontact.models.card import TrainingRecord
 from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import samples_in
-from firstcontact_lab.pretraining._calibration import (
+from firstcontact_lab.pretraining.calibration import (
     LEVEL,
     PINCHES,
     calibrated,
@@ -26,9 +26,9 @@ from firstcontact_lab.pretraining._calibration import (
     object_errors,
     same_object,
 )
-from firstcontact_lab.pretraining._compact_training import STEPS, compacted
-from firstcontact_lab.pretraining._examples import DRAWN, Examples, example_set
-from firstcontact_lab.pretraining._training import Training
+from firstcontact_lab.pretraining.compact_training import STEPS, compacted
+from firstcontact_lab.pretraining.examples import DRAWN, Examples, example_set
+from firstcontact_lab.pretraining.training import Training
 from firstcontact_lab.rigs import FAMILIES
 
 #: First rig numbers for training, calibration, judgement and held-out families.

@@ -10,9 +10,9 @@ import pytest
 
 from firstcontact.core import Block, Contact, Estimate, Finger
 from firstcontact.streaming import ContactEvent, ContactWithdrawn, Event, Pipeline
-from firstcontact_lab.grasping._hands import OwnHand, SlipWatch, own_hand
-from firstcontact_lab.grasping._picks import FullJob, Pick, approached, full_closing
-from firstcontact_lab.grasping._table import Branching, branches
+from firstcontact_lab.grasping.hands import OwnHand, SlipWatch, own_hand
+from firstcontact_lab.grasping.picks import FullJob, Pick, approached, full_closing
+from firstcontact_lab.grasping.table import Branching, branches
 
 HOW = Branching((0.10,), (1.0, 3.0), (2.0,))
 HAND = 4711
@@ -80,7 +80,7 @@ def test_estimates_of_a_withdrawn_contact_are_left_out(
                 yield from events
             yield from super().update(block, host)
 
-    monkeypatch.setattr("firstcontact_lab.grasping._picks.Pipeline", Clicking)
+    monkeypatch.setattr("firstcontact_lab.grasping.picks.Pipeline", Clicking)
     begun = approached(Pick("apple", HAND, 1), 0.10, hands_by_pick[HAND, 0.10])
     assert begun.offset is not None
     assert begun.heard == pytest.approx(begun.offset, abs=0.01)

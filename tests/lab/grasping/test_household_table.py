@@ -12,7 +12,7 @@ from toys import HOW, THINGS, branch, table
 
 from firstcontact.grasp import POLICIES
 from firstcontact.twin.household import HOUSEHOLD
-from firstcontact_lab.grasping._judgement import (
+from firstcontact_lab.grasping.judgement import (
     Tables,
     baseline,
     candidate,
@@ -25,8 +25,8 @@ from firstcontact_lab.grasping._judgement import (
     permuted,
     resample_weights,
 )
-from firstcontact_lab.grasping._table import ClosingTable, Reflexed
-from firstcontact_lab.grasping._tuning import FAMILIES, family, folds, policy_settings, resampled
+from firstcontact_lab.grasping.table import ClosingTable, Reflexed
+from firstcontact_lab.grasping.tuning import FAMILIES, family, folds, policy_settings, resampled
 
 TABLES = Tables(table((1, 2)), table((11, 12, 13)), 4, 64, True, 3)
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from firstcontact.core.physics import GRAVITY
 from firstcontact.testing import make_estimate
-from firstcontact_lab.grasping._picks import Pick
-from firstcontact_lab.grasping._table import DETECTION, LIFTS, Branches, Branching, ClosingTable
+from firstcontact_lab.grasping.picks import Pick
+from firstcontact_lab.grasping.table import DETECTION, LIFTS, Branches, Branching, ClosingTable
 
 HOW = Branching((0.10,), (1.0, 2.0, 4.0, 8.0), (2.0,))
 #: Kind, force that just holds it, N, and force that damages it, N.

@@ -17,9 +17,9 @@ from firstcontact.models.model_file import pretrained_folder, read_card
 from firstcontact.models.predictions import SHARED
 from firstcontact.models.rig.context_network import ContextNetwork
 from firstcontact.models.rig.rigs import Rig
-from firstcontact_lab.pretraining import _examples
-from firstcontact_lab.pretraining._batches import draw_batch, token_rows
-from firstcontact_lab.pretraining._calibration import (
+from firstcontact_lab.pretraining import examples as example_files
+from firstcontact_lab.pretraining.batches import draw_batch, token_rows
+from firstcontact_lab.pretraining.calibration import (
     LEVEL,
     PINCHES,
     answers,
@@ -27,10 +27,10 @@ from firstcontact_lab.pretraining._calibration import (
     finished,
     shared_part,
 )
-from firstcontact_lab.pretraining._examples import Examples, example_set, joined, rig_examples
+from firstcontact_lab.pretraining.examples import Examples, example_set, joined, rig_examples
 
 if TYPE_CHECKING:
-    from firstcontact_lab.pretraining._training import Full, Training
+    from firstcontact_lab.pretraining.training import Full, Training
 
 pytestmark = pytest.mark.skipif(find_spec("torch") is None, reason="PyTorch is not installed")
 SEED = 5
@@ -38,7 +38,7 @@ SEED = 5
 
 def training(*arguments: Any) -> Training:
     """Start a training. Only the process that runs it imports PyTorch."""
-    from firstcontact_lab.pretraining._training import Training
+    from firstcontact_lab.pretraining.training import Training
 
     return Training(*arguments)
 
@@ -47,8 +47,8 @@ def training(*arguments: Any) -> Training:
 def _small_rigs(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pinch few objects and blocks on each rig, except where other processes pinch the rigs."""
     if "whatever_the_workers" not in request.node.name:
-        monkeypatch.setattr(_examples, "THINGS", 8)
-        monkeypatch.setattr(_examples, "CONTEXT", (4, 6))
+        monkeypatch.setattr(example_files, "THINGS", 8)
+        monkeypatch.setattr(example_files, "CONTEXT", (4, 6))
 
 
 @cache
@@ -78,7 +78,7 @@ def test_a_rig_depends_on_its_number_and_the_seed_alone() -> None:
 def test_a_set_is_the_same_whatever_the_workers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_examples, "RIGS_PER_FILE", 1)
+    monkeypatch.setattr(example_files, "RIGS_PER_FILE", 1)
     serial = example_set(tmp_path / "a", 10, 2, SEED, Serial())
     with parallel(2) as runner:
         shared = example_set(tmp_path / "b", 10, 2, SEED, runner)
@@ -144,7 +144,7 @@ def test_a_batch_is_what_the_network_takes(tmp_path: Path) -> None:
 
 def test_intervals_cover_their_share_of_the_calibration_data(tmp_path: Path) -> None:
     examples = few()
-    from firstcontact_lab.pretraining._compact_training import compacted
+    from firstcontact_lab.pretraining.compact_training import compacted
 
     full = training(examples, 2, SEED, tmp_path / "t").run()
     model = finished(compacted(full, examples, SEED, 3), examples, SEED)
@@ -169,21 +169,21 @@ def three_rigs() -> Examples:
 def full() -> Full:
     import torch
 
-    from firstcontact_lab.pretraining._training import Full, TorchNetwork, _scales
+    from firstcontact_lab.pretraining.training import Full, TorchNetwork, input_scales
 
     torch.manual_seed(0)
-    return Full(TorchNetwork(), _scales(three_rigs(), 0))
+    return Full(TorchNetwork(), input_scales(three_rigs(), 0))
 
 
 def compacted(steps: int = 0, directions: dict[str, int] | None = None) -> ContextNetwork:
-    from firstcontact_lab.pretraining import _compact_training
+    from firstcontact_lab.pretraining import compact_training
 
-    directions = directions or dict(_compact_training.DIRECTIONS)
-    return _compact_training.compacted(full(), three_rigs(), 1, steps, directions)
+    directions = directions or dict(compact_training.DIRECTIONS)
+    return compact_training.compacted(full(), three_rigs(), 1, steps, directions)
 
 
 def test_sums_of_integers_fit_in_32_bits() -> None:
-    from firstcontact_lab.pretraining._compact_training import integers
+    from firstcontact_lab.pretraining.compact_training import integers
 
     rng = np.random.default_rng(0)
     weight = rng.standard_normal((20, 300)) * rng.choice([1e-6, 1.0, 1e6], (20, 1))
@@ -196,7 +196,7 @@ def test_sums_of_integers_fit_in_32_bits() -> None:
 def test_with_all_directions_the_chain_predicts_as_the_full_network() -> None:
     import torch
 
-    from firstcontact_lab.pretraining._training import CENTRE, UNIT
+    from firstcontact_lab.pretraining.training import CENTRE, UNIT
 
     network = compacted(directions=ALL)
     model = finished(network, three_rigs(), 0)

@@ -16,7 +16,12 @@ from firstcontact.twin import BLOCKS
 from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.study.part import StudySettings
-from firstcontact_lab.study.parts.anytime import ANYTIME, AnytimeResults, _before_second, anytime
+from firstcontact_lab.study.parts.anytime import (
+    ANYTIME,
+    AnytimeResults,
+    anytime,
+    known_before_second,
+)
 
 BRIEF = StudySettings().quick()
 RATE = 4936.0
@@ -59,7 +64,7 @@ def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(
             low <= entry.rmse[ms] <= high
             for ms, (low, high) in entry.intervals.get("rmse", {}).items()
         )
-    share = _before_second(subject(blocks + objects), BRIEF.early)
+    share = known_before_second(subject(blocks + objects), BRIEF.early)
     assert (scores.before_second, scores.with_second) == share
 
 
@@ -78,7 +83,7 @@ def test_an_answer_waits_for_the_decision_and_for_its_samples(blocks, objects) -
     offsets = np.array([p.offset for p in pinches if p.offset is not None])
     shortest = Touches.lengths(RATE)[0]
     for decided, wait in ((0, (shortest - 1) / RATE), (40, 40 / RATE)):
-        share, of = _before_second(subject(pinches, 0, decided), BRIEF.early)
+        share, of = known_before_second(subject(pinches, 0, decided), BRIEF.early)
         assert (share, of) == (np.mean(offsets > wait), len(offsets))
 
 

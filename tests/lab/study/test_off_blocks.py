@@ -13,9 +13,8 @@ from firstcontact.jobs import Serial
 from firstcontact.models.registry import window_estimators
 from firstcontact.models.training import LabelledWindows
 from firstcontact.twin import CONDITIONS
-from firstcontact_lab.study._comparison import MASKED, NETWORK, Competitor, Query, answer
-from firstcontact_lab.study._off_blocks import Answered, off_blocks
-from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
+from firstcontact_lab.study.comparison import MASKED, NETWORK, Competitor, Query, answer
+from firstcontact_lab.study.off_blocks import Answered, off_blocks
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts import generalise as part
 from firstcontact_lab.study.parts.generalise import (
@@ -23,6 +22,7 @@ from firstcontact_lab.study.parts.generalise import (
     objects_off_blocks,
     others_off_blocks,
 )
+from firstcontact_lab.study.rig_sets import RigSet, Sizes, Use, rig_set
 
 SIZES = Sizes(blocks=4, held_out=2, objects=3, other_blocks=2, kinds=4)
 

@@ -9,7 +9,6 @@ from firstcontact.core import Dataset
 from firstcontact.jobs import Serial
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.results import NOTHING
-from firstcontact_lab.study._random_rigs import BLOCK, EVERYDAY, FREE_SPEED, OWN, RANDOM, judged_rig
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.random_rigs import (
     CLOSING_SPEEDS,
@@ -25,6 +24,7 @@ from firstcontact_lab.study.parts.random_rigs import (
     measure,
 )
 from firstcontact_lab.study.parts.random_rigs import measure_speed as measure_speeds
+from firstcontact_lab.study.random_rigs import BLOCK, EVERYDAY, FREE_SPEED, OWN, RANDOM, judged_rig
 
 
 @pytest.mark.parametrize("name", ["gearbox", "compressive", "several"])

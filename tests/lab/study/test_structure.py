@@ -9,7 +9,17 @@ from firstcontact.contact import ThresholdDetector
 from firstcontact.core import Label
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact_lab.report.results import NOTHING
-from firstcontact_lab.study._structures import (
+from firstcontact_lab.study.parts.structure import (
+    PART,
+    STRUCTURE,
+    Counts,
+    Structures,
+    count_alarms,
+    score_rigs,
+    structure_table,
+    unknown_table,
+)
+from firstcontact_lab.study.structures import (
     FREE,
     LEAD,
     REST,
@@ -18,16 +28,6 @@ from firstcontact_lab.study._structures import (
     draw_empty,
     draw_objects,
     draw_structured,
-)
-from firstcontact_lab.study.parts.structure import (
-    PART,
-    STRUCTURE,
-    Structures,
-    _alarms,
-    _Counts,
-    _scores,
-    structure_table,
-    unknown_table,
 )
 
 
@@ -61,20 +61,20 @@ def test_closing_is_quiet_until_the_contact_and_loud_after_it(rig: StructuredRig
 def test_alarms_count_on_nothing_only(rig: StructuredRig) -> None:
     empty = draw_empty(rig, 1, 1.0)
     assert empty[0].label == Label()
-    deaf, minutes = _alarms(ThresholdDetector(1e5), empty, confirm=True)
-    sharp, same = _alarms(ThresholdDetector(0.5), empty, confirm=False)
+    deaf, minutes = count_alarms(ThresholdDetector(1e5), empty, confirm=True)
+    sharp, same = count_alarms(ThresholdDetector(0.5), empty, confirm=False)
     assert (deaf, minutes) == (0, same)
     assert sharp > 0
 
 
 def test_scores_are_ratios_over_all_rigs() -> None:
-    one, other = _Counts(), _Counts()
+    one, other = Counts(), Counts()
     one.outcomes |= {"success": 8, "late": 1, "wrong_finger": 1}
     other.outcomes |= {"success": 10}
     one.alarms, one.minutes, other.minutes = 3, 1.0, 1.0
     one.estimates, other.estimates = 6, 10
     one.errors, other.errors = [160.0, 5.0, 40.0, 6.0], [0.0, 7.0, 24.0, 10.0]
-    scores = _scores(np.array([one.row(), other.row()] * 3), 0)
+    scores = score_rigs(np.array([one.row(), other.row()] * 3), 0)
     assert (scores.placed, scores.late, scores.missed, scores.early) == (0.9, 0.05, 0.05, 0.0)
     assert scores.false_alarms_per_minute == 1.5
     assert scores.rmse == pytest.approx(10**0.5)

@@ -22,11 +22,11 @@ pytestmark = pytest.mark.skipif(find_spec("torch") is None, reason="PyTorch is n
 def test_a_small_one_from_nothing_and_the_same_again(
     tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from firstcontact_lab.pretraining import _examples
+    from firstcontact_lab.pretraining import examples
     from firstcontact_lab.pretraining.pretrain import Size
 
-    monkeypatch.setattr(_examples, "THINGS", 6)
-    monkeypatch.setattr(_examples, "CONTEXT", (4, 6))
+    monkeypatch.setattr(examples, "THINGS", 6)
+    monkeypatch.setattr(examples, "CONTEXT", (4, 6))
     few = Size(calibration=10, judgement=2, held_out=1, steps=3)
     monkeypatch.setattr(
         Size, "resized", lambda size, rigs, epochs: replace(few, rigs=rigs, epochs=epochs)

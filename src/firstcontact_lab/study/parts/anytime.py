@@ -129,7 +129,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
             by_estimator[name] = OtherScores(unseen=blocks)
     scores = by_estimator.pop(RIG_ESTIMATOR.name)
     queries = ~learn if len(objects) else learn
-    share, of = _before_second(subject, settings.early)
+    share, of = known_before_second(subject, settings.early)
     results = AnytimeResults(
         **asdict(scores.unseen),
         pinches="objects" if len(objects) else "blocks",
@@ -222,7 +222,7 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
     )  # fmt: skip
 
 
-def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
+def known_before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
     """Return the share of pinches with an estimate before the second contact, and a number."""
     dataset = subject.dataset
     if not subject.detections:

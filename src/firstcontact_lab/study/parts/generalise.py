@@ -17,7 +17,7 @@ from firstcontact_lab.report.names import NETWORK_COLOUR, NETWORK_TITLES, compet
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table, bounded, format_cell
-from firstcontact_lab.study._comparison import (
+from firstcontact_lab.study.comparison import (
     BRIEF,
     MASKED,
     NETWORK,
@@ -26,10 +26,10 @@ from firstcontact_lab.study._comparison import (
     compared,
     rig_sets,
 )
-from firstcontact_lab.study._off_blocks import OffBlocks
-from firstcontact_lab.study._rig_sets import Sizes
 from firstcontact_lab.study.detection_scores import outcome
+from firstcontact_lab.study.off_blocks import OffBlocks
 from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
+from firstcontact_lab.study.rig_sets import Sizes
 
 #: Number of sets on which estimators that train slowly are scored. Their training is brief.
 SLOW_SETS = 1

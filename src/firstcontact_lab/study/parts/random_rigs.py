@@ -23,7 +23,8 @@ from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table
-from firstcontact_lab.study._random_rigs import (
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
+from firstcontact_lab.study.random_rigs import (
     BLOCK,
     EVERYDAY,
     OWN,
@@ -35,7 +36,6 @@ from firstcontact_lab.study._random_rigs import (
     judged_rig,
     rig_scores,
 )
-from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 from firstcontact_lab.study.scores import predictions_by_time
 from firstcontact_lab.study.window_ladder import LadderModel, fit_window_ladder
 

@@ -23,15 +23,15 @@ from firstcontact.models.scores import Ends, cluster_intervals
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, bounded, matrix
-from firstcontact_lab.study._structures import (
+from firstcontact_lab.study.detection_scores import outcome
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
+from firstcontact_lab.study.structures import (
     MOTORS,
     draw_blocks,
     draw_empty,
     draw_objects,
     draw_structured,
 )
-from firstcontact_lab.study.detection_scores import outcome
-from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
 
 Values = NDArray[np.float64]
 #: Number of rigs of each kind of motor, and numbers of pinches of each rig.
@@ -71,7 +71,7 @@ class Structures(Record, frozen=True, kw_only=True):
 
 
 @dataclass(slots=True, eq=False)
-class _Counts:
+class Counts:
     """Counts and squared errors of one detector on one rig."""
 
     outcomes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
@@ -86,7 +86,7 @@ class _Counts:
         return [sum(counts), *counts, self.alarms, self.minutes, self.estimates, *self.errors]
 
 
-#: Columns of :meth:`_Counts.row` as a score: numerator, denominator.
+#: Columns of :meth:`Counts.row` as a score: numerator, denominator.
 _RATIOS: Mapping[str, tuple[int, int]] = {
     "placed": (1, 0),
     "early": (2, 0),
@@ -109,7 +109,9 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
     count = OBJECTS // 4 if settings.brief else OBJECTS
     judged = runner.map(_judge_rig, places, count)
     scores = {
-        name: _scores(np.array([counts[name].row() for counts, _ in judged]), settings.seed)
+        name: structure_scores(
+            np.array([counts[name].row() for counts, _ in judged]), settings.seed
+        )
         for name in judged[0][0]
     }
     unknown = np.array([errors for _, errors in judged]).sum(axis=0)
@@ -129,7 +131,7 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 
 def _judge_rig(
     place: tuple[str, int], count: int
-) -> tuple[dict[str, _Counts], list[tuple[float, float]]]:
+) -> tuple[dict[str, Counts], list[tuple[float, float]]]:
     motor, seed = place
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)
@@ -141,7 +143,7 @@ def _judge_rig(
     out = {}
     for name, detector in detectors.items():
         for confirm in (False, True):
-            counts = _Counts()
+            counts = Counts()
             contacts = _firsts(detector, objects, confirm=confirm)
             for pinch, contact in zip(objects, contacts, strict=True):
                 assert pinch.first is not None
@@ -152,7 +154,7 @@ def _judge_rig(
                 inside = (predictions.low <= truth) & (truth <= predictions.high)
                 counts.errors += [float(squares.sum()), float(inside.sum())]
                 counts.estimates = len(squares)
-            counts.alarms, counts.minutes = _alarms(detector, empty, confirm=confirm)
+            counts.alarms, counts.minutes = count_alarms(detector, empty, confirm=confirm)
             out[name if confirm else f"{name}, all count"] = counts
     out |= {key.replace(chosen, "adapt"): out[key] for key in list(out) if key.startswith(chosen)}
     unknown = adapt()
@@ -173,7 +175,7 @@ def _squares(values: Values, dataset: Dataset) -> Values:
     return np.asarray(errors[np.isfinite(errors)] ** 2)
 
 
-def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, float]:
+def count_alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, float]:
     """Return the number of contacts in closings without an object, and the observed minutes."""
     part = round(HEARD * FINGERTIP_RATE)
     alarms, seconds = 0, 0.0
@@ -186,7 +188,7 @@ def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, 
     return alarms, seconds / 60.0
 
 
-def _scores(rows: Values, seed: int) -> StructureScores:
+def score_rigs(rows: Values, seed: int) -> StructureScores:
     def ratio(sums: Values, name: str) -> Values:
         above, below = _RATIOS[name]
         value = np.asarray(sums[..., above] / np.maximum(sums[..., below], 1e-9))

@@ -11,9 +11,9 @@ from torch import nn
 
 from firstcontact.models.rig.context_network import ContextNetwork
 from firstcontact.models.rig.rigs import Rig
-from firstcontact_lab.pretraining._batches import draw_batch, token_rows
-from firstcontact_lab.pretraining._examples import Examples
-from firstcontact_lab.pretraining._training import (
+from firstcontact_lab.pretraining.batches import draw_batch, token_rows
+from firstcontact_lab.pretraining.examples import Examples
+from firstcontact_lab.pretraining.training import (
     BATCH,
     BODY,
     CENTRE,

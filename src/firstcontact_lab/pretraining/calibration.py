@@ -25,8 +25,8 @@ from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.rig.rigs import Rig
 from firstcontact.models.values import Values
 from firstcontact.signal import samples_in
-from firstcontact_lab.pretraining._batches import cut, draw_batch
-from firstcontact_lab.pretraining._examples import (
+from firstcontact_lab.pretraining.batches import cut, draw_batch
+from firstcontact_lab.pretraining.examples import (
     CONTEXTS,
     MARGIN,
     Examples,

@@ -16,8 +16,8 @@ from firstcontact.chain.touch import INPUTS
 from firstcontact.core.files import replacing
 from firstcontact.models.rig.context_network import ContextNetwork
 from firstcontact.models.rig.rigs import Rig
-from firstcontact_lab.pretraining._batches import draw_batch, token_rows
-from firstcontact_lab.pretraining._examples import Examples
+from firstcontact_lab.pretraining.batches import draw_batch, token_rows
+from firstcontact_lab.pretraining.examples import Examples
 
 _FARTHEST = ContextNetwork.FARTHEST
 
@@ -110,7 +110,7 @@ class Training:
         torch.manual_seed(seed)
         self._examples, self._epochs, self._seed, self._state = examples, epochs, seed, state
         self._network = TorchNetwork()
-        self._full = Full(self._network, _scales(examples, seed))
+        self._full = Full(self._network, input_scales(examples, seed))
         self._optimizer = torch.optim.AdamW(self._network.parameters(), RATE, weight_decay=DECAY)
         self._done = 0  # number of complete epochs
         tokens, present = token_rows(examples)
@@ -200,7 +200,7 @@ def rate_share(gone: float) -> float:
     return 0.5 * (1 + math.cos(math.pi * min((gone - WARM_UP) / (1 - WARM_UP), 1.0)))
 
 
-def _scales(examples: Examples, seed: int) -> dict[str, NDArray[np.float32]]:
+def input_scales(examples: Examples, seed: int) -> dict[str, NDArray[np.float32]]:
     """Return mean and standard deviation of each network input, over some of the examples."""
     rng = np.random.default_rng([seed, 0, 0, 1])
     indices = np.unique(np.linspace(0, len(examples) - 1, 20_000).round().astype(np.intp))

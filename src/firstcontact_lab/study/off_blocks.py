@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Record
 from firstcontact.models.scores import Ends, cluster_intervals
 from firstcontact.models.training import LabelledWindows
-from firstcontact_lab.study._rig_sets import Use
+from firstcontact_lab.study.rig_sets import Use
 
 Values = NDArray[np.float64]
 TOGETHER = 3

@@ -18,7 +18,7 @@ from firstcontact.twin.drive import Drive
 from firstcontact.twin.household import draw_household_specimen, household_named
 from firstcontact.twin.outcome import Lift
 from firstcontact.twin.plant import GraspPlant
-from firstcontact_lab.grasping._hands import (
+from firstcontact_lab.grasping.hands import (
     BLOCK,
     CONDITION,
     LAYOUT,

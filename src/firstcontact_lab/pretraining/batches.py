@@ -13,7 +13,7 @@ from firstcontact.models import Touches
 from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
-from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, facts, placing, volts
+from firstcontact_lab.pretraining.examples import CONTEXTS, MARGIN, Examples, facts, placing, volts
 from firstcontact_lab.rigs import Rng
 
 #: Shares of contacts without a known rig, with a given closing speed, and with a given radius.

@@ -17,9 +17,10 @@ from firstcontact.grasp import POLICIES, Policy
 from firstcontact.grasp.policy import PolicyRole, Task
 from firstcontact.testing import make_estimate
 from firstcontact.twin.household import Quantity, household_named
-from firstcontact_lab.grasping._picks import LIFTS
-from firstcontact_lab.grasping._table import DETECTION, ClosingTable, Outcomes, Reflexed, Values
-from firstcontact_lab.grasping._tuning import (
+from firstcontact_lab.grasping.picks import LIFTS
+from firstcontact_lab.grasping.results import Between, ChosenSettings
+from firstcontact_lab.grasping.table import DETECTION, ClosingTable, Outcomes, Reflexed, Values
+from firstcontact_lab.grasping.tuning import (
     SCALES,
     SCATTER,
     Candidate,
@@ -35,7 +36,6 @@ from firstcontact_lab.grasping._tuning import (
     speed_place,
     swept,
 )
-from firstcontact_lab.grasping.results import Between, ChosenSettings
 
 RESAMPLES = 1000
 #: Half width of a normal's 90 % interval, in standard deviations.

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Estimate
 from firstcontact.grasp import Policy
-from firstcontact_lab.grasping._picks import household_policy
-from firstcontact_lab.grasping._table import ClosingTable, Outcomes, Reflexed, Values
+from firstcontact_lab.grasping.picks import household_policy
 from firstcontact_lab.grasping.results import ChosenSettings
+from firstcontact_lab.grasping.table import ClosingTable, Outcomes, Reflexed, Values
 
 #: Words for each family of similar objects: an object whose name has one of them belongs to it. An
 #: object without such a word is a family by itself.

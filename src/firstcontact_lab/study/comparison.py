@@ -19,8 +19,8 @@ from firstcontact.models.rig.network_estimator import rig_estimators
 from firstcontact.models.training import fit_model
 from firstcontact.models.training_runs import RIG_ESTIMATOR
 from firstcontact.twin.draw import Condition
-from firstcontact_lab.study._off_blocks import Answered, OffBlocks, off_blocks
-from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
+from firstcontact_lab.study.off_blocks import Answered, OffBlocks, off_blocks
+from firstcontact_lab.study.rig_sets import RigSet, Sizes, Use, rig_set
 from firstcontact_lab.study.window_ladder import fit_window_ladder
 
 Index = NDArray[np.intp]

@@ -16,8 +16,8 @@ from firstcontact.grasp import Grip
 from firstcontact.twin.household import household_named
 from firstcontact.twin.outcome import Lift
 from firstcontact.twin.plant import GraspPlant
-from firstcontact_lab.grasping._hands import OwnHands, SlipWatch
-from firstcontact_lab.grasping._picks import LIFTS, LOOK, Pick, approached, pick_specimen
+from firstcontact_lab.grasping.hands import OwnHands, SlipWatch
+from firstcontact_lab.grasping.picks import LIFTS, LOOK, Pick, approached, pick_specimen
 
 Values = NDArray[np.float64]
 #: Assumed latencies of the slip detection, s.

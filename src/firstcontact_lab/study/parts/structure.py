@@ -109,9 +109,7 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
     count = OBJECTS // 4 if settings.brief else OBJECTS
     judged = runner.map(_judge_rig, places, count)
     scores = {
-        name: structure_scores(
-            np.array([counts[name].row() for counts, _ in judged]), settings.seed
-        )
+        name: score_rigs(np.array([counts[name].row() for counts, _ in judged]), settings.seed)
         for name in judged[0][0]
     }
     unknown = np.array([errors for _, errors in judged]).sum(axis=0)

@@ -17,10 +17,9 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from queue import SimpleQueue
+from contextlib import contextmanager, suppress
+from queue import Empty, SimpleQueue
 
 import numpy as np
 
@@ -80,10 +79,11 @@ def main(name: str, rate: float, jitter: float) -> None:
     zero, sent, is_resting, until = pylsl.local_clock(), 0, False, 0.0
     faults = {"lose": 0, "nan": 0, "huge": 0}  # samples that still get each fault
     while True:
-        time.sleep(0.005)
+        request = ""
+        with suppress(Empty):
+            request, *number = requests.get(timeout=0.005)
         now = pylsl.local_clock()
-        if not requests.empty():
-            request, *number = requests.get()
+        if request:
             if request == "end":
                 break
             if request == "hold":

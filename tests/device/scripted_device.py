@@ -114,11 +114,6 @@ class ScriptedDevice:
             over.set()
             thread.join()
 
-    def hold(self, seconds: float) -> None:
-        """Pause. The samples of that time are sent together at the end."""
-        with self._changed:
-            time.sleep(seconds)
-
     @contextmanager
     def stuck(self) -> Iterator[None]:
         """Read and send nothing until the end of the block."""

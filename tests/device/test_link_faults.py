@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import threading
 import time
 
 import pytest
@@ -15,6 +16,7 @@ from firstcontact.device import ports, serial_source
 from firstcontact.device.ports import LinkError, SerialTransport
 from firstcontact.device.protocol import FrameType
 from firstcontact.device.serial_source import SerialSource
+from processes import until
 
 
 def test_failure_between_reads_is_raised_before_the_end(device: ScriptedDevice) -> None:
@@ -27,9 +29,7 @@ def test_failure_between_reads_is_raised_before_the_end(device: ScriptedDevice) 
         device.unplug()
         device.reset(2, other_descriptor)
         device.plug()
-        assert source._thread is not None
-        source._thread.join(DEAD)
-        assert not source._thread.is_alive()
+        until(lambda: "reader " + source.name not in {t.name for t in threading.enumerate()})
         # Nobody has read meanwhile: a loop that asks for the end first must not miss it.
         assert not source.ended
         with pytest.raises(InputError, match="port"):
@@ -81,7 +81,8 @@ def test_stop_of_this_process_during_a_write_does_not_lose_the_port(
 
     def stop_after_write(number: int, data: bytes) -> int:
         written = write(number, data)
-        time.sleep(0.05)
+        wake = time.monotonic() + 0.05
+        until(lambda: time.monotonic() > wake)
         return written
 
     monkeypatch.setattr(os, "write", stop_after_write)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -63,18 +62,21 @@ def test_read_waits_for_the_requested_samples(device: ScriptedDevice) -> None:
 def test_stop_of_this_process_while_it_closes_loses_no_samples(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read = SerialTransport.read
+    read, closing, never = SerialTransport.read, threading.Event(), threading.Event()
     stops = iter([1.2 * serial_source.SILENCE])
 
     def stop_once(transport: SerialTransport, *patience: float) -> bytes:
-        if source._closing.is_set() and not (seconds := next(stops, 0.0)):
-            return read(transport, *patience)
-        time.sleep(seconds if source._closing.is_set() else 1e-3)
-        return b""
+        if not closing.wait(1e-3):
+            return b""
+        for seconds in stops:
+            never.wait(seconds)
+            return b""
+        return read(transport, *patience)
 
     with SerialSource(device.port) as source:
         monkeypatch.setattr(SerialTransport, "read", stop_once)
         device.put(100)
+        closing.set()
     assert samples(source.read(0)) == 100
 
 
@@ -84,8 +86,7 @@ def test_stalled_host_loses_nothing(device: ScriptedDevice) -> None:
         for _ in range(5):
             device.put(4936)
         # Nobody reads, but it comes off the line: a device keeps nothing for long.
-        while source.health.samples < stalled:
-            assert not source._closing.wait(0.01)
+        until(lambda: source.health.samples >= stalled)
         assert samples(collect(source, lambda n: n == stalled)) == stalled
     assert source.health.lost_samples == source.health.overflow_samples == 0
 

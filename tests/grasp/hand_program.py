@@ -71,7 +71,7 @@ def main() -> None:
                 hand.send(CLOSE)
             if action == "hold" and select.select([sys.stdin], [], [], 0)[0]:
                 # PyDLL, unlike CDLL, keeps the lock during the call, so that no thread runs.
-                ctypes.PyDLL(None).sleep(600)
+                ctypes.PyDLL(None).pause()
 
 
 main()

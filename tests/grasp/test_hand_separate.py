@@ -24,7 +24,7 @@ from firstcontact.grasp.registry import make_hand
 CLOSE = Command(0.02, 2.0)
 #: Module with a hand that writes its orders into a file. 4 N make it fail, 3 N block.
 MODULE = """
-import time
+import threading
 from collections import deque
 from math import inf
 from firstcontact.core._errors import InputError
@@ -46,7 +46,7 @@ class FileHand(Hand):
         if command.force == 4.0:
             raise HandError("the cable is out")
         if command.force == 3.0:
-            time.sleep(600)
+            threading.Event().wait()
         self.note(f"{command.speed} {command.force}")
 
     def positions(self):
@@ -54,10 +54,10 @@ class FileHand(Hand):
 
     def release(self):
         if self.file.endswith("slow"):
-            time.sleep(1.3)
+            threading.Event().wait(1.3)
         self.note("release")
         if self.file.endswith("stuck"):
-            time.sleep(600)
+            threading.Event().wait()
 
     def close(self):
         self.note("close")

@@ -8,9 +8,11 @@ from pathlib import Path
 
 TESTS = Path(__file__).parents[1]
 #: Most private accesses in all tests together. Lower it when you remove some.
-MOST = 160
+MOST = 148
 #: Methods of named tuples, and the exit that Python documents.
 DOCUMENTED = {"_asdict", "_fields", "_make", "_replace", "_exit"}
+#: Call in the text of a program. Not written out, as it would find itself.
+SLEEP = "sleep(".join(["time.", ""])
 #: Functions whose strings name an attribute.
 BY_NAME = {"getattr", "setattr", "delattr", "hasattr"}
 
@@ -44,10 +46,12 @@ def private_accesses(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def sleeps(tree: ast.AST) -> Iterator[ast.AST]:
-    """Find calls of time.sleep."""
+    """Find calls of time.sleep, also in programs that a test keeps as text."""
     for node in ast.walk(tree):
         match node:
             case ast.Call(func=ast.Attribute(value=ast.Name(id="time"), attr="sleep")):
+                yield node
+            case ast.Constant(value=str(text)) if SLEEP in text:
                 yield node
             case ast.ImportFrom(module="time", names=names):
                 if any(alias.name == "sleep" for alias in names):
@@ -74,7 +78,7 @@ def test_no_test_sleeps_outside_the_soak() -> None:
 
 
 def test_each_kind_of_access_counts() -> None:
-    code = """
+    code = f"""
 from firstcontact.room._module import name
 from firstcontact.room import _module
 import firstcontact.room._module
@@ -82,7 +86,7 @@ source._thread.join()
 monkeypatch.setattr("firstcontact.room._module.NAME", 1)
 monkeypatch.setattr(module, "_name", 1)
 self._own, row._replace(x=1), pinch._repr_html_(), os._exit(0)
-time.sleep(1)
+time.{"sleep"}(1)
 """
     tree = ast.parse(code)
     assert sorted(node.lineno for node in private_accesses(tree)) == [2, 3, 4, 5, 6, 7]

@@ -12,12 +12,11 @@ from processes import PATIENCE, gone, stop
 
 #: Children that do not listen, each in a way of its own.
 DEAF = {
-    "sleeps": "import time; time.sleep(600)",
+    "sleeps": "import signal; signal.pause()",
     "is busy": "while True: pass",
-    "keeps the lock": "import ctypes; ctypes.PyDLL(None).sleep(600)",
+    "keeps the lock": "import ctypes; ctypes.PyDLL(None).pause()",
     "holds signals back": (
-        "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (1, 2, 3, 15)]; "
-        "time.sleep(600)"
+        "import signal; [signal.signal(n, signal.SIG_IGN) for n in (1, 2, 3, 15)]; signal.pause()"
     ),
 }
 ECHO = "import sys\nfor line in sys.stdin: print('heard', line, end='', flush=True)"

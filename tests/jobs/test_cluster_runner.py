@@ -2,7 +2,7 @@
 
 import os
 import signal
-import time
+import threading
 
 import numpy as np
 import pytest
@@ -124,7 +124,7 @@ def paused(should_pause):
 
 
 def squared_later(number):
-    time.sleep(0.005)
+    threading.Event().wait(0.005)
     return number * number
 
 

@@ -17,12 +17,12 @@ from firstcontact_lab.report.run import MARK, fresh, sole_use
 
 ASKED = {"verb": "study", "recordings": None, "seed": 0, "durations": (0.003, 0.015)}
 HOLD = """
-import sys, time
+import signal, sys
 from pathlib import Path
 from firstcontact_lab.report.run import sole_use
 with sole_use(Path(sys.argv[1]), {}):
     print("held", flush=True)
-    time.sleep(600)
+    signal.pause()
 """
 
 

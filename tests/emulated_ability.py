@@ -30,6 +30,8 @@ FASTEST = 400.0
 
 #: Resolution of a reported position, degrees.
 RESOLUTION = 150 / 32767
+#: Step of a reported speed, degrees/s, and speed of a rotor as a multiple of its finger's speed.
+SPEED_STEP, ROTOR = 3000 / 32767 / 4, 0.4
 
 
 class EmulatedAbility:
@@ -57,6 +59,7 @@ class EmulatedAbility:
         self._terminal = PseudoTerminal(port)
         self._touch_at, self._stiffness = touch_at, stiffness
         self.position = [30.0, 30.0, 30.0, 30.0, 30.0, -30.0]
+        self.speed = [0.0] * 6
         self.targets: list[list[float]] = []
         self.hardest = 0.0
         self.controlled = False
@@ -112,14 +115,16 @@ class EmulatedAbility:
         if frame[1] == 0xA2:
             self._terminal.write(bytes(self._packet(pos=self.position, reply_mode=2).packet))
             return
-        assert frame[1] == 0x10, "positions, with touch in the answer"
+        assert frame[1] == 0x11, "positions, with speeds and touch in the answer"
         targets = [x * RESOLUTION for x in struct.unpack("<6h", frame[2:14])]
         now = time.monotonic()
         far = FASTEST * (now - self._told)
         self._told, self.controlled = now, True
         self.targets.append(targets)
         pairs = zip(self.position, targets, strict=True)
-        self.position = [at + min(max(to - at, -far), far) for at, to in pairs]
+        moves = [min(max(to - at, -far), far) for at, to in pairs]
+        self.position = [at + move for at, move in zip(self.position, moves, strict=True)]
+        self.speed = [ROTOR * move * FASTEST / far for move in moves]
         self.hardest = max(self.hardest, self.force(0), self.force(4))
         if not self.mute:
             self._terminal.write(bytes(self._stuffed(self._answer())))
@@ -128,9 +133,9 @@ class EmulatedAbility:
         raw = [0] * 30
         for motor, first in SENSORS.items():
             raw[first + 1] = _count(self.force(motor))
-        body = bytes([0x10])
-        for at in self.position:
-            body += struct.pack("<hh", int(at / RESOLUTION), 0)
+        body = bytes([0x11])
+        for at, speed in zip(self.position, self.speed, strict=True):
+            body += struct.pack("<hh", int(at / RESOLUTION), int(speed / SPEED_STEP))
         for low, high in zip(raw[::2], raw[1::2], strict=True):
             body += (low | high << 12).to_bytes(3, "little")
         return body + bytes(1)

@@ -97,7 +97,7 @@ def test_the_simulated_hand_of_the_package_closes_stops_and_opens() -> None:
         until(NEARLY_OPEN, -1)
         hand.send(CLOSE)
         until(20.0, 1)
-        times, travels = zip(*ability.positions(), strict=True)
+        times, travels, _ = zip(*ability.positions(), strict=True)
         assert list(times) == sorted(times)
         assert max(travels) > min(travels)
     assert ability.felt.open
@@ -115,6 +115,19 @@ def test_hand_closes_in_steps_no_larger_than_commanded(port: Path) -> None:
             assert max(steps) <= degrees(CLOSE.speed / lever) * 0.03 + 0.01
             assert min(steps) >= 0
             assert sum(steps) > 0
+
+
+def test_hand_reports_the_speed_of_its_rotors_with_each_position(port: Path) -> None:
+    with EmulatedAbility(port) as emulated, safe_hand(port) as hand:
+        open_then_close(emulated, hand)
+        count = len(emulated.targets)
+        emulated.wait(lambda e: len(e.targets) > count + 50)
+        reports = hand.positions_since(0.0, 0.0)
+    times, travels, speeds = map(list, zip(*reports, strict=True))
+    moving = [v for v in speeds if v > 0]
+    assert len(moving) > 40
+    assert max(travels) > travels[0]
+    assert len(reports) > (times[-1] - times[0]) * 10, "no faster than a slow encoder"
 
 
 def test_hand_stops_at_the_force_limit(port: Path) -> None:

@@ -324,7 +324,7 @@ def test_reading_a_hand_does_not_wait_for_its_driver() -> None:
 
 POSITIONS: list[object] = [
     [1.0, 2.0], [(0.0, 1e300)], [(nan, 0.0)], [(0.0, nan)], [(0.0, None)], [("a", "b")], None,
-    [(0.0, 10**400)], [(0.0, 1.0, 2.0)],
+    [(0.0, 10**400)], [(0.0, 1.0, 2.0, 3.0)], [(0.0, 1.0), (0.0, 1.0, 2.0)],
 ]  # fmt: skip
 
 

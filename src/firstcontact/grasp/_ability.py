@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import degrees, inf, radians
+from math import degrees, inf, nan, radians
 from typing import Any, Self
 
 from firstcontact.core import Command
@@ -34,10 +34,17 @@ RELEASED = [OPEN] * 5 + [OPPOSED]
 LEAD = 10.0
 #: Largest flexion of a finger that counts as open, degrees.
 NEARLY_OPEN = OPEN + 3.0
+#: Longest time for which one step of the targets makes up, s.
+STEP = 0.03
 #: Time without an answer after which the hand counts as lost, s.
 LOST = 0.5
+#: Rate of commands and reports, Hz: the default of the maker's package, for every baud rate of the
+#: hand.
+RATE = 500.0
 #: Number of past positions that are kept in memory: those of 0.5 s.
-REMEMBERED = 50
+REMEMBERED = int(RATE / 2)
+#: Reply of the hand with positions, rotor velocities and touch.
+REPLY_MODE = 1
 #: Longest wait for the hand to report that it is open, s.
 OPENING = 2.0
 
@@ -48,6 +55,7 @@ class Felt:
 
     position: Sequence[float]
     touch: Sequence[float] = ()
+    velocity: Sequence[float] = ()
 
     def force(self, finger: int) -> float:
         """Return the sum of the forces on a finger's six sensors, N; 0 without sensors."""
@@ -57,13 +65,21 @@ class Felt:
     @property
     def travel(self) -> float:
         """Travel of the fingertips from the joints' zero position, mean of index and thumb, m."""
-        travels = [radians(self.position[f]) * lever for f, lever in LEVERS.items()]
-        return sum(travels) / len(travels)
+        return _mean_of_pads(self.position)
+
+    @property
+    def speed(self) -> float:
+        """Mean speed of the pads in the unit of the rotors, NaN if the hand did not report it."""
+        return _mean_of_pads(self.velocity) if self.velocity else nan
 
     @property
     def open(self) -> bool:
         """True if index finger and thumb are open."""
         return all(self.position[finger] <= NEARLY_OPEN for finger in LEVERS)
+
+
+def _mean_of_pads(of_joints: Sequence[float]) -> float:
+    return sum(radians(of_joints[f]) * lever for f, lever in LEVERS.items()) / len(LEVERS)
 
 
 class Fingers:
@@ -102,7 +118,7 @@ class AbilityHand(Hand):
     """Ability Hand: index finger and thumb close at the commanded speed."""
 
     name = "ability"
-    limits = HandLimits(speed=0.25, force=10.0, rate=100.0, watchdog=0.3)
+    limits = HandLimits(speed=0.25, force=10.0, rate=RATE, watchdog=0.3)
     simulated_port = SIMULATED
     begins = Begins.US
     position_rate = limits.rate
@@ -117,13 +133,13 @@ class AbilityHand(Hand):
         self._heard = 0.0
         self._failure: Exception | None = None
         self._felt: Felt | None = None
-        self._positions: deque[tuple[float, float]] = deque(maxlen=REMEMBERED)
+        self._positions: deque[tuple[float, ...]] = deque(maxlen=REMEMBERED)
 
     @property
     def felt(self) -> Felt | None:
         return self._felt
 
-    def positions(self) -> Sequence[tuple[float, float]]:
+    def positions(self) -> Sequence[tuple[float, ...]]:
         return list(self._positions)
 
     def send(self, command: Command) -> None:
@@ -198,8 +214,9 @@ class AbilityHand(Hand):
                 touch = client.hand.get_fsr() or []
                 zero = zero or touch
                 above = [x - z for x, z in zip(touch, zero, strict=True)]
-                self._felt = Felt(client.hand.get_position(), above)
-                self._positions.append((now, self._felt.travel))
+                velocity = client.hand.get_velocity() or ()
+                self._felt = Felt(client.hand.get_position(), above, velocity)
+                self._positions.append((now, self._felt.travel, self._felt.speed))
                 fingers = fingers or Fingers(self._felt)
             elif now > answered + LOST and self._failure is None:
                 self._failure = HandError(f"the Ability Hand on {self._port} stopped answering")
@@ -215,8 +232,8 @@ class AbilityHand(Hand):
                 elif fresh:
                     # Each step needs an answer to the previous one. After a stall the finger
                     # continues from its present position.
-                    fingers.move(command, min(now - moved, 3 * period), self._felt)
+                    fingers.move(command, min(now - moved, STEP), self._felt)
                     moved = now
                 targets = fingers.targets
-            client.set_position(targets, reply_mode=0)
+            client.set_position(targets, reply_mode=REPLY_MODE)
             client.send_command()

@@ -169,9 +169,9 @@ class SafeHand(Hand):
         self._read(measure)
         return measured[0]
 
-    def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
+    def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, ...]]:
         """Return the positions after ``since``, as :meth:`Hand.positions_since` does."""
-        reports: list[tuple[float, float]] = []
+        reports: list[tuple[float, ...]] = []
         hand = self._hand
         self._read(
             lambda: reports.extend(check_positions(hand, hand.positions_since(since, host_zero)))

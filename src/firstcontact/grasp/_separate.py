@@ -69,7 +69,7 @@ class SeparateHand(Hand):
         except OSError as error:
             raise HandError(f"the process of the hand {self.name!r} gets no commands") from error
 
-    def positions(self) -> Sequence[tuple[float, float]]:
+    def positions(self) -> Sequence[tuple[float, ...]]:
         """Return the positions that the hand last reported, or nothing if its process is late."""
         child, answer = self._opened(), ""
         try:
@@ -81,8 +81,7 @@ class SeparateHand(Hand):
             return ()
         except OSError as error:
             raise HandError(f"the process of the hand {self.name!r} has ended") from error
-        pairs = (pair.split(",") for pair in answer.split())
-        return [(float(at), float(travel)) for at, travel in pairs]
+        return [tuple(map(float, pair.split(","))) for pair in answer.split()]
 
     def release(self) -> None:
         if self._child is not None:
@@ -181,7 +180,7 @@ def _obey(hand: Hand, words: list[str]) -> str:
                 hand.send(Command(float(speed), float(force)))
             case ["positions"]:
                 latest = check_positions(hand, hand.positions())[-MOST_POSITIONS:]
-                return " ".join(["done", *(f"{at!r},{travel!r}" for at, travel in latest)])
+                return " ".join(["done", *(",".join(map(repr, report)) for report in latest)])
             case _:
                 hand.release()
     except HandError as error:

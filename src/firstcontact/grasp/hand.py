@@ -125,30 +125,31 @@ class Hand(ABC):
         # Before the first contact, and not in the process of a separate hand, which needs no NumPy.
         from firstcontact.signal import closing_speed
 
-        positions = self.positions_since(sample_time - 0.1, host_time - sample_time)
+        positions = self.positions_since(sample_time - 0.5, host_time - sample_time)
         if not positions:
             return None
-        times, travel = zip(*positions, strict=True)
-        return closing_speed(times, travel, sample_time)
+        times, travel, *speeds = zip(*positions, strict=True)
+        return closing_speed(times, travel, sample_time, speeds=speeds[0] if speeds else None)
 
-    def positions(self) -> Sequence[tuple[float, float]]:
+    def positions(self) -> Sequence[tuple[float, ...]]:
         """Return the newest positions that the hand reported. They cover at least the last 0.5 s.
 
         Each is a pair: the time by ``time.monotonic()``, s, and the distance that the fingertip has
-        moved, m. The zero and the direction of this distance do not matter.
+        moved, m. The zero and the direction of this distance do not matter. A hand that measures
+        its speed adds it as a third number, in any unit.
         An estimate waits for this call, so return stored positions and send no request to the hand.
         Another thread may be in another method of the hand meanwhile.
         """
         return ()
 
-    def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
+    def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, ...]]:
         """Return the positions after ``since``, with times on the clock of the samples, s.
 
         ``host_zero`` is the time of sample 0 by ``time.monotonic()``; NaN if unknown. Override
         this method for a hand whose positions have sample times.
         """
         positions = check_positions(self, self.positions())
-        return [(at - host_zero, x) for at, x in positions if at - host_zero > since]
+        return [(at - host_zero, *rest) for at, *rest in positions if at - host_zero > since]
 
     @abstractmethod
     def close(self) -> None:
@@ -166,16 +167,18 @@ def steady_clock() -> float:
     return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
 
 
-def check_positions(hand: Hand, reports: object) -> list[tuple[float, float]]:
+def check_positions(hand: Hand, reports: object) -> list[tuple[float, ...]]:
     """Return the positions from a hand's method by time. Raise HandError if they are none."""
     try:
-        pairs = [(float(at), float(travel)) for at, travel in reports]  # type: ignore[attr-defined]
-        is_valid = all(isfinite(at) and abs(travel) <= FARTHEST for at, travel in pairs)
+        pairs = [tuple(map(float, report)) for report in reports]  # type: ignore[attr-defined]
+        is_valid = {len(pair) for pair in pairs} in (set(), {2}, {3})
+        is_valid = is_valid and all(isfinite(p[0]) and abs(p[1]) <= FARTHEST for p in pairs)
     except (TypeError, ValueError, OverflowError):
         is_valid = False
     if not is_valid:
         raise HandError(
-            f"positions() of the hand {hand.name!r} must return pairs (time, position) of numbers: "
-            f"the time in s, and the position from -{FARTHEST:g} to {FARTHEST:g} m"
+            f"positions() of the hand {hand.name!r} must return pairs (time, position) of numbers, "
+            f"or triples with a speed: the time in s, and the position from -{FARTHEST:g} to "
+            f"{FARTHEST:g} m"
         )
     return sorted(pairs)

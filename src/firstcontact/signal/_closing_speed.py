@@ -13,6 +13,16 @@ from firstcontact.core.pinch import FASTEST, SLOWEST
 #: Positions are used from WINDOW to GUARD before the contact, s. The last positions are left out,
 #: because a contact may be detected late and slows the finger down.
 WINDOW, GUARD = 0.050, 0.003
+#: Positions of a slow encoder, of which too few are in WINDOW, are used from SLOW on, s.
+SLOW = 0.120
+#: Reported speeds count from RECENT on. Their factor comes from the motion since HISTORY, s.
+RECENT, HISTORY = 0.030, 0.500
+#: Relative error up to which a reported speed is used even if that of the positions is smaller: a
+#: line through positions lags behind a finger that speeds up.
+GOOD = 0.03
+#: Share of sums of squares of residuals, in variances, below degrees of freedom + this many roots
+#: of twice their number, if positions have no other error than the encoder's step.
+CONSISTENT = 3.0
 #: Fewest positions for a line whose error can be estimated.
 FEWEST = 3
 #: Positions that differ by less than this count as equal, m.
@@ -23,13 +33,20 @@ BELOW_TWO = 0.97725
 _CORNISH_FISHER = (169950 / 92160, 1098 / 384, 294 / 96, 10 / 4, 2.0)
 
 
-def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingSpeed | None:
+def closing_speed(
+    times: ArrayLike,
+    positions: ArrayLike,
+    at: float,
+    *,
+    resolution: float | None = None,
+    speeds: ArrayLike | None = None,
+) -> ClosingSpeed | None:
     """Measure how fast the fingertip closes before a contact, from its positions.
 
-    The speed is the slope of a line fitted to the positions from 50 to 3 ms before the contact. Its
-    standard error comes from the residuals, or from the step of an encoder if that error is larger.
-    The error is enlarged if there are few positions, so that the true speed lies within two
-    standard errors in 95 % of contacts.
+    The speed is the slope of a line fitted to the positions from 50 to 3 ms before the contact, or
+    from 120 ms if there are fewer than 3. Its standard error comes from the residuals, or from the
+    step of an encoder if that error is larger. The error is enlarged if there are few positions, so
+    that the true speed lies within two standard errors in 95 % of contacts.
 
     Parameters
     ----------
@@ -40,17 +57,23 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
         direction.
     at
         Time of the contact, s, on the clock of ``times``.
+    resolution
+        Step of the encoder, m, if its positions have no other error. Then few positions suffice.
+        None if unknown.
+    speeds
+        Speeds that the hand reports at these times, shape (n,), in any unit and NaN if absent. The
+        positions calibrate them. They are used if their error is at most 3 % or the smaller one.
 
     Returns
     -------
     ClosingSpeed or None
-        Speed and its standard error. None with fewer than 3 positions from 50 to 3 ms before the
+        Speed and its standard error. None with fewer than 3 positions from 120 to 3 ms before the
         contact, or if the finger does not move.
 
     Raises
     ------
     InputError
-        ``times`` and ``positions`` differ in shape.
+        ``times`` differ in shape from ``positions`` or ``speeds``, or the resolution is negative.
 
     Examples
     --------
@@ -61,25 +84,74 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
     (0.131, 0.006)
     """
     t, x = np.asarray(times, np.float64) - at, np.asarray(positions, np.float64)
-    if t.shape != x.shape:
-        raise ArgumentError(
-            f"the shape is {x.shape}, but times has the shape {t.shape}: give one position for "
-            "each time",
-            parameter="positions",
-        )
-    is_used = (t >= -WINDOW) & (t <= -GUARD) & np.isfinite(x)
-    t, x = t[is_used], x[is_used]
-    if len(t) < FEWEST:
+    v = np.full_like(t, np.nan) if speeds is None else np.asarray(speeds, np.float64)
+    for name, values in (("positions", x), ("speeds", v)):
+        if t.shape != values.shape:
+            raise ArgumentError(
+                f"the shape is {values.shape}, but times has the shape {t.shape}: give one value "
+                "for each time",
+                parameter=name,
+            )
+    if resolution is not None and not 0 <= resolution < math.inf:
+        raise ArgumentError(f"{resolution} is not a step: give it in m", parameter="resolution")
+    is_near = (t <= -GUARD) & np.isfinite(x)
+    order = np.argsort(t[is_near], kind="stable")
+    t, x, v = (values[is_near][order] for values in (t, x, v))
+    start = next((s for s in (WINDOW, SLOW) if np.sum(t >= -s) >= FEWEST), SLOW)
+    line = _line(t[t >= -start], x[t >= -start], resolution)
+    reported = _reported(t, x, v, resolution)
+    if reported and line and reported[1] > max(line[1], GOOD * reported[0]):
+        reported = None
+    measured = reported or line
+    if measured is None or not (SLOWEST <= measured[0] <= FASTEST >= measured[1]):
         return None
-    t, x = t - t.mean(), x - x.mean()
+    return ClosingSpeed(*measured)
+
+
+def _line(
+    along: NDArray[np.float64], x: NDArray[np.float64], resolution: float | None
+) -> tuple[float, float] | None:
+    """Return the magnitude of the slope of positions along a variable, and its standard error."""
+    if len(along) < FEWEST:
+        return None
+    t, x = along - along.mean(), x - x.mean()
     squares = float(t @ t)
     if squares <= 0:
         return None
-    slope = float(t @ x) / squares
+    slope, freedom = float(t @ x) / squares, len(t) - 2
     residuals = x - slope * t
-    variance = max(float(residuals @ residuals) / (len(t) - 2), _step(x) ** 2 / 12)
-    speed, error = abs(slope), _few(len(t) - 2) * math.sqrt(variance / squares)
-    return ClosingSpeed(speed, error) if SLOWEST <= speed <= FASTEST and error <= FASTEST else None
+    total, step = float(residuals @ residuals), _step(x) ** 2 / 12
+    if resolution is not None:
+        step = max(step, resolution**2 / 12)
+        if total <= step * (freedom + CONSISTENT * math.sqrt(2 * freedom)):
+            return abs(slope), math.sqrt(step / squares)
+    return abs(slope), _few(freedom) * math.sqrt(max(total / freedom, step) / squares)
+
+
+def _reported(
+    t: NDArray[np.float64],
+    x: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    resolution: float | None,
+) -> tuple[float, float] | None:
+    """Return the speed at the contact from the newest reports, m/s, and its standard error."""
+    is_used = np.isfinite(speeds) & (t >= -HISTORY)
+    t, x, v = t[is_used], x[is_used], speeds[is_used]
+    # The path in the unit of the speeds, along which the positions are a line.
+    path = np.concatenate([[0.0], np.cumsum(np.diff(t) * (v[1:] + v[:-1]) / 2)])
+    factor = _line(path, x, resolution)
+    newest, near = v[t >= -RECENT], t[t >= -RECENT]
+    if factor is None or len(newest) < FEWEST or np.ptp(near) <= 0:
+        return None
+    # A line to the contact, because a finger may speed up or slow down.
+    middle, freedom = float(near.mean()), len(near) - 2
+    squares = float((near - middle) @ (near - middle))
+    slope = float((near - middle) @ newest) / squares
+    residuals = newest - newest.mean() - slope * (near - middle)
+    variance = max(float(residuals @ residuals) / freedom, _step(newest) ** 2 / 12)
+    spread = _few(freedom) * math.sqrt(variance * (1 / len(near) + middle**2 / squares))
+    speed = abs(float(newest.mean()) - slope * middle)
+    return factor[0] * speed, math.hypot(factor[1] * speed, factor[0] * spread)
 
 
 def _few(freedom: int) -> float:

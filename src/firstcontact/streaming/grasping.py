@@ -124,7 +124,7 @@ class PositionTrack:
         self.epoch = epoch
         self._hand, self._rate, self._dtype = hand, hand.position_rate, np.dtype(dtype)
         self._next = math.ceil(start * self._rate)
-        self._reports: list[tuple[float, float]] = []  # the newest report
+        self._reports: list[tuple[float, ...]] = []  # the newest report
 
     def read(self, host_zero: float) -> list[Block]:
         """Return the steps of the group up to the newest report, interpolated between reports."""
@@ -132,7 +132,7 @@ class PositionTrack:
         self._reports += self._hand.positions_since(since, host_zero)
         if len(self._reports) < 2:
             return []
-        times, travel = np.array(self._reports).T
+        times, travel = np.array(self._reports)[:, :2].T
         self._reports = self._reports[-1:]
         first = max(self._next, math.ceil(times[0] * self._rate))
         numbers = np.arange(first, math.floor(times[-1] * self._rate) + 1)

@@ -7,11 +7,15 @@ Each value names its source, or is marked as an assumption.
 
 from __future__ import annotations
 
+import runpy
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 
 FINGERS = ("index", "thumb")
 ROWS, COLUMNS = 3, 2
+#: Resistors that the twin has, too. KiCad's Python cannot import the package, but runs one file.
+SHARED = runpy.run_path(str(Path(__file__).resolve().parents[1] / "src/firstcontact/core/board.py"))
 #: Pins of the Teensy 4.0 by net, as ``firmware/teensy/firstcontact/pins.h`` assigns them.
 TEENSY = {
     "14": "adc_index", "15": "adc_thumb",
@@ -165,14 +169,15 @@ def _finger(place: int, finger: str) -> list[Part]:
     ]  # fmt: skip
     parts += [
         _resistor(
-            f"R{n + 7 + c}", f"{finger}_column_{c}", "gnd", 22e3, "22K",
+            f"R{n + 7 + c}", f"{finger}_column_{c}", "gnd", SHARED["DIVIDER_OHM"], "22K",
             f"divider of column {c}",
         )
         for c in range(COLUMNS)
     ]  # fmt: skip
     return parts + [
         _resistor(
-            f"R{n + 20 + r}", f"{finger}_line_{r}", f"{finger}_row_{r}", 330, "330R",
+            f"R{n + 20 + r}", f"{finger}_line_{r}", f"{finger}_row_{r}",
+            SHARED["ROW_OHM"], "330R",
             f"protects the pins of row {r}",
         )
         for r in range(ROWS)

@@ -13,8 +13,9 @@ from circuit import COLUMNS, FINGERS, ROWS, parts
 from disc import sensitivity
 from numpy.typing import NDArray
 from spice import COUNT, SAMPLE_TIME, board, sampled_charge, simulate, sound_input
-from taxels import Method, readings
+from taxels import SHEET, Method, conductances, readings
 
+from firstcontact.core.layout import ADC_VOLTS
 from firstcontact.twin.mechanics import FingerParameters
 
 #: A knock from 10 ms on: 40 V within 50 us, gone after another 500 us.
@@ -35,6 +36,8 @@ RESPONSE = ("gain", "low_hz", "high_hz")
 AGREEMENT = 0.07
 #: Largest difference of two resistors of the table, as a share of the supply.
 DIVIDER = 0.02
+#: Largest deviation from half of the supply under 2 N, as a share of the supply.
+HALF = 0.05
 #: Largest current between two connected rows, A. The Teensy's maker recommends at most 4 mA.
 SHORT_AMPERES = 5e-3
 #: Conductance of the taxels in the test of the dividers, S.
@@ -75,8 +78,8 @@ class Board:
     """Gain of the thumb's amplifier and its corner frequencies."""
     force_volts: list[float]
     """Voltage of each column of both fingers behind equal taxels in a driven row, row by row."""
-    short_amperes: float
-    """Current through the pins of two connected rows, one driven and one at ground, A."""
+    short_amperes: tuple[float, float]
+    """Smallest and largest current in two connected rows, one driven and one at ground, A."""
     carry_counts: tuple[float, float]
     """Steps that the piezo's reading leaves in the next reading of a column, and in the second."""
     tolerance: dict[str, tuple[float, float]]
@@ -118,8 +121,8 @@ def columns(**options: Any) -> list[float]:
     return [float(value[0]) for row in volts for value in row]
 
 
-def short_current(**options: Any) -> float:
-    """Return the largest current through a pin if two rows of a finger are connected, A."""
+def short_current(**options: Any) -> tuple[float, float]:
+    """Return the least and largest current in a pin if two rows of a finger are connected, A."""
     amperes = [
         simulate(
             [*board(driven=row, **options), f"Rshort {finger}_line_{row} {finger}_line_{other} 1m"],
@@ -129,7 +132,7 @@ def short_current(**options: Any) -> float:
         for row in range(ROWS)
         for other in range(ROWS) if other != row
     ]  # fmt: skip
-    return float(np.abs(amperes).max())
+    return float(np.abs(amperes).min()), float(np.abs(amperes).max())
 
 
 def carries() -> tuple[float, float]:
@@ -241,7 +244,15 @@ def check(results: Board) -> None:
             f"column {place % COLUMNS}: {volts:.3f} V on the board, {expected[0]:.3f} V in the twin"
         )
     assert abs(results.half_volts / 1.65 - 1) <= DIVIDER, f"{results.half_volts:.3f} V"
-    assert results.short_amperes <= SHORT_AMPERES, f"{results.short_amperes} A in connected rows"
+    expected_amperes = ADC_VOLTS / (2 * SHEET.row)
+    assert expected_amperes <= SHORT_AMPERES, f"{expected_amperes} A in connected rows"
+    for amperes in results.short_amperes:
+        assert abs(amperes / expected_amperes - 1) <= DIVIDER, (
+            f"connected rows: {amperes:.3g} A on the board, {expected_amperes:.3g} A in the twin"
+        )
+    # Two newtons on a taxel give half of the supply.
+    half = readings(np.append(conductances([2.0]), np.zeros(ROWS * COLUMNS - 1)), Method.SOLVED)[0]
+    assert abs(half / ADC_VOLTS - 0.5) <= HALF, f"{half:.2f} V at 2 N"
     assert results.carry_counts[1] < 1 / 2, results.carry_counts
     volts = sensitivity().all
     assert abs(volts / FingerParameters().piezo_volts_per_newton - 1) <= AGREEMENT, (

@@ -12,13 +12,11 @@ from circuit import COLUMNS, FINGERS, ROWS, Kind, parts
 from disc import CAPACITANCE
 from numpy.typing import NDArray
 
+from firstcontact.core.board import PIN_OHM
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS
-from firstcontact.twin.mechanics import VelostatParameters
 
 #: Step of the Teensy's converter, V.
 COUNT = ADC_VOLTS / (ADC_COUNTS - 1)
-#: Resistance of a pin of the Teensy, ohm.
-PIN = VelostatParameters().pin
 #: Converter of the i.MX RT1062 (data sheet): capacitance of its sample, F, and resistance of its
 #: switch, ohm. It samples for 2 us as Teensyduino sets it. The cable and the pin have 60 pF more.
 SAMPLE_FARAD, SWITCH_OHM, SAMPLE_TIME, CABLE_FARAD = 2e-12, 6e3, 2e-6, 60e-12
@@ -94,7 +92,7 @@ def board(
         ]
         for row in range(ROWS):
             lines.append(f"Vrow_{finger}_{row} pin_{finger}_{row} 0 {3.3 * (row == driven)}")
-            lines.append(f"Rrow_{finger}_{row} pin_{finger}_{row} {finger}_row_{row} {PIN}")
+            lines.append(f"Rrow_{finger}_{row} pin_{finger}_{row} {finger}_row_{row} {PIN_OHM}")
         if driven is not None and taxel:
             lines += [
                 f"Rtaxel_{finger}_{c} {finger}_line_{driven} {finger}_column_{c} {1 / taxel:.9g}"

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from circuit import parts
 from numpy.typing import NDArray
 
 from firstcontact.collect.calibration import Weighing, fit_force
@@ -26,8 +25,6 @@ from firstcontact_lab.report.tables import fill, markdown_table
 
 ROWS, COLUMNS = 3, 2
 SHEET = VelostatParameters()
-#: Resistance of a row, ohm: its pin and the resistor that protects it. The twin has the pin alone.
-ROW_OHM = SHEET.pin + next(p.value for p in parts() if p.purpose == "protects the pins of row 0")
 #: Position of each taxel on the board of 20 x 15 mm, mm.
 PLACES = np.array(
     [(20 / 3 * (r - 1), 7.5 * (c - 0.5)) for r in range(ROWS) for c in range(COLUMNS)]
@@ -51,17 +48,17 @@ def conductances(forces: Sequence[float] | Array) -> Array:
     return SHEET.leak + SHEET.conductance * np.asarray(forces, dtype=float) ** SHEET.exponent
 
 
-def readings(conductance: Array, method: Method, pin: float = ROW_OHM) -> Array:
+def readings(conductance: Array, method: Method, series: float = SHEET.row) -> Array:
     """Return the voltage of each taxel's column while its row is driven, by nodal analysis."""
     g = conductance.reshape(ROWS, COLUMNS)
     volts = np.zeros((ROWS, COLUMNS))
     for driven in range(ROWS):
-        held = np.full(ROWS, 0.0 if method is Method.FLOATING else 1 / pin)
-        held[driven] = 1 / pin
+        held = np.full(ROWS, 0.0 if method is Method.FLOATING else 1 / series)
+        held[driven] = 1 / series
         rows = np.diag(held + g.sum(axis=1))
         columns = np.diag(1 / SHEET.resistor + g.sum(axis=0))
         currents = np.zeros(ROWS + COLUMNS)
-        currents[driven] = ADC_VOLTS / pin
+        currents[driven] = ADC_VOLTS / series
         nodes = np.linalg.solve(np.block([[rows, -g], [-g.T, columns]]), currents)
         volts[driven] = nodes[ROWS:]
     return volts.ravel()

@@ -12,7 +12,7 @@ import re
 from dataclasses import asdict
 from pathlib import Path
 
-from circuit import FINGERS, TEENSY, Kind, parts
+from circuit import FINGERS, SHARED, TEENSY, Kind, parts
 from disc_tables import discs_table, gluings_table
 from mount_tables import fit_table, pour_table, print_table
 from multimeter_tables import resistors_table
@@ -55,12 +55,16 @@ def parts_table() -> str:
 
 def pins_table() -> str:
     """Return the nets of the Teensy's pins, as Markdown."""
+    divider, row = SHARED["DIVIDER_OHM"], SHARED["ROW_OHM"]
     words = {
         f"adc_{f}": (f, "piezo, behind the low pass") for f in FINGERS
     } | {f"strip_{f}": (f, "strip, over 1 kΩ") for f in FINGERS}  # fmt: skip
     for finger in FINGERS:
-        words |= {f"{finger}_column_{c}": (finger, f"column {c} with its 22 kΩ") for c in range(2)}
-        words |= {f"{finger}_row_{r}": (finger, f"row {r}, over 330 Ω") for r in range(3)}
+        words |= {
+            f"{finger}_column_{c}": (finger, f"column {c} with its {divider / 1e3:g} kΩ")
+            for c in range(2)
+        }
+        words |= {f"{finger}_row_{r}": (finger, f"row {r}, over {row:g} Ω") for r in range(3)}
     cells = []
     for pin, net in TEENSY.items():
         if net in words:
@@ -97,7 +101,7 @@ def simulation_table(board: Board) -> str:
         highs=board.tolerance["high_hz"],
         microvolts=1e6 * board.noise_volts,
         recovery_ms=1e3 * board.recovery_s,
-        milliamperes=1e3 * board.short_amperes,
+        milliamperes=1e3 * max(board.short_amperes),
     )
 
 

@@ -15,7 +15,7 @@ from firstcontact.collect.calibration import (
     wait_for_tap,
 )
 from firstcontact.core import Calibration, Finger, InputError, VibrationCalibration
-from firstcontact.core.calibration import DIVIDER_OHM
+from firstcontact.core.board import DIVIDER_OHM
 
 NEWTONS = np.array([0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
 

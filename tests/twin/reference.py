@@ -190,10 +190,10 @@ def force_counts(
         row, column = divmod((first + i) % TAXELS, 2)
         # Kirchhoff's current law at three rows and two columns.
         g = conductance.reshape(3, 2)
-        rows = np.diag(1 / p.pin + g.sum(axis=1))
+        rows = np.diag(1 / p.row + g.sum(axis=1))
         columns = np.diag(1 / p.resistor + g.sum(axis=0))
         currents = np.zeros(5)
-        currents[row] = ADC_VOLTS / p.pin
+        currents[row] = ADC_VOLTS / p.row
         volts = np.linalg.solve(np.block([[rows, -g], [-g.T, columns]]), currents)
         out[i] = adc_count(volts[3 + column] + noise[i])
 

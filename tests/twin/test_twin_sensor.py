@@ -38,7 +38,7 @@ def test_count_is_a_1024th_of_the_range() -> None:
 
 def test_taxels_are_read_in_turn() -> None:
     # Without a threshold and with instant response the readings follow the force.
-    p = VelostatParameters()._replace(threshold=0.0, rise=DT, fall=DT, creep_share=0.0, pin=0.0)
+    p = VelostatParameters()._replace(threshold=0.0, rise=DT, fall=DT, creep_share=0.0, row=0.0)
     force = 20 * np.random.default_rng(3).random(600)
     out = read(force, p)
     for taxel in range(TAXELS):
@@ -88,7 +88,7 @@ def test_sheet_is_slow_creeps_and_has_a_longer_decay() -> None:
 
 def test_taxel_alone_in_its_column_is_told_from_its_neighbours() -> None:
     # The filter of the device removes what the other taxels of the column and the row do.
-    p = VelostatParameters()._replace(pin=0.0, noise=0.0)
+    p = VelostatParameters()._replace(row=0.0, noise=0.0)
     shares = np.array([0.3, 0.0, 0.3, 0.3, 0.1, 0.0])
     scans = np.zeros((6000, 6), np.uint16)
     for f, force in enumerate((10.0, 0.0)):

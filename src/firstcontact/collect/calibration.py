@@ -26,7 +26,7 @@ from firstcontact.core import (
     VibrationCalibration,
     finger_name,
 )
-from firstcontact.core.calibration import DIVIDER_OHM
+from firstcontact.core.board import DIVIDER_OHM
 from firstcontact.core.files import AnyPath
 from firstcontact.core.layout import ADC_VOLTS, finger_words
 from firstcontact.core.text import parse_float

@@ -15,14 +15,11 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from firstcontact.core._errors import ArgumentError, FileError, InputError
+from firstcontact.core.board import DIVIDER_OHM
 from firstcontact.core.files import AnyPath, given_path, read_regular, write_json
 from firstcontact.core.given import given_choice, given_number
 from firstcontact.core.layout import ADC_VOLTS, Finger
 from firstcontact.core.records import LONGEST, Name, read_record
-
-#: Resistor of a column's divider on the project's board, ohm.
-DIVIDER_OHM = 22000.0
-
 
 _REMEDY = "make a calibration with `firstcontact calibrate`"
 #: Name and version of the format. Other formats and versions are refused.

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.board import DIVIDER_OHM, PIN_OHM, ROW_OHM
 from firstcontact.core.installation import load_compiled
 from firstcontact.core.physics import contact_modulus, gent_modulus, hertz_stiffness
 
@@ -145,10 +146,10 @@ class VelostatParameters(NamedTuple):
     exponent: float = 0.85
     leak: float = 2.0e-6
     """Conductance of an unloaded taxel, S."""
-    resistor: float = 22000.0
+    resistor: float = DIVIDER_OHM
     """Resistor of a column's divider, ohm."""
-    pin: float = 23.0
-    """Resistance of each row's pin, ohm."""
+    row: float = ROW_OHM + PIN_OHM
+    """Resistance of each row, ohm: its resistor and the pin that drives it."""
     noise: float = 0.004
     """RMS of the noise at the converter, V."""
 

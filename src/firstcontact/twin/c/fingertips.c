@@ -82,33 +82,22 @@ static double conductance(const VelostatParameters *p, double quick, double late
 
 /* Return the voltage of a taxel's column while its row is driven and the other rows are at ground.
 
-   A row's pin has the resistance `pin`, and a column's divider `load`. Solved by Gauss-Seidel: a
-   sweep reduces the error at least by the ratio of `pin` to the resistance of a row's taxels, about
-   40, and the first sweep is exact without `pin`. */
-static double column_volts(const double g[TAXELS], int32_t taxel, double pin, double load)
+   A row has the resistance `series`, and a column's divider `load`. Kirchhoff's current law at the
+   rows leaves an equation for each of the two columns. */
+static double column_volts(const double g[TAXELS], int32_t taxel, double series, double load)
 {
-    enum { SWEEPS = 4 };
-    double row[ROWS] = {0}, column[LINES] = {0};
-    row[taxel / LINES] = VOLTS;
-    for (int32_t sweep = 0; sweep < SWEEPS; sweep++) {
-        for (int32_t r = 0; sweep > 0 && r < ROWS; r++) {
-            double current = r == taxel / LINES ? VOLTS : 0.0, sum = 1.0;
-            for (int32_t c = 0; c < LINES; c++) {
-                current += pin * g[LINES * r + c] * column[c];
-                sum += pin * g[LINES * r + c];
-            }
-            row[r] = current / sum;
-        }
+    double a[LINES][LINES] = {{1.0, 0.0}, {0.0, 1.0}}, b[LINES] = {0};
+    for (int32_t r = 0; r < ROWS; r++) {
+        const double *h = g + LINES * r, share = load / (1.0 + series * (h[0] + h[1]));
         for (int32_t c = 0; c < LINES; c++) {
-            double current = 0.0, sum = 1.0;
-            for (int32_t r = 0; r < ROWS; r++) {
-                current += load * g[LINES * r + c] * row[r];
-                sum += load * g[LINES * r + c];
-            }
-            column[c] = current / sum;
+            b[c] += r == taxel / LINES ? VOLTS * share * h[c] : 0.0;
+            a[c][c] += share * h[c];
+            a[c][c] += share * series * h[c] * h[1 - c];
+            a[c][1 - c] -= share * series * h[c] * h[1 - c];
         }
     }
-    return column[taxel % LINES];
+    const int32_t c = taxel % LINES, d = 1 - c;
+    return (b[c] * a[d][d] - b[d] * a[c][d]) / (a[0][0] * a[1][1] - a[0][1] * a[1][0]);
 }
 
 WIDE void fc_force_readings(const double *force, const double *shares,

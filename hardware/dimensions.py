@@ -29,6 +29,11 @@ class Dimensions:
     disc_diameter: float = _mm(10.0, "PZT disc", PAPER)
     disc_thickness: float = _mm(0.2, "PZT disc, a size that is sold")
     sheet_thickness: float = _mm(0.1, "Velostat", PAPER)
+    sheet_length: float = _mm(19.0, "Velostat: covers the combs, and stays off the board's edges")
+    sheet_width: float = _mm(14.0, "the same")
+    sheet_cut: float = _mm(0.5, "cut of the Velostat's corners: they would catch, and bare no comb")
+    tape_length: float = _mm(10.0, "tape that holds a long side of the Velostat")
+    tape_width: float = _mm(1.0, "the same: half of it on the sheet")
     pad_thickness: float = _mm(3.0, "silicone without its dimples", PAPER)
     dimple_diameter: float = _mm(2.5, "end of a dimple: six are a tenth of the pad, as in the twin")
     dimple_height: float = _mm(0.8, "dimple, as in the twin")
@@ -87,6 +92,17 @@ class Dimensions:
     press_margin: float = _mm(1.0, "from the press's face to the board's edges")
     press_drop: float = _mm(2.6, "face of the press below its plate")
     paper: float = _mm(0.1, "copy paper of 80 g/m²")
+
+    # Adapter to a finger
+    finger_fit: float = _mm(0.2, "between finger and cheeks, each side: thin tape fills it")
+    cheek: float = _mm(2.4, "cheeks beside the finger")
+    cheek_share: float = _mm(0.6, "height of the cheeks, as a share of the finger's thickness")
+    stop: float = _mm(2.0, "wall at the finger's tip")
+    ledge: float = _mm(2.0, "below the heads of the screws: M2 × 5 reach 3 mm into the mount")
+    head_diameter: float = _mm(4.4, "room for a head of a screw M2, 3.8 mm wide")
+    head_depth: float = _mm(2.2, "the same: heads are 2 mm high")
+    screw_hole: float = _mm(2.4, "hole for a screw M2")
+    tie_place: float = _mm(2.9, "cable ties, from the middle of the mount along the finger")
 
     @property
     def inner(self) -> tuple[float, float]:

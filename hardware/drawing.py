@@ -28,8 +28,13 @@ COLOURS = {
     "silicone": "#f2c9b0",
     "glue": "#c98be0",
     "copper": "#d98f4e",
+    "gold": "#f3e3b3",
     "paper": "#ffffff",
 }
+#: Material of each part of the assembled fingertip.
+MATERIALS = {
+    "mount": "petg", "disc": "pzt", "board": "fr4", "sheet": "velostat", "pad": "silicone",
+}  # fmt: skip
 _STYLE = """.v{fill:none;stroke:#1b2a41;stroke-width:1.4;stroke-linejoin:round;stroke-linecap:round}
 .f{stroke:#1b2a41;stroke-width:.9;stroke-linejoin:round}
 .c{fill:none;stroke:#8593a8;stroke-width:.9;stroke-dasharray:14 3 3 3}
@@ -59,6 +64,7 @@ class View:
     """Material and outlines of each filled face."""
     is_section: bool = False
     """True if the areas are cuts, which are hatched and lie over the lines."""
+    opacity: float = 1.0
 
 
 def project(part: Part, direction: tuple = TOP) -> View:
@@ -154,6 +160,7 @@ class Drawing:
         for material, outlines in view.areas:
             if view.is_section:
                 look = f'class="f" fill="url(#{material})" fill-rule="evenodd"'
+                look += f' fill-opacity="{view.opacity:g}"' if view.opacity < 1 else ""
             else:
                 look = 'fill="{0}" stroke="{0}"'.format(COLOURS[material])
             areas.append(f'<path {look} d="{path(outlines, "Z")}"/>')

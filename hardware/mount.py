@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PARTS = ROOT / "hardware/mount"
 OUT = ROOT / "hardware/out"
 #: STEP files name a time; with one that never changes, equal parts give equal files.
-_TIMESTAMP = "2026-01-01T00:00:00"
+TIMESTAMP = "2026-01-01T00:00:00"
 
 
 def triangles(part: Part) -> mesh.Mesh:
@@ -132,11 +132,11 @@ def main(d: Dimensions = NOMINAL) -> None:
     for name, part in parts.items():
         mesh.write_stl(PARTS / f"{name}.stl", surfaces[name])
         part.label = name
-        export_step(part, PARTS / f"{name}.step", write_pcurves=False, timestamp=_TIMESTAMP)
+        export_step(part, PARTS / f"{name}.step", write_pcurves=False, timestamp=TIMESTAMP)
         x, y, z = mesh.size(surfaces[name])
         print(f"{name}: {x:.1f} × {y:.1f} × {z:.1f} mm, {mesh.volume(surfaces[name]):.0f} mm³")
     tip = Compound(label="fingertip", children=list(solids.fingertip(d).values()))
-    export_step(tip, OUT / "fingertip.step", timestamp=_TIMESTAMP)
+    export_step(tip, OUT / "fingertip.step", timestamp=TIMESTAMP)
     mount_drawings.write_all(d, ROOT / "docs/images")
 
 

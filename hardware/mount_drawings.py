@@ -1,19 +1,27 @@
-"""Drawings of the fingertip's mount, mould and jig for the build page."""
+"""Drawings of the fingertip's parts, mount and mould for the build page."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 
+import adapter
 import solids
-from build123d import Part, Pos, Rot
+from build123d import Pos
 from dimensions import Dimensions
-from drawing import BOTTOM, TOP, Drawing, Point, View, pictured, project, section, seen
-
-_MATERIALS = {
-    "mount": "petg", "disc": "pzt", "board": "fr4", "sheet": "velostat", "pad": "silicone",
-}  # fmt: skip
+from drawing import (
+    BOTTOM,
+    MATERIALS,
+    TOP,
+    Drawing,
+    Point,
+    View,
+    pictured,
+    project,
+    section,
+    seen,
+)
+from gluing_drawings import STEPS
 
 
 def parts(d: Dimensions) -> Drawing:
@@ -27,7 +35,7 @@ def parts(d: Dimensions) -> Drawing:
         "pad": f"silicone pad, {d.pad_thickness:g} mm,\nsix dimples on its underside",
     }
     for lift, (name, part) in zip((0, 7, 13, 19, 23), solids.fingertip(d).items(), strict=True):
-        placed = sheet.place(pictured(Pos(0, 0, lift) * part, _MATERIALS[name]), 290, 490, 11.5)
+        placed = sheet.place(pictured(Pos(0, 0, lift) * part, MATERIALS[name]), 290, 490, 11.5)
         box = part.bounding_box()
         middle = lift + (box.min.Z + box.max.Z) / 2
         corner = box.max.X - (name == "mount"), box.min.Y, middle
@@ -58,7 +66,7 @@ def assembly(d: Dimensions) -> Drawing:
     sheet = Drawing(980, 480, title)
     s = sheet.place(
         section(
-            (_MATERIALS[name], part, d.taxels[1][1] if name == "pad" else 0.0)
+            (MATERIALS[name], part, d.taxels[1][1] if name == "pad" else 0.0)
             for name, part in solids.fingertip(d).items()
         ),
         440, 330, 19,
@@ -209,132 +217,14 @@ def mould(d: Dimensions) -> Drawing:
     return sheet
 
 
-def _circle(x: float, y: float, radius: float) -> list[Point]:
-    """Return points on a circle."""
-    turns = (2 * math.pi * n / 72 for n in range(72))
-    return [(x + radius * math.cos(t), y + radius * math.sin(t)) for t in turns]
-
-
-def _box(x: float, y: float, width: float, height: float) -> list[Point]:
-    """Return the corners of a rectangle by its middle."""
-    a, b = width / 2, height / 2
-    return [(x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b)]
-
-
-def _foils(d: Dimensions) -> list[Point]:
-    """Return the middles of the folded foils on the land."""
-    count = round(d.foils)
-    return [
-        (d.foil_place * math.cos(t), d.foil_place * math.sin(t))
-        for t in (math.pi / 2 + 2 * math.pi * n / count for n in range(count))
-    ]
-
-
-def _foil_step(sheet: Drawing, d: Dimensions) -> None:
-    """Draw the back of the board with its foils, and the cut through one."""
-    view = View(is_section=True)
-    view.areas.append(("fr4", [_box(0, 0, d.board_length, d.board_width)]))
-    view.areas.append(("pzt", [_circle(0, 0, d.disc_diameter / 2)]))
-    view.areas += [("copper", [_box(x, y, d.foil_side, d.foil_side)]) for x, y in _foils(d)]
-    v = sheet.place(view, 240, 160, 15)
-    top = _foils(d)[0]
-    v.labels(
-        430, 70,
-        [
-            ((top[0] + 0.4, top[1]), f"three foils, {d.foil_side:g} × {d.foil_side:g} mm, folded"),
-            ((4.2, -1.5), "land of the board"),
-            ((8.5, -5.5), "back of the board"),
-        ],
-        36,
-    )  # fmt: skip
-    foil, gap, side = 0.035, d.board_glue, d.foil_side
-    fold = View(is_section=True)
-    for material, low, high in (
-        ("fr4", -0.25, 0.0), ("glue", 0.0, gap), ("pzt", gap, gap + d.disc_thickness),
-    ):  # fmt: skip
-        fold.areas.append((material, [_box(0, (low + high) / 2, 2.2, high - low)]))
-    middle, x = gap / 2, side / 2
-    inner, outer = 0.008, 0.008 + foil
-    u = [
-        (-x, middle + inner), (x - foil, middle + inner), (x - foil, middle - inner),
-        (-x, middle - inner), (-x, middle - outer), (x, middle - outer),
-        (x, middle + outer), (-x, middle + outer),
-    ]  # fmt: skip
-    fold.areas.append(("copper", [u]))
-    z = sheet.place(fold, 610, 245, 130)
-    sheet.text(470, 190, "enlarged", "s")
-    z.labels(
-        775, 185,
-        [
-            ((1.0, gap + d.disc_thickness / 2), "disc, marked face up"),
-            ((1.0, gap / 2), "silicone"),
-            ((x - 0.1, middle - 0.025), "foil, adhesive outwards"),
-            ((1.0, -0.15), "land"),
-        ],
-        27,
-    )  # fmt: skip
-
-
-def gluing(d: Dimensions) -> Drawing:
-    """Return the picture of the three steps of gluing."""
-    sheet = Drawing(980, 860, "Gluing: foils on the land, disc in the locator, board in the mount")
-    face, tip = d.board_thickness, solids.fingertip(d)
-
-    def flip(part: Part, height: float) -> Part:
-        return Pos(0, 0, height) * Rot(180, 0, 0) * part
-
-    sheet.text(40, 28, "1. Folded foils onto the land: they connect, and keep the distance", "t")
-    _foil_step(sheet, d)
-
-    sheet.text(40, 328, "2. Disc onto the back of the board, inside the locator", "t")
-    disc = Pos(0, 0, face + d.board_glue - d.post_top - d.post_glue) * tip["disc"]
-    locator = flip(solids.locator(d), face + d.plate)
-    cut = [("petg", locator, 0.0), ("fr4", solids.board(d), 0.0), ("pzt", disc, 0.0)]
-    v = sheet.place(section(cut), 330, 450, 15)
-    v.labels(
-        560, 375,
-        [
-            ((4.4, face + d.board_glue + 0.1), "disc in silicone, pressed with an eraser"),
-            ((8.5, face + 1.2), "locator"),
-            ((9.4, face / 2), "board, its front on paper"),
-        ],
-        30,
-    )  # fmt: skip
-    v.labels(150, 360, [((-8.0, face + 0.5), "slot for the wire")])
-
-    sheet.text(40, 525, "3. Board onto the post of the mount, below the press", "t")
-    gap = d.press_gap + d.post_glue
-    press = flip(solids.press(d), d.wall_top + gap + d.press_plate)
-    cut = [(_MATERIALS[name], tip[name], 0.0) for name in ("mount", "board", "disc")]
-    v = sheet.place(section([*cut, ("petg", press, 0.0)]), 330, 800, 15)
-    right, top = d.board_length / 2, d.wall_top + 2 * d.paper
-    inside, outside = d.inner[0] / 2, d.outer[0] / 2 + 0.3
-    strip = [
-        (right, d.board_back), (inside, d.board_back), (inside, d.wall_top),
-        (outside, d.wall_top), (outside, top), (right, top),
-    ]  # fmt: skip
-    sheet.place(View(areas=[("paper", [strip])], is_section=True), 330, 800, 15)
-    v.labels(
-        560, 565,
-        [
-            ((right - 2, d.wall_top + gap + 1.5), "press, with 500 g on it"),
-            ((outside - 0.8, d.wall_top + gap - 0.15), "gap: paper fills it at the four corners"),
-            ((right + 0.1, d.board_front - 0.4), "folded paper: keeps the board off the walls"),
-            ((4.4, d.post_top + d.post_glue + 0.05), "silicone between disc and post"),
-        ],
-        36,
-    )  # fmt: skip
-    sheet.text(40, 845, "To scale, but for the foil's thickness. Cut in the middle.", "s")
-    return sheet
-
-
 #: Drawing of each picture of the build page.
 SHEETS: dict[str, Callable[[Dimensions], Drawing]] = {
     "fingertip-parts": parts,
     "fingertip-section": assembly,
     "fingertip-mount": mount,
     "fingertip-mould": mould,
-    "fingertip-gluing": gluing,
+    "fingertip-adapter": adapter.drawing,
+    **STEPS,
 }
 
 

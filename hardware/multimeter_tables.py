@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 from circuit import CABLE, FINGERS, TEENSY, Kind, parts
@@ -23,9 +25,20 @@ MEASURED = (
 TEST_POINTS = {"3v3": "3V3", "vref": "1.65V", "gnd": "GND"}
 
 
-def resistance(a: str, b: str) -> float:
-    """Return the resistance between two nets of the amplifier board with its resistors alone."""
-    resistors = [part for part in PARTS.values() if part.kind is Kind.RESISTOR]
+def resistance(a: str, b: str, joined: Collection[str] = ()) -> float:
+    """Return the resistance between two nets of the amplifier board with its resistors alone.
+
+    Nets that are ``joined`` count as one.
+    """
+    a, b = ("joined" if net in joined else net for net in (a, b))
+    if a == b:
+        return 0.0
+    resistors = [
+        replace(part, pins={n: "joined" if net in joined else net for n, net in part.pins.items()})
+        for part in PARTS.values()
+        if part.kind is Kind.RESISTOR
+    ]
+    resistors = [part for part in resistors if len(set(part.pins.values())) == 2]
     nets = [a]
     for net in nets:  # grows: all that is connected to a
         for part in resistors:
@@ -45,9 +58,23 @@ def resistance(a: str, b: str) -> float:
 
 def reading(a: str, b: str) -> str:
     """Return what the multimeter shows between two nets, in words."""
-    if a == b:
-        return "0 Ω"
-    value = resistance(a, b)
+    return _ohms(resistance(a, b))
+
+
+def through_u1(a: str, b: str) -> str:
+    """Return the range in which the reading lies once U1 is soldered, in words.
+
+    U1 connects its pins by anything from nothing to a short.
+    """
+    least, most = resistance(a, b, set(PARTS["U1"].pins.values())), resistance(a, b)
+    return (
+        "the same"
+        if a == b or least > 0.97 * most or math.isinf(least)
+        else f"{_ohms(least)} to {_ohms(most)}"
+    )
+
+
+def _ohms(value: float) -> str:
     if math.isinf(value):
         return "open"
     return f"{value:.3g} Ω" if value < 1e3 else f"{value / 1e3:.3g} kΩ"
@@ -70,46 +97,39 @@ def _teensy(net: str) -> str:
 
 
 def resistors_table() -> str:
-    """Return the resistances once resistors, capacitors and connectors are soldered."""
-    rows = [(f"3V3 and GND: {reading('3v3', 'gnd')}",) * 2]
-    rows += [(f"1.65V and GND: {reading('vref', 'gnd')}",) * 2]
+    """Return the resistances once resistors, capacitors and connectors are soldered, and later."""
+    shared = [("3V3", "3v3"), ("1.65V", "vref")]
+    rows = [[(f"{name} and GND", net, "gnd")] * 2 for name, net in shared]
     for first, second in MEASURED:
-        rows.append(
-            tuple(
-                f"{a} and {b}: {reading(net, other)}"
-                for (a, net), (b, other) in (
-                    (_spot(f, first), _spot(f, second)) for f in FINGERS
-                )
-            )
-        )  # fmt: skip
+        pairs = [(_spot(f, first), _spot(f, second)) for f in FINGERS]
+        rows.append([(f"{a} and {b}", net, other) for (a, net), (b, other) in pairs])
     connectors = [PARTS[f"J{n}"] for n, _ in enumerate(FINGERS, 1)]
     for pin, wire in enumerate(CABLE, 1):
         if wire not in ("gnd", "disc"):
             nets = [j.pins[str(pin)] for j in connectors]
             ends = [net.replace("pad", "strip").replace("line", "row") for net in nets]
-            rows.append(
-                tuple(
-                    f"{j.reference} pin {pin} and {_teensy(end)}: {reading(net, end)}"
-                    for j, net, end in zip(connectors, nets, ends, strict=True)
-                )
-            )
+            rows.append([
+                (f"{j.reference} pin {pin} and {_teensy(end)}", net, end)
+                for j, net, end in zip(connectors, nets, ends, strict=True)
+            ])  # fmt: skip
     for pin in range(1, len(CABLE)):
-        rows.append(
-            tuple(
-                f"{j.reference} pins {pin} and {pin + 1}: "
-                + reading(j.pins[str(pin)], j.pins[str(pin + 1)])
-                for j in connectors
-            )
-        )
+        rows.append([
+            (f"{j.reference} pins {pin} and {pin + 1}", j.pins[str(pin)], j.pins[str(pin + 1)])
+            for j in connectors
+        ])  # fmt: skip
     return _table(rows)
 
 
-def _table(rows: list[tuple[str, ...]]) -> str:
-    """Return the rows as Markdown; each row's fingers must read the same."""
+def _table(rows: list[list[tuple[str, str, str]]]) -> str:
+    """Return the rows as Markdown, given places and both nets of each finger.
+
+    Each row's fingers must read the same.
+    """
     cells = []
     for index, thumb in rows:
-        (a, value), (b, other) = (cell.split(": ") for cell in (index, thumb))
-        if value != other:
+        values = [(reading(*nets), through_u1(*nets)) for _, *nets in (index, thumb)]
+        if values[0] != values[1]:
             raise ValueError(f"the fingers differ: {index}, {thumb}")
-        cells.append((a, "the same" if a == b else b, value))
-    return markdown_table("index | thumb | should read", cells)
+        (a, *_), (b, *_) = index, thumb
+        cells.append((a, "the same" if a == b else b, *values[0]))
+    return markdown_table("index | thumb | should read | once U1 is soldered", cells)

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,11 @@ DIVIDER = 0.02
 HALF = 0.05
 #: Largest current between two connected rows, A. The Teensy's maker recommends at most 4 mA.
 SHORT_AMPERES = 5e-3
+#: Wrong parts that :func:`check` must find, with the factor on their value.
+WRONG = {
+    "R1": 1.1, "R2": 0.8, "R10": 0.5, "R13": 2.0, "R15": 2.0, "R17": 0.9, "R18": 4.7 / 22,
+    "R24": 2.0, "R28": 1.1, "R30": 2.0, "R31": 0.1, "R42": 0.9, "C10": 10.0, "C20": 0.5,
+}  # fmt: skip
 #: Conductance of the taxels in the test of the dividers, S.
 TAXEL = 1 / 22e3
 
@@ -141,6 +147,31 @@ def carries() -> tuple[float, float]:
     _, volts = simulate(sampled_charge(1.65, ohm), f"tran 10n {SAMPLE_TIME} uic", "v(sample)")
     left = float(volts[-1]) / 1.65
     return left * 1.65 / COUNT, left**2 * 1.65 / COUNT
+
+
+def changed(results: Board, values: Mapping[str, float]) -> Board:
+    """Return the results of a board with other values, by reference."""
+    gain, low, high = response(values=values)
+    return replace(
+        results,
+        gain=gain,
+        low_hz=low,
+        high_hz=high,
+        thumb=response("thumb", values=values),
+        half_volts=float(simulate(board(values=values), "op", "v(vref)")[1][0]),
+        force_volts=columns(values=values),
+        short_amperes=short_current(values=values),
+    )
+
+
+def is_found(results: Board, reference: str, factor: float) -> bool:
+    """Return True if :func:`check` finds a part whose value is wrong by a factor."""
+    value = next(part.value for part in parts() if part.reference == reference)
+    try:
+        check(changed(results, {reference: factor * value}))
+    except AssertionError:
+        return True
+    return False
 
 
 def noise() -> float:

@@ -54,6 +54,17 @@ def pad(d: Dimensions) -> Part:
     return body
 
 
+def disc(d: Dimensions) -> Part:
+    """Return the piezo disc, on z = 0."""
+    return Cylinder(d.disc_diameter / 2, d.disc_thickness, align=_UP)
+
+
+def sheet(d: Dimensions) -> Part:
+    """Return the sheet of Velostat, on z = 0."""
+    outline = Rectangle(d.sheet_length, d.sheet_width)
+    return extrude(chamfer(outline.vertices(), d.sheet_cut), d.sheet_thickness)
+
+
 def screw_holes(d: Dimensions) -> list[Part]:
     """Return the space of each screw in the mount."""
     hole = Cylinder(d.insert_diameter / 2, d.insert_depth, align=_UP)
@@ -154,12 +165,10 @@ def printed(d: Dimensions) -> dict[str, Part]:
 
 def fingertip(d: Dimensions) -> dict[str, Part]:
     """Return the assembled parts of one fingertip by name, from the mount to the pad."""
-    disc = Cylinder(d.disc_diameter / 2, d.disc_thickness, align=_UP)
-    sheet = Box(d.board_length, d.board_width, d.sheet_thickness, align=_UP)
     return {
         "mount": mount(d),
-        "disc": Pos(0, 0, d.post_top + d.post_glue) * disc,
+        "disc": Pos(0, 0, d.post_top + d.post_glue) * disc(d),
         "board": Pos(0, 0, d.board_back) * board(d),
-        "sheet": Pos(0, 0, d.board_front) * sheet,
+        "sheet": Pos(0, 0, d.board_front) * sheet(d),
         "pad": Pos(0, 0, d.pad_bottom) * pad(d),
     }

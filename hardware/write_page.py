@@ -17,7 +17,7 @@ from disc_tables import discs_table, gluings_table
 from mount_tables import fit_table, pour_table, print_table
 from multimeter_tables import resistors_table
 from order_tables import accessories_table, order_table
-from simulate import Board, check, measure, twin_response
+from simulate import WRONG, Board, check, is_found, measure, twin_response
 
 from firstcontact_lab.report.tables import fill, markdown_table
 
@@ -135,6 +135,10 @@ if __name__ == "__main__":
     if parser.parse_args().measure:
         board = measure(boards=200, seed=1)
         check(board)
+        for reference, factor in WRONG.items():
+            if not is_found(board, reference, factor):
+                raise SystemExit(f"the check overlooks {reference} with {factor:g} times its value")
+        print(f"found as it should be: each of {len(WRONG)} wrong values")
         results = {"command": "python hardware/write_page.py --measure", **asdict(board)}
         RESULTS.write_text(json.dumps(results, indent=1) + "\n", "utf-8")
     for page in (BUILD, CIRCUIT):

@@ -6,10 +6,12 @@ Tests of the checks need build123d. The others need no CAD kernel.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import dimensions
+import fingertip_layout
 import mesh
 import mount_tables
 import numpy as np
@@ -140,8 +142,29 @@ def test_drawings_show_the_numbers_of_the_table() -> None:
     for name, numbers in shown.items():
         text = (IMAGES / f"{name}.svg").read_text("utf-8")
         assert [n for n in numbers if f">{n:g}</text>" not in text] == [], name
+    page = (ROOT / "docs/how-to/build-a-fingertip.md").read_text("utf-8")
+    for text in (page, (IMAGES / "gluing-6-velostat.svg").read_text("utf-8")):
+        assert f"{D.sheet_length:g} × {D.sheet_width:g} mm" in text
+        assert f"off by {D.sheet_cut:g} mm" in text
     mount = (IMAGES / "fingertip-mount.svg").read_text("utf-8")
     assert f"4 × Ø{D.insert_diameter:g}, {D.insert_depth:g} deep" in mount
+
+
+def test_velostat_covers_all_combs_and_no_edge_of_the_board() -> None:
+    half = fingertip_layout.FINGERS * 0.3 - 0.15 + fingertip_layout.OPENING
+    x, y = (max(place[axis] for place in D.taxels) for axis in (0, 1))
+    x, y = x + half, y + fingertip_layout.OVERLAP + fingertip_layout.OPENING
+    length, width = D.sheet_length / 2, D.sheet_width / 2
+    assert min(length - x, width - y) > 0.15
+    assert length + width - D.sheet_cut - (x + y) > 0.3  # the cut corner
+    assert max(length - D.board_length / 2, width - D.board_width / 2) <= -0.5
+
+
+def test_page_shows_each_step_of_gluing_where_it_is_done() -> None:
+    page = (ROOT / "docs/how-to/build-a-fingertip.md").read_text("utf-8")
+    shown = re.findall(r"\(\.\./images/(gluing-\S+)\)", page)
+    assert shown == sorted(path.name for path in IMAGES.glob("gluing-*"))
+    assert len(shown) == 7
 
 
 class TestChecks:
@@ -218,3 +241,35 @@ class TestChecks:
 
         with pytest.raises(ValueError, match="thinnest board"):
             mount.check_press(replace(D, press_drop=2.2))
+
+    @pytest.mark.parametrize(
+        ("width", "thickness", "length"), [(16, 14, 30), (11, 12, 23), (12.5, 30, 26), (40, 8, 50)]
+    )
+    def test_adapter_has_room_for_the_finger_and_can_be_printed(
+        self, width: float, thickness: float, length: float
+    ) -> None:
+        import adapter
+        import mount
+        from build123d import Align, Box, Pos
+
+        finger = adapter.Finger(width, thickness, length)
+        part = adapter.adapter(finger, D)
+        mount.check_print("adapter", mount.triangles(part), D)
+        up = (Align.MAX, Align.CENTER, Align.MIN)
+        tip = Pos(D.outer[0] / 2, 0, adapter.plate_thickness(D))
+        assert not (part & (tip * Box(length, width, thickness, align=up))).solids()
+        assert (part & (tip * Box(length, width + 1, thickness, align=up))).solids()
+        for x, y in D.screws:
+            assert not (part & (Pos(x, y, -1) * Box(1, 1, 60, align=up))).solids()
+
+    @pytest.mark.parametrize(
+        ("name", "size"),
+        [("width", (9, 14, 30)), ("thickness", (16, 5, 30)), ("length", (16, 14, 20))],
+    )
+    def test_adapter_refuses_a_finger_that_it_cannot_hold(
+        self, name: str, size: tuple[float, ...]
+    ) -> None:
+        import adapter
+
+        with pytest.raises(ValueError, match=f"--{name} must be"):
+            adapter.adapter(adapter.Finger(*size), D)

@@ -121,7 +121,7 @@ WIDE void fc_force_readings(const double *force, const double *shares,
         double g[TAXELS];
         for (int32_t k = 0; k < TAXELS; k++)
             g[k] = conductance(p, quick[k], late[k]);
-        const double volts = column_volts(g, (int32_t)((first + i) % TAXELS), p->pin, resistor);
+        const double volts = column_volts(g, (int32_t)((first + i) % TAXELS), p->row, resistor);
         out[i] = reading((volts + noise[i]) * (COUNTS / VOLTS));
     }
     memcpy(state, quick, TAXELS * sizeof *state);

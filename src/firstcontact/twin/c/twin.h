@@ -50,7 +50,7 @@ typedef struct {
 } ObjectParameters;
 
 typedef struct {
-    double threshold, rise, fall, creep_share, creep, conductance, exponent, leak, resistor, pin,
+    double threshold, rise, fall, creep_share, creep, conductance, exponent, leak, resistor, row,
         noise;
 } VelostatParameters;
 

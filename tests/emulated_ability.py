@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Self
 
 from firstcontact.device.ports import PseudoTerminal
-from firstcontact.grasp._ability import NEARLY_OPEN, SENSORS
-from firstcontact.grasp._ability_package import load
+from firstcontact.grasp.ability import NEARLY_OPEN, SENSORS
+from firstcontact.grasp.ability_package import load
 
 #: Of a machine that does much else at the same time, s.
 PATIENCE = 60.0

@@ -26,10 +26,8 @@ LONG = 240.0
 #: Modules with imports that few commands share, or that start threads.
 _RARE = (
     ".cluster",
-    "._efficientnet",
-    "._joined_network",
-    "._network_export",
-    "._ability",
+    ".windows.efficientnet",
+    ".ability",
     ".pretraining",
     ".pretrain",
 )

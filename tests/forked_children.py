@@ -22,17 +22,17 @@ from typing import Any
 from firstcontact.jobs import children
 
 #: Module of the process that is forked.
-TWIN = "firstcontact.device._twin_process"
+TWIN = "firstcontact.device.twin_process"
 
 
 @cache
 def load() -> None:
     """Import what the twin's process needs, and load its compiled functions."""
-    from firstcontact.device import _twin_process
+    from firstcontact.device import twin_process
     from firstcontact.twin import TwinStream
     from firstcontact.twin.sensor import DeviceFilter
 
-    DeviceFilter().update(TwinStream(seed=0).read(_twin_process.FRAME_SAMPLES))
+    DeviceFilter().update(TwinStream(seed=0).read(twin_process.FRAME_SAMPLES))
 
 
 def fork_children() -> None:

@@ -12,12 +12,12 @@ SETTINGS: dict[str, object] = {
     "firstcontact.models.windows.svm.C_GRID": (10.0,),
     "firstcontact.models.windows.svm.GAMMA_GRID": (0.3, 1.0),
     "firstcontact.models.windows.svm.EPSILON_GRID": (0.15,),
-    "firstcontact.models.windows._log_spectrum.C_GRID": (0.1, 1.0),
+    "firstcontact.models.windows.log_spectrum.C_GRID": (0.1, 1.0),
     "firstcontact.models.rig.network_estimator.FOLDS": 2,
-    "firstcontact.contact._logistic.PINCHES": 16,
-    "firstcontact.contact._logistic.FOLDS": 2,
-    "firstcontact.contact._svm.PINCHES": 16,
-    "firstcontact.contact._svm.FOLDS": 2,
+    "firstcontact.contact.logistic.PINCHES": 16,
+    "firstcontact.contact.logistic.FOLDS": 2,
+    "firstcontact.contact.svm.PINCHES": 16,
+    "firstcontact.contact.svm.FOLDS": 2,
 }
 SETTINGS |= FITS
 

@@ -18,7 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.device._audio_source import portaudio
+from firstcontact.device.audio_source import portaudio
 
 _SYSTEM = Path("/usr/share/alsa/alsa.conf")
 

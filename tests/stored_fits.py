@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.contact import SvmDetector, training
-from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact.detector import TrainedDetector
+from firstcontact.contact.logistic import LogisticDetector
 from firstcontact.core import Dataset
 from firstcontact.core.files import temporary_path
 

@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 import forked
 from emulated_ability import EmulatedAbility
 from firstcontact.cli.main import main
-from firstcontact.grasp._ability import NEARLY_OPEN
+from firstcontact.grasp.ability import NEARLY_OPEN
 from firstcontact.recording import read_recording
 
 #: Runs a command with files of at most 100 kB: a stream fills one within two seconds.

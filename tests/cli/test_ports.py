@@ -9,7 +9,7 @@ from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
 from firstcontact.cli.main import main
-from firstcontact.device._twin_source import TwinDevice
+from firstcontact.device.twin_source import TwinDevice
 
 
 def plug(monkeypatch: pytest.MonkeyPatch, *infos: ListPortInfo) -> None:

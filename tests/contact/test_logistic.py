@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 
 from firstcontact.chain.touch import fit_predictions, look_features
 from firstcontact.contact import detect
-from firstcontact.contact._logistic import (
+from firstcontact.contact.logistic import (
     EACH,
     FLOOR,
     LOOKS,

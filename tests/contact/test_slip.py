@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.io import loadmat
 
 from firstcontact.contact import SLIP_DETECTORS
-from firstcontact.contact._slip import AGAIN
+from firstcontact.contact.slip import AGAIN
 from firstcontact.core import Block, fingertip_layout
 
 LAYOUT = fingertip_layout()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firstcontact.contact import SvmDetector, detect
-from firstcontact.contact._svm import WIDTH, RbfMachine
+from firstcontact.contact.svm import WIDTH, RbfMachine
 from firstcontact.core import Dataset, InputError, Pinch
 from firstcontact.testing import closings
 from firstcontact.testing.synthetic import LAYOUT, closing

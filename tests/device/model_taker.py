@@ -9,10 +9,10 @@ from dataclasses import replace
 from numbered import DESCRIPTOR
 
 from firstcontact.device import Descriptor
-from firstcontact.device._responder import Responder
 from firstcontact.device.descriptor import DevicePredictor
 from firstcontact.device.flashing import KEPT, REPEAT_AFTER
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.responder import Responder
 
 MODEL = "0123456789abcdef"
 TAKER = replace(DESCRIPTOR, predictor=DevicePredictor(MODEL))
@@ -64,9 +64,9 @@ class ModelTaker(Responder):
         self.model = b""
         self.pieces = 0
 
-    def _do(self, kind: int, payload: bytes) -> None:
+    def handle(self, kind: int, payload: bytes) -> None:
         if kind not in (FrameType.MODEL_BEGIN, FrameType.MODEL_CHUNK, FrameType.MODEL_END):
-            super()._do(kind, payload)
+            super().handle(kind, payload)
             return
         if kind == FrameType.MODEL_BEGIN:
             self.model = b""

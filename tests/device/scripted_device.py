@@ -15,9 +15,9 @@ from typing import Self
 from numbered import DESCRIPTOR, check, numbered
 
 from firstcontact.device import Arrival, Descriptor, Source
-from firstcontact.device._responder import Responder
 from firstcontact.device.ports import PseudoTerminal
 from firstcontact.device.protocol import FrameType, decode, encode
+from firstcontact.device.responder import Responder
 from firstcontact.device.serial_source import SerialSource
 
 #: What takes longer will never come, s.

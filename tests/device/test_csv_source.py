@@ -16,16 +16,16 @@ from hypothesis import strategies as st
 from printing_board import PrintingBoard
 
 from firstcontact.core import InputError
-from firstcontact.device import Arrival, _csv_source
-from firstcontact.device._columns import identify_columns
-from firstcontact.device._csv_source import CsvSource, from_name
-from firstcontact.device._lines import LineReader
+from firstcontact.device import Arrival, csv_source
+from firstcontact.device.columns import identify_columns
+from firstcontact.device.csv_source import CsvSource, from_name
+from firstcontact.device.lines import LineReader
 from firstcontact.device.opening import SourceOptions, source_kind
 
 MEASURED = 0.6
 #: Longest time until trouble is reported, s: one to three, and what a busy machine adds.
 SOON = 20.0
-ALIKE = _csv_source.ALIKE
+ALIKE = csv_source.ALIKE
 
 
 @pytest.fixture(autouse=True)
@@ -34,13 +34,13 @@ def _busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 
     At another rate samples are filtered, and each gap costs more samples than the board lost.
     """
-    monkeypatch.setattr(_csv_source, "ALIKE", math.inf)
+    monkeypatch.setattr(csv_source, "ALIKE", math.inf)
 
 
 @pytest.fixture
 def _measured_rate(_busy_machine: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep the measured rate, as users do."""
-    monkeypatch.setattr(_csv_source, "ALIKE", ALIKE)
+    monkeypatch.setattr(csv_source, "ALIKE", ALIKE)
 
 
 def until(source: CsvSource, is_sufficient: Callable[[list[Arrival]], bool]) -> list[Arrival]:
@@ -201,7 +201,7 @@ def test_unusable_board_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     if problem == "csv:PORT@BAUD":  # no line of numbers ever comes
-        monkeypatch.setattr(_csv_source, "PATIENCE", 0.5)
+        monkeypatch.setattr(csv_source, "PATIENCE", 0.5)
     with (
         PrintingBoard(tmp_path / "port", line, rate) as board,
         pytest.raises(InputError, match=problem),
@@ -313,7 +313,7 @@ def test_unclear_columns_are_refused(
 
 
 def test_arrivals_after_a_pause_are_ignored() -> None:
-    arrivals = _csv_source._SteadyArrivals(0.5)
+    arrivals = csv_source.SteadyArrivals(0.5)
     for k in range(1, 300):
         age = 0.01 * k + (0.4 if k > 80 else 0.0)
         arrivals.add(age, 20 * k - (500 if k > 80 else 0))  # the pause lost 500 lines
@@ -359,7 +359,7 @@ def test_a_clock_is_left_out_and_counted_steps_are_one(
     found = identify_columns(lines, ("when", "piezo", "n"), (), "csv:port")
     assert (found.signals, found.counter, found.step) == ((1,), 2, 4.0)
     assert "when" in caplog.text
-    counter = _csv_source._Counter(found)
+    counter = csv_source.SampleCounter(found)
     assert [counter.next(line, 0) for line in lines] == list(range(900))  # wraps at 1000
 
 
@@ -443,7 +443,7 @@ def came_back(lines: list[tuple[float, ...]]) -> CsvSource:
     """Check columns n and piezo after a new start, in which a board printed this."""
     source = CsvSource("port")
     source._header = ("n", "piezo")
-    source._columns = _csv_source.Columns(("piezo",), (1,), 0, 2)
+    source._columns = csv_source.Columns(("piezo",), (1,), 0, 2)
     source._check_columns(lines)
     return source
 
@@ -461,6 +461,6 @@ def test_hum_is_no_other_columns() -> None:
 
 def test_numbers_beyond_assumed_bits_end_the_session() -> None:
     source = came_back([])
-    source._units = [_csv_source.COUNTS]
+    source._units = [csv_source.COUNTS]
     with pytest.raises(InputError, match="=12bits"):
         source._give_lines([(0.0, 620.0), (1.0, 1030.0), (2.0, 1100.0)], [0, 1, 2], 0, 0.0)

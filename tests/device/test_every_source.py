@@ -19,11 +19,11 @@ from scipy.io import wavfile
 from compiled_kernels import using
 from firstcontact.core import Block, InputError, fingertip_layout
 from firstcontact.device import SOURCES, Arrival, SourceKind, open_source
-from firstcontact.device._twin_source import TwinDevice
 from firstcontact.device.opening import SourceOptions, source_kind
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
 from firstcontact.device.source import drain
+from firstcontact.device.twin_source import TwinDevice
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
 from sound import local_sound

@@ -14,9 +14,9 @@ from scripted_device import ScriptedDevice
 
 from firstcontact.core import InputError
 from firstcontact.device import flashing as flashing
-from firstcontact.device._responder import Responder
 from firstcontact.device.flashing import CHUNK, flash_model
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.responder import Responder
 
 DATA = bytes(range(256)) * 40
 
@@ -82,8 +82,8 @@ def test_device_with_no_or_tiny_progress_is_refused(
 
 def test_device_without_models_is_refused(tmp_path: Path, clock: HostClock) -> None:
     class Plain(Responder):
-        def _do(self, kind: int, payload: bytes) -> None:
-            super()._do(kind, payload)
+        def handle(self, kind: int, payload: bytes) -> None:
+            super().handle(kind, payload)
             if kind == FrameType.MODEL_BEGIN:
                 clock.skip()
 

@@ -25,7 +25,7 @@ from firstcontact.core import (
 )
 from firstcontact.device import Descriptor
 from firstcontact.device.serial_source import SerialSource
-from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp.printing import PrintHand
 from firstcontact.recording import read_recording
 from firstcontact.streaming import Event, Pipeline, Update
 from firstcontact.streaming.session import LiveSession

@@ -11,8 +11,8 @@ from numbered import CHANNELS, DESCRIPTOR, check, numbered
 
 from firstcontact.core import Block
 from firstcontact.device import Descriptor, protocol
-from firstcontact.device._responder import Responder
 from firstcontact.device.protocol import Frame, FrameType, encode
+from firstcontact.device.responder import Responder
 from prediction_payloads import SamplesFrame, read_samples
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.device._stamped_samples import StampedSamples
+from firstcontact.device.stamped_samples import StampedSamples
 
 RATE = 1000.0
 

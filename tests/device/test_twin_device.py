@@ -14,9 +14,9 @@ import pytest
 from twin_host import host
 
 from firstcontact.core import InputError
-from firstcontact.device._twin_source import TwinDevice
 from firstcontact.device.ports import LinkError
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.twin_source import TwinDevice
 from firstcontact.twin import TwinStream
 from processes import gone, stop
 
@@ -84,7 +84,7 @@ def test_ctrl_c_does_not_reach_the_twin(twin: TwinDevice) -> None:
 
 PARENT = """
 import sys
-from firstcontact.device._twin_source import TwinDevice
+from firstcontact.device.twin_source import TwinDevice
 device = TwinDevice()
 print(device.pid, device.port, flush=True)
 sys.stdin.read()

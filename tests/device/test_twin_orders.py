@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from twin_host import host
 
 from firstcontact.core import Command
-from firstcontact.device._twin_source import TwinDevice, TwinSource
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.twin_source import TwinDevice, TwinSource
 from firstcontact.device.twin_words import (
     held_object,
     order_text,

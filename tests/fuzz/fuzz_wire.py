@@ -17,16 +17,16 @@ from fuzz_seeds import piezo_layout
 from firstcontact.contact import DETECTORS
 from firstcontact.core import Block, Finger, fingertip_layout
 from firstcontact.device import Descriptor, Health, protocol
-from firstcontact.device._lines import MOST, LineReader
-from firstcontact.device._responder import Responder
-from firstcontact.device._stamped_samples import StampedSamples
 from firstcontact.device.assembler import Assembler
 from firstcontact.device.descriptor import (
     DeviceContact,
     DeviceEstimate,
     DevicePredictor,
 )
+from firstcontact.device.lines import MOST, LineReader
 from firstcontact.device.protocol import FrameType
+from firstcontact.device.responder import Responder
+from firstcontact.device.stamped_samples import StampedSamples
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.streaming import Pipeline
 from firstcontact.streaming._hand_predictions import HandPredictions

@@ -14,12 +14,12 @@ import sys
 import threading
 
 from firstcontact.core import Command
-from firstcontact.grasp import SafeHand, _separate, open_hand
-from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp import SafeHand, open_hand, separate
+from firstcontact.grasp.printing import PrintHand
 
 CLOSE = Command(0.02, 2.0)
 #: Longest wait on a busy machine, s.
-_separate.MUTE = 60.0
+separate.MUTE = 60.0
 
 
 class SlowHand(PrintHand):
@@ -49,7 +49,7 @@ def make_hand(name: str, port: str) -> SafeHand:
         return open_hand(name)
     from patient_ability import PatientAbilityHand
 
-    return SafeHand(_separate.SeparateHand(PatientAbilityHand, port))
+    return SafeHand(separate.SeparateHand(PatientAbilityHand, port))
 
 
 def main() -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from firstcontact.grasp import _ability
+from firstcontact.grasp import ability
 
 #: Longest wait on a busy machine, s.
-_ability.LOST = 60.0
+ability.LOST = 60.0
 
 
-class PatientAbilityHand(_ability.AbilityHand):
+class PatientAbilityHand(ability.AbilityHand):
     """Ability Hand that a separate process imports from this module."""

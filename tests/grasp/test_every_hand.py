@@ -10,7 +10,7 @@ from firstcontact.core import Command
 from firstcontact.device import SOURCES
 from firstcontact.device.opening import SourceOptions
 from firstcontact.grasp import HANDS, HandError
-from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp.printing import PrintHand
 from firstcontact.testing import check_hand
 
 

@@ -19,8 +19,8 @@ from hands import PATIENCE, refused
 from emulated_ability import EmulatedAbility
 from firstcontact.core import Command, InputError
 from firstcontact.device.ports import PseudoTerminal
-from firstcontact.grasp import SafeHand, _ability
-from firstcontact.grasp._ability import (
+from firstcontact.grasp import SafeHand, ability
+from firstcontact.grasp.ability import (
     CLOSED,
     INDEX,
     LEVERS,
@@ -29,23 +29,23 @@ from firstcontact.grasp._ability import (
     THUMB,
     AbilityHand,
 )
-from firstcontact.grasp._ability_package import SIMULATED
+from firstcontact.grasp.ability_package import SIMULATED
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
 CLOSE = Command(0.05, 2.0)
-LOST = _ability.LOST
+LOST = ability.LOST
 
 
 @pytest.fixture(autouse=True)
 def _is_patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the hand wait long for an answer, because a busy machine may delay it."""
-    monkeypatch.setattr(_ability, "LOST", PATIENCE)
+    monkeypatch.setattr(ability, "LOST", PATIENCE)
 
 
 @pytest.fixture
 def lose_soon(_is_patient: None, monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     """Return a function after whose call a hand is lost as soon as for users."""
-    return lambda: monkeypatch.setattr(_ability, "LOST", LOST)
+    return lambda: monkeypatch.setattr(ability, "LOST", LOST)
 
 
 @pytest.fixture
@@ -234,7 +234,7 @@ def test_the_package_leaves_no_traces(tmp_path: Path) -> None:
     code = """
 import logging, os, sys
 from firstcontact.core import Command
-from firstcontact.grasp._ability import AbilityHand
+from firstcontact.grasp.ability import AbilityHand
 from firstcontact.grasp._safe import SafeHand
 path, cwd = list(sys.path), os.getcwd()
 with SafeHand(AbilityHand("simulated")) as hand:

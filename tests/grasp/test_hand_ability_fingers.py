@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Command
-from firstcontact.grasp._ability import (
+from firstcontact.grasp.ability import (
     CLOSED,
     INDEX,
     LEAD,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Command
 from firstcontact.grasp import HandLimits
-from firstcontact.grasp._pacing import Due, Pacer
+from firstcontact.grasp.pacing import Due, Pacer
 
 LIMITS = HandLimits(speed=0.1, force=5.0, rate=100.0, watchdog=0.3)
 SLOW = Command(0.01, 1.0)

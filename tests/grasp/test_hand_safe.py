@@ -18,7 +18,7 @@ from hands import PATIENCE, RecordingHand
 
 from firstcontact.core import Command, InputError
 from firstcontact.grasp import HandError, HandLimits, SafeHand, open_hand
-from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp.printing import PrintHand
 from firstcontact.testing import check_hand
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
@@ -137,7 +137,7 @@ def test_closing_twice_is_allowed_and_commands_outside_the_block_are_refused() -
 
 
 def test_signal_releases_all_open_hands(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("firstcontact.grasp._leaving.INSISTED", inf)
+    monkeypatch.setattr("firstcontact.grasp.leaving.INSISTED", inf)
     recorders = [RecordingHand(), RecordingHand()]
     outer, inner = (SafeHand(recorder, silence=PATIENCE) for recorder in recorders)
     with outer, inner:

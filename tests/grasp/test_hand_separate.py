@@ -18,8 +18,8 @@ from hands import PATIENCE, refused
 
 from firstcontact.core import Command, InputError
 from firstcontact.grasp import HandError, SafeHand
-from firstcontact.grasp._separate import MUTE, PROMPT, SeparateHand
 from firstcontact.grasp.registry import make_hand
+from firstcontact.grasp.separate import MUTE, PROMPT, SeparateHand
 
 CLOSE = Command(0.02, 2.0)
 #: Module with a hand that writes its orders into a file. 4 N make it fail, 3 N block.
@@ -237,7 +237,7 @@ PARENT = """
 import sys
 from file_hand import FileHand
 from firstcontact.core import Command
-from firstcontact.grasp._separate import SeparateHand
+from firstcontact.grasp.separate import SeparateHand
 with SeparateHand(FileHand, sys.argv[1], 60.0) as hand:
     hand.send(Command(0.02, 2.0))
     print(hand._child.pid, flush=True)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Command, Contact, Estimate, InputError
 from firstcontact.grasp import POLICIES, Grip, Policy
-from firstcontact.grasp._payload_policies import EarlyExit, FirstContact, Touch
+from firstcontact.grasp.payload_policies import EarlyExit, FirstContact, Touch
 from firstcontact.grasp.policy import Task
 from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.testing import check_policy, make_estimate

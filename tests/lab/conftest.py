@@ -15,7 +15,7 @@ def _quick_training(small_searches: None) -> Iterator[None]:
     """Limit the hyperparameter search of every estimator, and the epochs of the CNN."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("firstcontact.models.windows.cnn.Cnn.quick", {"epochs": 1})
-        patch.setattr("firstcontact.models.windows._log_spectrum.C_GRID", (1.0,))
+        patch.setattr("firstcontact.models.windows.log_spectrum.C_GRID", (1.0,))
         yield
 
 

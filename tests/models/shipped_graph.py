@@ -11,8 +11,8 @@ from typing import Any
 
 import torch
 
-from firstcontact.models.windows._efficientnet import EfficientNet
 from firstcontact.models.windows.cnn import GRAPH, INPUT
+from firstcontact.models.windows.efficientnet import EfficientNet
 
 
 def traced_graph() -> Any:

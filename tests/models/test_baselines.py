@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firstcontact.models import Task
-from firstcontact.models.windows._baselines import Peak, TrainMean
+from firstcontact.models.windows.baselines import Peak, TrainMean
 from firstcontact.testing.synthetic import RATE
 
 

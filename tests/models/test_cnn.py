@@ -20,7 +20,7 @@ from firstcontact.testing.synthetic import RATE, toy_windows
 from saved import load_window, save_window
 
 if TYPE_CHECKING:
-    from firstcontact.models.windows._efficientnet import EfficientNet
+    from firstcontact.models.windows.efficientnet import EfficientNet
 
 #: The shortest, the usual and the longest window; the slow tests have all combinations.
 FEW = {(10, 2, 1), (74, 1, 5), (241, 2, 5)}
@@ -30,7 +30,7 @@ UNIT = np.array([1.0, 0.0, 1.0])
 
 # Only the process that runs these tests imports PyTorch: all processes collect them.
 def make(channels: int, outputs: int) -> EfficientNet:
-    from firstcontact.models.windows._efficientnet import EfficientNet
+    from firstcontact.models.windows.efficientnet import EfficientNet
 
     return EfficientNet(channels, outputs)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import InputError
 from firstcontact.models import Task, make_estimator
-from firstcontact.models.windows._log_spectrum import (
+from firstcontact.models.windows.log_spectrum import (
     BANDS,
     KINDS,
     LogSpectrumModel,

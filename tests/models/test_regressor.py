@@ -22,7 +22,7 @@ import firstcontact as fc
 from firstcontact.core import Dataset, InputError
 from firstcontact.models import Task
 from firstcontact.models.registry import find_estimator
-from firstcontact.models.windows._regressor import RegressorModel, from_skops, to_skops
+from firstcontact.models.windows.regressor import RegressorModel, from_skops, to_skops
 from firstcontact.recording import load_dataset
 from firstcontact.testing import check_estimator
 from firstcontact.testing.synthetic import RATE, toy_windows

@@ -158,7 +158,7 @@ class ENTRY(Detector):
 """
 ESTIMATOR = """
 from firstcontact.models import Estimator
-from firstcontact.models.windows._baselines import TrainMean
+from firstcontact.models.windows.baselines import TrainMean
 class ENTRY(TrainMean):
     name = title = "bad"
     def fit(self, X, y, groups=None, seed=0):

@@ -17,7 +17,7 @@ from firstcontact.contact import Detector
 from firstcontact.core import Block, Command, Contact, Dataset, fingertip_layout
 from firstcontact.device.clock import TransportDelay
 from firstcontact.grasp import Grip, Policy
-from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp.printing import PrintHand
 from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.models import WindowPredictor
 from firstcontact.models.anytime import PredictorLadder

@@ -21,7 +21,7 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.device.replay import ReplaySource
-from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp.printing import PrintHand
 from firstcontact.grasp.registry import live_policy
 from firstcontact.models import WindowPredictor
 from firstcontact.models.anytime import PredictorLadder

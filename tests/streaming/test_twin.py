@@ -13,8 +13,8 @@ import firstcontact as fc
 from firstcontact.core import Command, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device import Arrival, Descriptor, Source
-from firstcontact.device._twin_source import TwinSource
 from firstcontact.device.twin_hand import TwinHand
+from firstcontact.device.twin_source import TwinSource
 from firstcontact.device.twin_words import held_object
 from firstcontact.grasp import Hand, HandError
 from firstcontact.recording import Marker, load_dataset, read_recording

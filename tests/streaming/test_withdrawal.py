@@ -14,7 +14,7 @@ from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Contact, Dataset, Finger, Pinch, fingertip_layout
 from firstcontact.device import Arrival
 from firstcontact.grasp import Grip
-from firstcontact.grasp._printing import PrintHand
+from firstcontact.grasp.printing import PrintHand
 from firstcontact.grasp.registry import live_policy
 from firstcontact.models import WindowPredictor
 from firstcontact.models.anytime import Predictor, PredictorLadder

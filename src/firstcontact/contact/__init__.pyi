@@ -1,8 +1,5 @@
 """Contact detectors, one a file."""
 
-from ._slip import SlipDetector as SlipDetector
-from ._svm import SvmDetector as SvmDetector
-from ._threshold import ThresholdDetector as ThresholdDetector
 from .contacts import detect as detect
 from .detector import Detector as Detector
 from .detector_file import general_detector as general_detector
@@ -11,3 +8,6 @@ from .detector_file import save_detector as save_detector
 from .registry import DETECTORS as DETECTORS
 from .registry import SLIP_DETECTORS as SLIP_DETECTORS
 from .registry import make_detector as make_detector
+from .slip import SlipDetector as SlipDetector
+from .svm import SvmDetector as SvmDetector
+from .threshold import ThresholdDetector as ThresholdDetector

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from firstcontact.contact._slip import SlipDetector
     from firstcontact.contact.detector import Detector
+    from firstcontact.contact.slip import SlipDetector
     from firstcontact.core import Layout
 from firstcontact.core import Registry
 
@@ -14,9 +14,9 @@ DETECTORS: Registry[type[Detector]] = Registry(
     "detector",
     "firstcontact.detectors",
     {
-        "three_sigma": "firstcontact.contact._threshold:ThresholdDetector",
-        "svm": "firstcontact.contact._svm:SvmDetector",
-        "logistic": "firstcontact.contact._logistic:LogisticDetector",
+        "three_sigma": "firstcontact.contact.threshold:ThresholdDetector",
+        "svm": "firstcontact.contact.svm:SvmDetector",
+        "logistic": "firstcontact.contact.logistic:LogisticDetector",
     },
     default="logistic",
     base="firstcontact.contact.detector:Detector",
@@ -25,9 +25,9 @@ DETECTORS: Registry[type[Detector]] = Registry(
 SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
     "slip detector",
     "firstcontact.slip_detectors",
-    {"power": "firstcontact.contact._slip:PowerSlipDetector"},
+    {"power": "firstcontact.contact.slip:PowerSlipDetector"},
     default="power",
-    base="firstcontact.contact._slip:SlipDetector",
+    base="firstcontact.contact.slip:SlipDetector",
 )
 
 

@@ -16,11 +16,11 @@ from firstcontact.core import Channel, DeviceError, InputError, Layout, Vibratio
 from firstcontact.core.installation import install_command, require_modules
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.units import known_unit
-from firstcontact.device._columns import distinct_names, select_signals, vibration_channels
-from firstcontact.device._stamped_samples import StampedSamples, usable_stamps
 from firstcontact.device.clock import RateCheck
+from firstcontact.device.columns import distinct_names, select_signals, vibration_channels
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions
+from firstcontact.device.stamped_samples import StampedSamples, usable_stamps
 from firstcontact.device.threaded import ThreadedSource
 from firstcontact.recording.messages import SOURCES
 from firstcontact.recording.settings import HIGHEST_RATE, LOWEST_RATE

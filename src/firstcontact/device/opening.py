@@ -108,10 +108,10 @@ _BUILT_IN = (
     SourceKind(
         "twin",
         '"twin" for the simulated hand',
-        _lazy("_twin_source", "from_name"),
+        _lazy("twin_source", "from_name"),
         takes=lambda device: device == "twin",
         simulated=True,
-        shore_a=_lazy("_twin_source", "shore_a"),
+        shore_a=_lazy("twin_source", "shore_a"),
     ),
     SourceKind(
         "recording",
@@ -123,15 +123,15 @@ _BUILT_IN = (
     SourceKind(
         "audio",
         '"audio" or audio:NAME for a sound input (audio:NAME/2 for two channels)',
-        _lazy("_audio_source", "from_name"),
+        _lazy("audio_source", "from_name"),
         takes=lambda device: device.partition(":")[0] in ("audio", "audio/2"),
-        discover=_lazy("_audio_source", "discover"),
+        discover=_lazy("audio_source", "discover"),
     ),
-    SourceKind("tape", "tape:FILE.wav for a sound file", _lazy("_tape_source", "from_name")),
+    SourceKind("tape", "tape:FILE.wav for a sound file", _lazy("tape_source", "from_name")),
     SourceKind(
         "csv",
         "csv:PORT for a board that prints numbers in lines (csv:PORT@BAUD=UNIT#COLUMN,COLUMN)",
-        _lazy("_csv_source", "from_name"),
+        _lazy("csv_source", "from_name"),
     ),
     SourceKind(
         "lsl",

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import NamedTuple, Self
 
 from firstcontact.core import Block, ClosingSpeed, DeviceError, FileError, InputError
-from firstcontact.device._responder import RING, TerminalDevice
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.ports import PseudoTerminal
 from firstcontact.device.protocol import FRAME_SAMPLES, Decoder, FrameType
+from firstcontact.device.responder import RING, TerminalDevice
 from firstcontact.device.source import Arrival, Health, Source
 from firstcontact.recording import Marker, PinchMark, Recording, read_recording
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from concurrent.futures import Future, wait
 from queue import SimpleQueue
 
-from firstcontact.grasp._separate import RELEASED
 from firstcontact.grasp.hand import HandError
+from firstcontact.grasp.separate import RELEASED
 
 #: Longest wait for a call of the driver, s.
 STUCK = 1.0

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Self
 from firstcontact.core import Command
 from firstcontact.core.text import summarize_error
 from firstcontact.grasp._driver import STUCK, DriverThread, call_directly
-from firstcontact.grasp._leaving import Leaving
-from firstcontact.grasp._pacing import HandCounts, Pacer
-from firstcontact.grasp._separate import ENDED, MUTE, RELEASED, SeparateHand
 from firstcontact.grasp.hand import (
     Hand,
     HandError,
     check_positions,
     steady_clock,
 )
+from firstcontact.grasp.leaving import Leaving
+from firstcontact.grasp.pacing import HandCounts, Pacer
+from firstcontact.grasp.separate import ENDED, MUTE, RELEASED, SeparateHand
 
 if TYPE_CHECKING:
     from firstcontact.core import ClosingSpeed

@@ -11,7 +11,7 @@ from firstcontact.core import Command
 from firstcontact.core.display import BLUE, GREEN, INK, ORANGE, PURPLE
 from firstcontact.core.physics import holding_force
 from firstcontact.grasp._grip import Grip
-from firstcontact.grasp._payload_policies import GRANTED, WINDOW
+from firstcontact.grasp.payload_policies import GRANTED, WINDOW
 from firstcontact.grasp.policy import Policy, PolicyRole, Task, Truth, Tunable
 
 if TYPE_CHECKING:

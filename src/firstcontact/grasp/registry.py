@@ -9,9 +9,9 @@ from firstcontact.core import ArgumentError, InputError, Registry
 from firstcontact.core.registry import foreign_errors
 from firstcontact.grasp._grip import Grip
 from firstcontact.grasp._safe import SafeHand
-from firstcontact.grasp._separate import SeparateHand, can_separate
 from firstcontact.grasp.hand import Hand
 from firstcontact.grasp.policy import Policy, Truth
+from firstcontact.grasp.separate import SeparateHand, can_separate
 
 #: Classes of hands by name, including those of plug-ins. The twin's hand needs a device, so it
 #: joins as a plug-in does: see ``firstcontact.hands`` in ``pyproject.toml``.
@@ -19,12 +19,12 @@ HANDS: Registry[type[Hand]] = Registry(
     "hand",
     "firstcontact.hands",
     {
-        "print": "firstcontact.grasp._printing:PrintHand",
-        "ability": "firstcontact.grasp._ability:AbilityHand",
+        "print": "firstcontact.grasp.printing:PrintHand",
+        "ability": "firstcontact.grasp.ability:AbilityHand",
     },
     base="firstcontact.grasp.hand:Hand",
 )
-_PAYLOAD = "firstcontact.grasp._payload_policies"
+_PAYLOAD = "firstcontact.grasp.payload_policies"
 _HOUSEHOLD = "firstcontact.grasp.household_policies"
 #: Classes of grasp policies by name, including those of plug-ins.
 POLICIES: Registry[type[Policy]] = Registry(

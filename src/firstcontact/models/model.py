@@ -36,7 +36,7 @@ from firstcontact.models.model_file import (
 )
 from firstcontact.models.predictions import Predictions
 from firstcontact.models.rig.rig_model import RigModel
-from firstcontact.models.windows._regressor import class_name
+from firstcontact.models.windows.regressor import class_name
 from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.signal import resample_dataset
 from firstcontact.signal.resampling import resample_contacts, restore_contacts

@@ -16,17 +16,17 @@ ESTIMATORS: Registry[type[EstimatorInfo]] = Registry(
     "estimator",
     "firstcontact.estimators",
     {
-        "train_mean": "firstcontact.models.windows._baselines:TrainMean",
-        "peak": "firstcontact.models.windows._baselines:Peak",
+        "train_mean": "firstcontact.models.windows.baselines:TrainMean",
+        "peak": "firstcontact.models.windows.baselines:Peak",
         "svm": "firstcontact.models.windows.svm:Svm",
         "cnn": "firstcontact.models.windows.cnn:Cnn",
-        "log_spectrum": "firstcontact.models.windows._log_spectrum:LogSpectrum",
+        "log_spectrum": "firstcontact.models.windows.log_spectrum:LogSpectrum",
         "network": "firstcontact.models.rig.network_estimator:NetworkEstimator",
         "combined": "firstcontact.models.rig.combined:CombinedEstimator",
     },
     default="svm",
     base="firstcontact.models.estimator:EstimatorInfo",
-    maker="firstcontact.models.windows._regressor:named_estimator",
+    maker="firstcontact.models.windows.regressor:named_estimator",
 )
 
 
@@ -40,7 +40,7 @@ def window_estimators() -> dict[str, type[Estimator]]:
 def model_class(kind: str, *, of_windows: bool) -> Any:
     """Return the class of window models, or of any-time models, with this kind in their cards."""
     from firstcontact.models.estimator import Estimator
-    from firstcontact.models.windows._regressor import RegressorModel  # its imports are slow
+    from firstcontact.models.windows.regressor import RegressorModel  # its imports are slow
 
     if of_windows and kind == RegressorModel.kind:
         return RegressorModel
@@ -55,7 +55,7 @@ def model_class(kind: str, *, of_windows: bool) -> Any:
 def find_estimator(estimator: object) -> type[EstimatorInfo]:
     """Return the class of an estimator."""
     from firstcontact.models.estimator import EstimatorInfo
-    from firstcontact.models.windows._regressor import regressor_estimator
+    from firstcontact.models.windows.regressor import regressor_estimator
 
     if isinstance(estimator, str):
         return ESTIMATORS.find(estimator)

@@ -34,7 +34,7 @@ from firstcontact.models.windows.window_model import (
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from firstcontact.models.windows._efficientnet import EfficientNet
+    from firstcontact.models.windows.efficientnet import EfficientNet
 
 #: Name of the input in the graph.
 INPUT = "window"
@@ -251,7 +251,7 @@ def _train(examples: Sequence[tuple[Inputs, Inputs]], epochs: int, seed: int) ->
     """Train networks. The seed and the number of threads determine the weights."""
     import torch
 
-    from firstcontact.models.windows._efficientnet import EfficientNet, join, separate
+    from firstcontact.models.windows.efficientnet import EfficientNet, join, separate
 
     networks, orders = [], []
     for inputs, targets in examples:

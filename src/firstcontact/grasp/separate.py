@@ -111,7 +111,7 @@ class SeparateHand(Hand):
             )
 
     def __enter__(self) -> Self:
-        child = Child("firstcontact.grasp._separate", *self._arguments, wakes=True)
+        child = Child("firstcontact.grasp.separate", *self._arguments, wakes=True)
         try:
             word, _, message = child.answer(START).partition(" ")
         except TimeoutError:

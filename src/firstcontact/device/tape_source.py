@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.core import FileError
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.plausible import are_alike
-from firstcontact.device._audio_source import sound_descriptor
+from firstcontact.device.audio_source import sound_descriptor
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.threaded import ThreadedSource

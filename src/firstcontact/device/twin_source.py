@@ -46,7 +46,7 @@ class TwinDevice:
         options: dict[str, object] = {"condition": condition, "objects": objects, "seed": seed}
         options |= {"speed": speed, "latency": latency, "fault": fault}
         self._lock = threading.Lock()
-        self._child = Child("firstcontact.device._twin_process", json.dumps(options))
+        self._child = Child("firstcontact.device.twin_process", json.dumps(options))
         #: Path to open as a serial port.
         self.port = ""
         try:

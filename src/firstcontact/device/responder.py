@@ -142,12 +142,12 @@ class Responder:
                 frame = protocol.decode(bytes(stuffed))
             except FrameError:
                 continue
-            self._do(frame.type, frame.payload)
+            self.handle(frame.type, frame.payload)
         if 0 not in self._heard:
             # Keep enough bytes to detect that the frame is too long.
             del self._heard[LONGEST_HEARD + 1 :]
 
-    def _do(self, kind: int, payload: bytes) -> None:
+    def handle(self, kind: int, payload: bytes) -> None:
         match kind:
             case FrameType.HELLO if payload:
                 self._reply = self._hello_reply(payload[0])

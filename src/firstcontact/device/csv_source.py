@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from firstcontact.core import DeviceError, InputError, Layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.units import COUNTS, STATE_UNIT, Unit, fit_unit, parse_unit, unit_of_name
-from firstcontact.device._columns import (
+from firstcontact.device.columns import (
     LEAP,
     Columns,
     counts_up,
     identify_columns,
     vibration_channels,
 )
-from firstcontact.device._lines import LineReader
 from firstcontact.device.descriptor import Descriptor
+from firstcontact.device.lines import LineReader
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.ports import LinkError, SerialTransport, reopen
 from firstcontact.device.threaded import LONGEST_LOOK, ThreadedSource
@@ -47,7 +47,7 @@ LINES_NEEDED = 20
 
 
 @dataclass(slots=True)
-class _Counter:
+class SampleCounter:
     """Sample numbers from a column that counts samples, or from the number of lines."""
 
     columns: Columns
@@ -84,7 +84,7 @@ class _Counter:
         return self.number
 
 
-class _SteadyArrivals:
+class SteadyArrivals:
     """Arrivals of lines, without those that waited in buffers, such as the first ones."""
 
     def __init__(self, lead: float) -> None:
@@ -167,7 +167,7 @@ class CsvSource(ThreadedSource):
     def _identify(self, port: SerialTransport) -> tuple[Columns, float]:
         opened = began = now = time.monotonic()
         lines: list[tuple[float, ...]] = []
-        arrivals = _SteadyArrivals(0.25 * self._measured)
+        arrivals = SteadyArrivals(0.25 * self._measured)
         while (
             now - began < self._measured
             or len(lines) < LINES_NEEDED
@@ -218,7 +218,7 @@ class CsvSource(ThreadedSource):
 
     def _work(self) -> None:
         assert self._columns is not None
-        counter, epoch, damaged = _Counter(self._columns), 0, 0
+        counter, epoch, damaged = SampleCounter(self._columns), 0, 0
         unchecked: list[tuple[float, ...] | None] = []
         self._lines.bad = 0
         while not self._closing.is_set():
@@ -230,7 +230,7 @@ class CsvSource(ThreadedSource):
                 self._reconnect()
                 lines, unchecked = [], [None]
                 epoch, damaged = epoch + 1, 0
-                counter = _Counter(self._columns)
+                counter = SampleCounter(self._columns)
             # The names may come long after the first lines of a board that was plugged in again.
             names = self._lines.header
             if names != self._header and sorted(names) == sorted(self._header):

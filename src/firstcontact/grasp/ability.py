@@ -14,7 +14,7 @@ from math import degrees, inf, nan, radians
 from typing import Any, Self
 
 from firstcontact.core import Command
-from firstcontact.grasp._ability_package import SIMULATED, check, claimed, open_client
+from firstcontact.grasp.ability_package import SIMULATED, check, claimed, open_client
 from firstcontact.grasp.hand import Begins, Hand, HandError, HandLimits
 
 INDEX, MIDDLE, RING, PINKY, THUMB, ROTATOR = range(6)

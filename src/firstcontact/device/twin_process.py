@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 from firstcontact import __version__
 from firstcontact.core import Command, InputError, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.device._responder import RING, TerminalDevice
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.ports import PseudoTerminal, port_folder
 from firstcontact.device.protocol import FRAME_SAMPLES
+from firstcontact.device.responder import RING, TerminalDevice
 from firstcontact.device.twin_words import (
     ACCEPTED,
     CLOSE_ORDER,

@@ -35,8 +35,8 @@ class Dimensions:
     tape_length: float = _mm(10.0, "tape that holds a long side of the Velostat")
     tape_width: float = _mm(1.0, "the same: half of it on the sheet")
     pad_thickness: float = _mm(3.0, "silicone without its dimples", PAPER)
-    dimple_diameter: float = _mm(2.5, "end of a dimple: six are a tenth of the pad, as in the twin")
-    dimple_height: float = _mm(0.8, "dimple, as in the twin")
+    dimple_diameter: float = _mm(2.0, "end of a dimple: six are as stiff as a tenth of the pad")
+    dimple_height: float = _mm(0.8, "dimple, flat before the pad is")
     board_glue: float = _mm(0.15, "silicone between disc and board: room for the foil")
     post_glue: float = _mm(0.1, "silicone between disc and post: one sheet of paper")
 

@@ -19,11 +19,13 @@ from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.physics import gent_modulus
 from firstcontact.twin.mechanics import FingerParameters, ObjectParameters
 from firstcontact.twin.noise import MotorNoise
+from firstcontact.twin.objects import slow_share
+from firstcontact.twin.pad import confinement
 from firstcontact.twin.pinch import piezo_samples, touch_voltage
 
 SOFTEST, HARDEST = 5.0, 80.0
 #: Hand at the centre of the distribution. Each parameter is about one standard deviation from the
-#: twin's.
+#: twin's. The pad is as stiff as all its dimples together; ``DIMPLED`` and ``BACKED`` follow.
 MIDDLE = FingerParameters()._replace(
     speed=0.105,
     drive_mass=0.35,
@@ -73,9 +75,15 @@ SESSION_SPREAD: Mapping[str, float] = {
     "link_stiffness": 0.05, "gain": 0.10, "clamp": 0.30, "noise": 0.30, "modulus": 0.08,
 }  # fmt: skip
 PINCH_SPREAD: Mapping[str, float] = {
-    "speed": 0.15, "tip_radius": 0.17, "pad_stiffness": 0.05, "phalanx_mass": 0.08,
+    "speed": 0.15, "tip_radius": 0.17, "pad_stiffness": 0.17, "phalanx_mass": 0.08,
     "link_stiffness": 0.10, "gain": 0.02, "clamp": 0.40, "noise": 0.30, "modulus": 0.03,
 }  # fmt: skip
+#: Parameters of the pad's spring, and its share in a touch: of a pad on dimples, and of one on a
+#: stiff back, which also confines the contact. One rig in four has a stiff back.
+PAD = ("pad_stiffness", "pad_stiffening", "pad_arm_stiffness", "pad_damping")
+DIMPLED, BACKED, BACK = (0.2, 1.0), (1.0, 4.0), 0.25
+#: Largest slow arm of a block, and largest slow loss factor of an object relative to its fast one.
+BLOCK_SLOW, OBJECT_SLOW = 0.15, 1.0
 #: Smallest and largest factor by which a rig multiplies these standard deviations.
 REPEATS = (0.15, 1.5)
 #: Range of the peak-to-peak voltage of a hard block at the converter. The gain of each rig is set
@@ -139,6 +147,12 @@ def draw_rig(rng: Rng) -> RandomRig:
     finger = MIDDLE._replace(
         **{name: getattr(MIDDLE, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
     )
+    if rng.random() < BACK:
+        back = confinement(finger.pad_modulus, float(rng.uniform(2e-3, 4e-3)))
+        finger = finger._replace(pad_confinement=back * float(rng.uniform(0.3, 1.0)))
+        finger = _padded(finger, _between(rng, *BACKED))
+    else:
+        finger = _padded(finger, _between(rng, *DIMPLED))
     m = MotorNoise()
     loud = _about(rng, 0.3)
     noise = replace(
@@ -157,7 +171,8 @@ def draw_rig(rng: Rng) -> RandomRig:
     repeats = rng.uniform(*REPEATS)
     landing = repeats * rng.uniform(0.4, 1.3)
     pinch = {name: repeats * sd for name, sd in PINCH_SPREAD.items()}
-    pinch["tip_radius"] = PINCH_SPREAD["tip_radius"] * landing
+    for name in ("tip_radius", "pad_stiffness"):  # by the place of the touch
+        pinch[name] = PINCH_SPREAD[name] * landing
     resonance = None
     if rng.random() < 0.3:
         strength = float(rng.uniform(0.1, 0.8) * rng.choice([-1.0, 1.0]))
@@ -194,6 +209,7 @@ def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
         shore_a, side, height, float(rng.uniform(1000, 1300)), float(rng.uniform(0.05, 0.2))
     )
     block = block._replace(clamp_stiffness=_between(rng, 30, 400))
+    block = block._replace(slow_share=float(rng.uniform(0.0, BLOCK_SLOW)))
     return RandomObject(shore_a, _material(rng, block).stiffened(_scattered(rng, scatter)))
 
 
@@ -201,23 +217,24 @@ def draw_object(rng: Rng) -> RandomObject:
     shore_a = float(rng.uniform(SOFTEST, HARDEST))
     modulus = gent_modulus(shore_a)
     loss = _between(rng, 0.05, 0.6)
+    slow, dent = slow_share(loss * rng.uniform(0.0, OBJECT_SLOW)), math.inf
     kind = rng.choice(4, p=[0.25, 0.45, 0.15, 0.15])
     if kind == 0:  # flat
         side, height = _between(rng, 0.02, 0.12), _between(rng, 0.01, 0.08)
-        target = _block(shore_a, side, height, float(rng.uniform(500, 1500)), loss)
+        target = _block(shore_a, side, height, float(rng.uniform(500, 1500)), loss, slow)
     else:
         if kind == 1:  # solid and round
             radius = _between(rng, 0.008, 0.06)
             mass = 4 / 3 * math.pi * radius**3 * rng.uniform(500, 1200) * _between(rng, 0.7, 1.6)
             bulk = modulus * math.pi * radius / 2 * _between(rng, 0.7, 1.4)
-        elif kind == 2:  # hollow: its wall bends
+        elif kind == 2:  # hollow: each contact dents its wall
             radius, mass = _between(rng, 0.012, 0.06), _between(rng, 0.01, 0.6)
-            bulk = _between(rng, 2e3, 8e4)
+            bulk, dent = modulus * math.pi * radius / 2, _between(rng, 3e3, 8e4)
         else:  # any radius, mass and stiffness
             radius, mass = _between(rng, 0.005, 0.2), _between(rng, 0.01, 0.6)
             bulk = _between(rng, 3e3, 1e6)
-        target = ObjectParameters.solid(shore_a, float(mass), float(bulk), loss)._replace(
-            radius=radius
+        target = ObjectParameters.solid(shore_a, float(mass), float(bulk), loss, slow)._replace(
+            radius=radius, dent_stiffness=dent
         )
     target = target._replace(
         clamp_stiffness=_between(rng, 15, 400), clamp_damping=_between(rng, 0.2, 4.0),
@@ -243,11 +260,11 @@ def touch_volts(
 
     f = rig.finger
     speed = factor("speed")
-    finger = f._replace(
+    finger = _padded(f, factor("pad_stiffness"))._replace(
         speed=f.speed * speed,
         **{
             name: getattr(f, name) * factor(name)
-            for name in ("tip_radius", "pad_stiffness", "phalanx_mass", "link_stiffness", "gain")
+            for name in ("tip_radius", "phalanx_mass", "link_stiffness", "gain")
         },
     )
     m = rig.noise
@@ -273,19 +290,24 @@ def _scattered(rng: Rng, scatter: float) -> float:
     return math.exp(scatter * float(np.clip(rng.standard_normal(), -2.5, 2.5)))
 
 
+def _padded(finger: FingerParameters, factor: float) -> FingerParameters:
+    """Return the finger with its pad stiffer by a factor, in all its parts."""
+    return finger._replace(**{name: getattr(finger, name) * factor for name in PAD})
+
+
 def _block(
-    shore_a: float, side: float, height: float, density: float, loss: float
+    shore_a: float, side: float, height: float, density: float, loss: float, slow: float = 0.0
 ) -> ObjectParameters:
     bulk = gent_modulus(shore_a) * side * side / height
-    return ObjectParameters.solid(shore_a, side * side * height * density, bulk, loss)
+    return ObjectParameters.solid(shore_a, side * side * height * density, bulk, loss, slow)
 
 
 def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
-    """Return the object with a random relaxation time, and its arm share and loss varied."""
+    """Return the object with random relaxation times, and its fast arm varied."""
     return target._replace(
-        arm_share=min(target.arm_share * _between(rng, 0.75, 1.33), 1.3),
+        arm_share=target.arm_share * _between(rng, 0.75, 1.33),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),
-        contact_loss=min(target.contact_loss * _between(rng, 0.75, 1.33), 1.0),
+        slow_relaxation=_between(rng, 0.05, 0.2),
     )
 
 
@@ -325,9 +347,8 @@ def _edge(target: RandomObject, rng: Rng) -> RandomObject:
 
 
 def _thin_shell(target: RandomObject, rng: Rng) -> RandomObject:
-    bulk = float(rng.uniform(600, 1800))
     parameters = target.parameters._replace(
-        bulk_stiffness=bulk, bulk_damping=2.0, radius=float(rng.uniform(0.02, 0.05))
+        dent_stiffness=float(rng.uniform(600, 1800)), radius=float(rng.uniform(0.02, 0.05))
     )
     return replace(target, parameters=parameters)
 

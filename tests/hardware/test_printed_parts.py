@@ -19,6 +19,7 @@ import pytest
 from dimensions import NOMINAL as D
 
 from firstcontact.core.physics import gent_modulus
+from firstcontact.twin import pad
 from firstcontact.twin.mechanics import FingerParameters
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -112,16 +113,21 @@ def test_thickness_and_overhang_of_a_box_on_a_stem() -> None:
 def test_table_agrees_with_the_twin() -> None:
     finger = FingerParameters()
     area = D.board_length * D.board_width * 1e-6
-    dimples = len(D.taxels) * math.pi / 4 * D.dimple_diameter**2 * 1e-6
     whole = finger.pad_modulus * area / (D.pad_thickness * 1e-3)
-    assert finger.pad_stiffness / whole == pytest.approx(dimples / area, rel=0.05)
+    assert whole == pytest.approx(pad.SOLID, rel=0.02)
+    # The force of a pad whose dimples are flat, for a touch that loads a share of them.
+    share, height = finger.pad_stiffness / pad.ON_DIMPLES, D.dimple_height * 1e-3
+    flat = share * (pad.SOLID - pad.ON_DIMPLES) / height**2
+    assert finger.pad_stiffening == pytest.approx(flat, rel=0.01)
+    assert finger.pad_arm_stiffness == pytest.approx(finger.pad_stiffness / 2, rel=0.01)
+    assert finger.pad_damping == pytest.approx(1.5 * share, rel=0.01)
     # Half of the pad at 1.1 g/cm3 is 0.5 g, which the twin rounds up to 0.55.
     assert finger.skin_mass == pytest.approx(area * D.pad_thickness * 1e-3 / 2 * 1100, rel=0.15)
     board = area * D.board_thickness * 1e-3 * 1850
     assert finger.board_mass == pytest.approx(board + 1.2e-3, rel=0.02)
     # The build page says that 60 Shore A is a fifth softer.
     assert gent_modulus(60) / finger.pad_modulus == pytest.approx(0.8, abs=0.02)
-    assert f"full area at {D.dimple_height:g} mm" in (
+    assert f"flat at {D.dimple_height:g} mm" in (
         ROOT / "docs/reference/twin-parameters.md"
     ).read_text("utf-8")
 

@@ -119,7 +119,7 @@ OUTSIDE = {
     "silent_motor": lambda rig, target: rig.noise.rotor + rig.noise.mesh,
     "slow_closing": lambda rig, target: rig.finger.speed,
     "edge": lambda rig, target: target.parameters.radius,
-    "thin_shell": lambda rig, target: target.parameters.bulk_stiffness,
+    "thin_shell": lambda rig, target: 1 / target.parameters.dent_stiffness,
     "slow_material": lambda rig, target: target.parameters.arm_relaxation,
 }  # fmt: skip
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from firstcontact.core.layout import (
     ADC_COUNTS,
@@ -40,38 +41,64 @@ SLIP_STEPS = 20
 Array = NDArray[Any]
 
 
-def contact_force(
-    o: ObjectParameters, stiffness: float, depth: float, rate: float, arm: float
-) -> float:
-    """Return the force of a contact, N. ``depth`` is NaN before a finger touches."""
-    if not depth >= 0.0:
-        return 0.0
-    slow = stiffness * float(depth**1.5) * (1 + 1.5 * o.contact_loss * rate)
-    # A contact never pulls, even if the face recovers more slowly than the finger leaves.
-    return max(slow + o.arm_share * stiffness * float(max(arm, 0.0) ** 1.5), 0.0)
+class Touching(NamedTuple):
+    """State of a contact: depth, force, and rate at which its Maxwell arms grow."""
+
+    depth: float
+    force: float
+    growth: float
 
 
-def contacts(x: Array, p: Piece) -> list[tuple[float, float, float]]:
-    """Return depth, its rate and force of both contacts."""
-    faces = ((x[24], x[25]), (-x[26], -x[27]))  # position and speed along the finger's motion
+def hertz(depth: float, b: float) -> float:
+    """Return Hertz's force over its stiffness. ``b`` is the confinement by a rigid back."""
+    e = b * depth**0.5
+    return float(depth**1.5) * (1 + 1.5 * e + 2.6 * e**2 + 5 * e**3)
+
+
+def touching(
+    f: FingerParameters, o: ObjectParameters, stiffness: float, depth: float, rate: float,
+    fast: float, slow: float,
+) -> Touching:  # fmt: skip
+    """Return the state of a contact. ``depth`` is NaN before a finger touches."""
+    b, dent = f.pad_confinement * stiffness, stiffness / o.dent_stiffness
+    arms = o.arm_share * fast + o.slow_share * slow
+    fading = o.arm_share * fast / o.arm_relaxation + o.slow_share * slow / o.slow_relaxation
+    everything = 1 + o.arm_share + o.slow_share
+    # Off the finger, the face recovers by itself.
+    off = Touching(depth, 0.0, fading / everything)
+    if not depth >= 0:
+        return off
+    left = max(depth - dent * arms, 0.0)
+    pressed = left
+    if dent > 0 and left > 0:
+        pressed = brentq(lambda d: d + dent * hertz(d, b) - left, 0.0, left, xtol=1e-18)
+    force = stiffness * (hertz(pressed, b) + arms)
+    e = b * pressed**0.5
+    slope = pressed**0.5 * (1.5 + 3 * e + 6.5 * e**2 + 15 * e**3)
+    growth = slope * (rate + dent * fading) / (1 + dent * slope * everything)
+    return Touching(depth, force, growth) if force > 0 else off
+
+
+def contacts(x: Array, p: Piece) -> list[Touching]:
+    """Return the state of both contacts."""
+    # Position and speed of the faces along the fingers' motion.
+    faces = ((x[26], x[27]), (-x[28], -x[29]))
     states = []
     for f, (face, face_speed) in enumerate(faces):
         finger = x[f * FINGER_STATES :]
         depth, rate = finger[6] - face - p.gap[f], finger[7] - face_speed
-        states.append(
-            (depth, rate, contact_force(p.target, p.stiffness[f], depth, rate, finger[9]))
-        )
+        arms = finger[9], finger[10]
+        states.append(touching(p[f], p.target, p.stiffness[f], depth, rate, *arms))
     return states
 
 
 def finger_derivative(
     x: Array, f: FingerParameters, push: float, speed: float, p: Piece,
-    contact: tuple[float, float, float],
+    contact: Touching, o: ObjectParameters,
 ) -> list[float]:  # fmt: skip
     """Return the derivatives of one finger's states."""
     drive, drive_v, phalanx, phalanx_v, board, board_v, skin, skin_v = x[:8]
-    pad_arm, arm, leaked, buffer = x[8:12]
-    depth, rate, force = contact
+    pad_arm, fast, slow, leaked, buffer = x[8:13]
     motor = min(max(f.speed_gain * (speed - drive_v), -f.drive_force), p.motor_force)
     if drive_v < 0 <= speed:
         motor -= p.back_damping * drive_v  # pushed back while it should close or stand still
@@ -89,9 +116,10 @@ def finger_derivative(
         board_v,
         (mount - pad) / f.board_mass,
         skin_v,
-        (pad - force) / f.skin_mass,
+        (pad - contact.force) / f.skin_mass,
         squeezing - pad_arm / f.pad_relaxation,
-        (rate if depth >= 0 else 0.0) - arm / p.target.arm_relaxation,
+        contact.growth - fast / o.arm_relaxation,
+        contact.growth - slow / o.slow_relaxation,
         volts / f.piezo_time_constant,
         2 * math.pi * f.buffer_cutoff * (f.gain * volts - buffer),
     ]
@@ -99,14 +127,14 @@ def finger_derivative(
 
 def derivative(x: Array, p: Piece, push: Array, speeds: Array) -> Array:
     """Return the derivatives of the state ``x`` under noise forces and reference speeds."""
-    o, touching = p.target, contacts(x, p)
+    o, both = p.target, contacts(x, p)
     dx = []
     for f, finger in enumerate((p.index_finger, p.thumb)):
         states = x[f * FINGER_STATES : (f + 1) * FINGER_STATES]
-        dx += finger_derivative(states, finger, push[f], speeds[f], p, touching[f])
-    bulk = o.bulk_stiffness * (x[24] - x[26]) + o.bulk_damping * (x[25] - x[27])
-    outer = [touching[0][2] - bulk, bulk - touching[1][2]]
-    for place, force in zip((24, 26), outer, strict=True):
+        dx += finger_derivative(states, finger, push[f], speeds[f], p, both[f], o)
+    bulk = o.bulk_stiffness * (x[26] - x[28]) + o.bulk_damping * (x[27] - x[29])
+    outer = [both[0].force - bulk, bulk - both[1].force]
+    for place, force in zip((26, 28), outer, strict=True):
         clamp = (o.clamp_stiffness * x[place] + o.clamp_damping * x[place + 1]) / 2
         dx += [x[place + 1], (force - clamp) / o.face_mass]
     return np.array(dx)
@@ -126,13 +154,13 @@ def integrate(p: Piece) -> int:
     """Integrate a piece. Return the number of samples computed."""
     first = 0 if p.touch[0] <= p.touch[1] else 1
     for sample, time in enumerate(p.times):
-        touching = contacts(p.x, p)
-        for f, (depth, _, force) in enumerate(touching):
+        both = contacts(p.x, p)
+        for f, (depth, force, _) in enumerate(both):
             x = p.x[f * FINGER_STATES :]
-            p.out[sample, f] = x[11], force, depth, (p.x[24], -p.x[26])[f], x[1]
+            p.out[sample, f] = x[12], force, depth, (p.x[26], -p.x[28])[f], x[1]
             if depth > 0 and math.isnan(p.touched[f]):
                 p.touched[f] = time
-        if max(force for *_, force in touching) > p.limit:
+        if max(contact.force for contact in both) > p.limit:
             return sample + 1
         if sample == p.times.size - 1:
             break
@@ -152,7 +180,7 @@ def integrate(p: Piece) -> int:
                 if math.isnan(p.gap[f]) and p.touch[f] < end:
                     stop = max(p.touch[f], t)
                     advance(p, t, stop - t, loudness, wanted)
-                    p.gap[f] = p.x[6] - p.x[24] if f == 0 else p.x[18] + p.x[26]
+                    p.gap[f] = p.x[6] - p.x[26] if f == 0 else p.x[19] + p.x[28]
                     t = stop
             advance(p, t, end - t, loudness, wanted)
     return len(p.times)

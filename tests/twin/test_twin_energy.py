@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from pinches import Fingers, integrated, moving
+from scipy.optimize import brentq
 
 from firstcontact.twin import BLOCKS
 from firstcontact.twin.mechanics import (
@@ -30,6 +31,25 @@ def run(
     return x, np.nan_to_num(out[-1, :, INDENTATION])
 
 
+def contact_energy(
+    stiffness: float, o: ObjectParameters, depth: float, fast: float, slow: float
+) -> float:
+    """Return the energy in a contact, J: of Hertz's spring, of both arms, and of the dent."""
+    arms = o.arm_share * fast + o.slow_share * slow
+    dent = stiffness / o.dent_stiffness
+    left = max(depth - dent * arms, 0.0)
+    pressed = brentq(lambda d: d + dent * d**1.5 - left, 0.0, left) if left > 0 else 0.0
+    force = stiffness * (pressed**1.5 + arms)
+    if force <= 0:  # the face recovers by itself
+        pressed, force = max(-arms, 0.0) ** (2 / 3), 0.0
+    total = 0.4 * stiffness * pressed**2.5 + force**2 / (2 * o.dent_stiffness)
+    for share, arm in ((o.arm_share, fast), (o.slow_share, slow)):
+        viscous = max(pressed**1.5 - arm, 0.0)  # part of the force that the arm has forgotten
+        spring = 0.4 * pressed**2.5 - viscous * pressed + 0.6 * viscous ** (5 / 3)
+        total += stiffness * share * spring
+    return float(total)
+
+
 def energy(
     x: NDArray[np.float64], depth: NDArray[np.float64], fingers: Fingers, o: ObjectParameters
 ) -> float:
@@ -44,9 +64,7 @@ def energy(
         squeeze = s[4] - s[6]
         total += 0.5 * p.pad_stiffness * squeeze**2 + 0.25 * p.pad_stiffening * squeeze**4
         total += 0.5 * p.pad_arm_stiffness * s[8] ** 2
-        hertz = 0.4 * contact_stiffness(p, o)
-        total += hertz * max(depth[f], 0.0) ** 2.5
-        total += hertz * o.arm_share * max(s[9], 0.0) ** 2.5
+        total += contact_energy(contact_stiffness(p, o), o, max(depth[f], 0.0), *s[9:11])
     face, face_v, other_face, other_face_v = x[2 * FINGER_STATES :]
     total += 0.5 * o.face_mass * (face_v**2 + other_face_v**2)
     total += 0.5 * o.bulk_stiffness * (face - other_face) ** 2

@@ -29,9 +29,9 @@ from firstcontact.twin.mechanics import (
 from firstcontact.twin.noise import PhalanxNoise
 from firstcontact.twin.objects import CRUSHED
 
-#: Steps per sampling interval after the first contact, half as many before. A step is 20 us;
-#: halving it moves the piezo's waveform by less than 0.1 %.
-SUBSTEPS = 10
+#: Steps per sampling interval after the first contact, half as many before. A step is 25 us;
+#: halving it moves the piezo's waveform by less than 0.15 %.
+SUBSTEPS = 8
 #: Time after both contacts from which a commanded hand takes half the steps, s: the remaining
 #: motion is slow.
 CALM = 0.03

@@ -24,6 +24,7 @@ from firstcontact.twin.mechanics import (
 )
 from firstcontact.twin.noise import MotorNoise, RecordedNoise
 from firstcontact.twin.objects import TwinObject
+from firstcontact.twin.pad import PadParameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +174,7 @@ def draw_pinch(
     corners = generator(seed, c.name, "glue").uniform(*CORNERS, 2)
     day = generator(seed, c.name, "session", session)
     rng = generator(seed, c.name, "pinch", session, key)
+    dimples = generator(seed, c.name, "dimples", session, key)
 
     day_factor = {name: float(day.standard_normal()) for name in _SPREADS}
     now_factor = {name: float(rng.standard_normal()) for name in _SPREADS}
@@ -190,14 +192,18 @@ def draw_pinch(
         finger_factors = np.exp(c.asymmetry * hand.standard_normal(6))
         p = FingerParameters()
         # The contact point decides the curvature of the tip, how much of the phalanx's mass moves,
-        # and which taxels are loaded. It differs between the fingers.
+        # which taxels are loaded, and which dimples carry the pad. It differs between the fingers.
         place = math.exp(c.tip_radius.pinch * rng.standard_normal())
         day_place = math.exp(c.tip_radius.session * day.standard_normal())
+        pad = PadParameters().scaled(math.exp(c.tip_radius.pinch * dimples.standard_normal()))
         fingers.append(
             p._replace(
                 speed=p.speed * speed * math.exp(0.01 * rng.standard_normal()),
                 tip_radius=p.tip_radius * place * day_place,
-                pad_stiffness=p.pad_stiffness * finger_factors[0] * factor("pad_stiffness"),
+                pad_stiffness=pad.stiffness * finger_factors[0] * factor("pad_stiffness"),
+                pad_stiffening=pad.stiffening,
+                pad_arm_stiffness=pad.arm_stiffness,
+                pad_damping=pad.damping,
                 phalanx_mass=p.phalanx_mass * finger_factors[1] ** 0.5 * factor("phalanx_mass"),
                 link_stiffness=p.link_stiffness * finger_factors[2] * factor("link_stiffness"),
                 mount_stiffness=p.mount_stiffness * finger_factors[3],

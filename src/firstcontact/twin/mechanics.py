@@ -1,9 +1,9 @@
 """Mechanics of a pinch with their nominal parameters, integrated with a fixed fine step.
 
 Each finger is a chain drive - link - phalanx - mount - board - pad - skin. The skin meets a face of
-the object (Hertz contact with a Maxwell arm and Hunt-Crossley loss). The two faces are joined by
-the bulk and held by a clamp. The force through the mount drives the piezo disc. All motion is along
-the closing direction.
+the object (Hertz contact with two Maxwell arms, behind the wall of a hollow object). The two faces
+are joined by the bulk and held by a clamp. The force through the mount drives the piezo disc. All
+motion is along the closing direction.
 
 The contact times are given, not the distances from the fingers to the object. A finger has no
 effect before it touches. So each face of the object is placed where the finger of that face is at
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from firstcontact.core.board import DIVIDER_OHM, PIN_OHM, ROW_OHM
 from firstcontact.core.installation import load_compiled
 from firstcontact.core.physics import contact_modulus, gent_modulus, hertz_stiffness
+from firstcontact.twin.pad import PadParameters
 
 
 class FingerParameters(NamedTuple):
@@ -50,16 +51,19 @@ class FingerParameters(NamedTuple):
     """Damping of the mount, N s/m."""
     board_mass: float = 0.0021
     """Mass of the board with piezo disc and wires, kg."""
-    pad_stiffness: float = 4.5e4
-    """Stiffness of the dimpled pad at small compression, N/m."""
-    pad_stiffening: float = 6.0e11
-    """Cubic term of the dimpled pad's stiffness, N/m^3."""
-    pad_arm_stiffness: float = 2.2e4
+    pad_stiffness: float = PadParameters().stiffness
+    """Stiffness of the dimples below a touch at small compression, N/m."""
+    pad_stiffening: float = PadParameters().stiffening
+    """Cubic term of the dimples' stiffness, N/m^3."""
+    pad_arm_stiffness: float = PadParameters().arm_stiffness
     """Stiffness of the pad's Maxwell arm, N/m."""
     pad_relaxation: float = 1.2e-3
     """Relaxation time of the pad's Maxwell arm, s."""
-    pad_damping: float = 1.5
+    pad_damping: float = PadParameters().damping
     """Damping of the pad, N s/m."""
+    pad_confinement: float = 0.0
+    """Compliance that a rigid back right behind the pad takes from the contact, m/N; 0 for a pad on
+    dimples. :func:`firstcontact.twin.pad.confinement` computes it."""
     skin_mass: float = 0.00055
     """Mass of the pad's front, which moves with the skin, kg."""
     pad_modulus: float = 4.43e6
@@ -93,30 +97,42 @@ class ObjectParameters(NamedTuple):
     """Stiffness of the support, N/m."""
     clamp_damping: float = 1.5
     """Damping of the support, N s/m."""
+    dent_stiffness: float = math.inf
+    """Stiffness of a hollow object's wall against a dent at the contact, N/m."""
     arm_share: float = 0.25
-    """Stiffness of the contact's Maxwell arm, as a share of the slow contact stiffness."""
+    """Stiffness of the contact's fast Maxwell arm, as a share of the slow contact stiffness."""
     arm_relaxation: float = 4.0e-3
-    """Relaxation time of the contact's Maxwell arm, s."""
-    contact_loss: float = 0.10
-    """Coefficient c of the Hunt-Crossley loss, s/m. At a speed of impact v the
-    restitution is about 1 - c v."""
+    """Relaxation time of the fast arm, s."""
+    slow_share: float = 0.0
+    """Stiffness of the contact's slow arm, which has relaxed when a durometer is read."""
+    slow_relaxation: float = 0.1
+    """Relaxation time of the slow arm, s."""
 
     @classmethod
-    def solid(cls, shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-        """Return a solid from Shore A, mass (kg), bulk stiffness (N/m) and its loss factor."""
+    def solid(
+        cls, shore_a: float, mass: float, bulk: float, loss: float, slow: float = 0.0
+    ) -> ObjectParameters:
+        """Return a solid from Shore A, mass (kg), bulk stiffness (N/m) and its losses.
+
+        ``loss`` is the loss factor within milliseconds, ``slow`` the share of the stiffness that
+        relaxes between about 10 ms and the second after which a durometer is read.
+        """
+        quick_bulk = bulk * (1 + slow)
         return cls(
             modulus=gent_modulus(shore_a),
             face_mass=mass / 2,
-            bulk_stiffness=bulk,
-            bulk_damping=loss * math.sqrt(bulk * mass / 4),
-            arm_share=2 * loss,
-            contact_loss=loss,
+            bulk_stiffness=quick_bulk,
+            bulk_damping=loss * math.sqrt(quick_bulk * mass / 4),
+            arm_share=2 * loss * (1 + slow),
+            slow_share=slow,
         )
 
     def stiffened(self, factor: float) -> ObjectParameters:
         """Return the object with its modulus multiplied by ``factor``."""
         return self._replace(
-            modulus=self.modulus * factor, bulk_stiffness=self.bulk_stiffness * factor
+            modulus=self.modulus * factor,
+            bulk_stiffness=self.bulk_stiffness * factor,
+            dent_stiffness=self.dent_stiffness * factor,
         )
 
 
@@ -155,8 +171,9 @@ class VelostatParameters(NamedTuple):
 
 
 #: States of a finger: position and speed of drive, phalanx, board and skin; elongation of the
-#: Maxwell arms of pad and contact; voltage that the piezo has lost by leakage; buffer's output.
-FINGER_STATES = 12
+#: Maxwell arms of pad and contact (fast, slow); voltage that the piezo has lost by leakage;
+#: buffer's output.
+FINGER_STATES = 13
 #: Two fingers, then position and speed of the object's two faces.
 STATES = 2 * FINGER_STATES + 4
 #: Number of values that :func:`integrate_all` writes per sample and finger.
@@ -203,7 +220,7 @@ class Piece(NamedTuple):
     calm_steps: int
     """Integration steps per sampling interval after that time."""
     x: _Vector
-    """State at ``times[0]``, shape (28,), changed in place to the state at ``times[-1]``."""
+    """State at ``times[0]``, shape (30,), changed in place to the state at ``times[-1]``."""
     gap: _Vector
     """Positions of the object's faces when index and thumb touched, m, shape (2,), changed in
     place. NaN before a contact: then ``touch`` decides when the finger touches. A number before a

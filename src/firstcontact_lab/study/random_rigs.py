@@ -60,9 +60,7 @@ Change = Callable[[Values, Rng], Values]
 def _lossy(target: RandomObject, rng: Rng) -> RandomObject:
     p = target.parameters
     share = 0.3 + p.arm_share * float(rng.uniform(1.8, 3.0))
-    return replace(
-        target, parameters=p._replace(arm_share=share, contact_loss=min(2 * p.contact_loss, 1.5))
-    )
+    return replace(target, parameters=p._replace(arm_share=share))
 
 
 def _several_rig(rig: RandomRig, rng: Rng) -> RandomRig:

@@ -366,10 +366,7 @@ def draw_objects(rig: StructuredRig, count: int) -> Dataset:
         rng = generator(rig.seed, "object", number)
         target = draw_object(rng)
         more = float(rng.uniform(1.0, 2.0))
-        parameters = target.parameters._replace(
-            arm_share=target.parameters.arm_share * more,
-            contact_loss=min(target.parameters.contact_loss * more, 1.2),
-        )
+        parameters = target.parameters._replace(arm_share=target.parameters.arm_share * more)
         target = replace(target, parameters=parameters)
         shore_a = float(np.clip(target.shore_a + LABEL * rng.standard_normal(), 0.0, 100.0))
         label = Label(f"object {number}", shore_a, None, f"object {number}", "objects", Role.TEST)

@@ -29,9 +29,11 @@ typedef struct {
     double link_stiffness[LANES], link_damping[LANES], mount_stiffness[LANES], mount_damping[LANES];
     double pad_stiffness[LANES], pad_stiffening[LANES], pad_arm_stiffness[LANES], pad_damping[LANES];
     double per_drive[LANES], per_phalanx[LANES], per_board[LANES], per_skin[LANES];
-    double per_pad_relaxation[LANES], per_time_constant[LANES], per_arm_relaxation[LANES];
+    double per_pad_relaxation[LANES], per_time_constant[LANES];
     double volts_per_newton[LANES], gain[LANES], cutoff[LANES];
-    double stiffness[LANES], loss[LANES], arm_stiffness[LANES];
+    double stiffness[LANES], confinement[LANES], dent[LANES];
+    double fast_share[LANES], slow_share[LANES], per_fast[LANES], per_slow[LANES], all[LANES], per_all[LANES];
+    bool is_special[SIDE], is_plain; /* a touched object gives way, or a pad is confined */
     double bulk_stiffness[SIDE], bulk_damping[SIDE], clamp_stiffness[SIDE], clamp_damping[SIDE];
     double per_face[SIDE];
 } lanes_t;
@@ -57,14 +59,44 @@ static double smaller(double a, double b)
     return b < a ? b : a;
 }
 
-static double contact_force(const ObjectParameters *o, double stiffness, double depth, double rate,
-                            double arm)
+/* Return Hertz's force over its stiffness. `root` is that of the indentation, and `b` stands for
+   the confinement of the pad by a rigid back. */
+INLINE double hertz(double root, double b)
 {
-    if (!(depth >= 0.0))
+    const double q = b * root;
+    return root * root * root * (1.0 + q * (1.5 + q * (2.6 + 5.0 * q)));
+}
+
+/* Return the derivative of hertz() over the indentation. */
+INLINE double hertz_slope(double root, double b)
+{
+    const double q = b * root;
+    return root * (1.5 + q * (3.0 + q * (6.5 + 15.0 * q)));
+}
+
+/* Return the root of the indentation where the wall gives way, too, by `dent` for each unit of
+   hertz(). `all` is the root of the depth without the part of the arms in this. */
+INLINE double dented(double all, double dent, double b)
+{
+    const double s = dent * all;
+    double root = all * (1.0 + 0.164 * s) / (1.0 + 0.51 * s); /* within 17 % up to s = 30 */
+    for (int i = 0; i < 2; i++) { /* Halley's method */
+        const double error = root * root + dent * hertz(root, b) - all * all;
+        const double slope = 2.0 * root * (1.0 + dent * hertz_slope(root, b));
+        const double bend = 1.0 + 3.0 * dent * root;
+        root -= error * slope / (slope * slope - error * bend + 1e-60);
+    }
+    return root;
+}
+
+static double contact_force(const lanes_t *b, int l, double depth)
+{
+    const double arms = b->fast_share[l] * b->x[FAST_ARM][l] + b->slow_share[l] * b->x[SLOW_ARM][l];
+    const double dent = b->dent[l], left = depth - dent * arms;
+    if (!(left > 0.0))
         return 0.0;
-    const double slow = stiffness * depth * sqrt(depth) * (1.0 + 1.5 * o->contact_loss * rate);
-    const double pressed = larger(arm, 0.0);
-    return larger(slow + o->arm_share * stiffness * pressed * sqrt(pressed), 0.0);
+    const double all = sqrt(left), root = dent > 0.0 ? dented(all, dent, b->confinement[l]) : all;
+    return larger(b->stiffness[l] * (hertz(root, b->confinement[l]) + arms), 0.0);
 }
 
 /* Compute the derivatives of one stage, k[stage]. */
@@ -72,16 +104,41 @@ INLINE void derive(lanes_t *b, const int stage, const int side)
 {
     const int instant = (stage + 1) / 2;
     double(*const k)[LANES] = b->k[stage];
-    double y[VARIABLES][LANES], force[LANES], depth[LANES], rate[LANES], deep[LANES], motor[LANES];
-    double pressed[LANES], mount[LANES], pad[LANES], relaxing[LANES], loading[LANES];
+    double y[VARIABLES][LANES], force[LANES], depth[LANES], rate[LANES], root[LANES], motor[LANES];
+    double mount[LANES], pad[LANES], arms[LANES], fading[LANES], left[LANES], better[LANES];
+    double growth[LANES];
     for (int v = 0; v < VARIABLES; v++)
         EACH_LANE(l)
             y[v][l] = stage == 0 ? b->x[v][l] : b->x[v][l] + b->h[instant][l] * b->k[stage - 1][v][l];
     EACH_LANE(l) {
         depth[l] = y[SKIN_AT][l] + b->sign[l] * y[FACE][l] - b->gap[l];
         rate[l] = y[SKIN_SPEED][l] + b->sign[l] * y[FACE + 1][l];
-        deep[l] = depth[l] >= 0.0 ? depth[l] : 0.0;
-        pressed[l] = 0.0 > y[CONTACT_ARM][l] ? 0.0 : y[CONTACT_ARM][l];
+        const double fast = b->fast_share[l] * y[FAST_ARM][l];
+        const double slow = b->slow_share[l] * y[SLOW_ARM][l];
+        arms[l] = fast + slow;
+        fading[l] = fast * b->per_fast[l] + slow * b->per_slow[l];
+        left[l] = depth[l] - b->dent[l] * arms[l];
+    }
+    EACH_LANE(l)
+        left[l] = left[l] > 0.0 ? left[l] : 0.0; /* it is NaN before a contact */
+    EACH_LANE(l)
+        root[l] = sqrt(left[l]);
+    if (b->is_plain) {
+        EACH_LANE(l) {
+            force[l] = b->stiffness[l] * (root[l] * root[l] * root[l] + arms[l]);
+            growth[l] = 1.5 * root[l] * rate[l];
+        }
+    } else {
+        EACH_LANE(l)
+            better[l] = dented(root[l], b->dent[l], b->confinement[l]);
+        EACH_LANE(l)
+            root[l] = b->dent[l] > 0.0 ? better[l] : root[l];
+        EACH_LANE(l) {
+            const double slope = hertz_slope(root[l], b->confinement[l]);
+            force[l] = b->stiffness[l] * (hertz(root[l], b->confinement[l]) + arms[l]);
+            growth[l] = slope * (rate[l] + b->dent[l] * fading[l])
+                        / (1.0 + b->dent[l] * slope * b->all[l]);
+        }
     }
     EACH_LANE(l) {
         const double wanted = b->speed_gain[l] * (b->speed[l] - y[DRIVE_SPEED][l]);
@@ -98,7 +155,7 @@ INLINE void derive(lanes_t *b, const int stage, const int side)
     EACH_LANE(l) {
         const double drive_v = y[DRIVE_SPEED][l], phalanx_v = y[PHALANX_SPEED][l];
         const double board_v = y[BOARD_SPEED][l], skin_v = y[SKIN_SPEED][l];
-        const double pad_arm = y[PAD_ARM][l], arm = y[CONTACT_ARM][l];
+        const double pad_arm = y[PAD_ARM][l];
         const double link = b->link_stiffness[l] * (y[DRIVE_AT][l] - y[PHALANX_AT][l])
                             + b->link_damping[l] * (drive_v - phalanx_v);
         mount[l] = b->mount_stiffness[l] * (y[PHALANX_AT][l] - y[BOARD_AT][l])
@@ -107,10 +164,6 @@ INLINE void derive(lanes_t *b, const int stage, const int side)
         pad[l] =
             (b->pad_stiffness[l] + b->pad_stiffening[l] * squeeze * squeeze) * squeeze
             + b->pad_arm_stiffness[l] * pad_arm + b->pad_damping[l] * squeezing;
-        const double slow = b->stiffness[l] * deep[l] * sqrt(deep[l]) * (1.0 + b->loss[l] * rate[l]);
-        force[l] = slow + b->arm_stiffness[l] * pressed[l] * sqrt(pressed[l]);
-        relaxing[l] = -arm * b->per_arm_relaxation[l];
-        loading[l] = relaxing[l] + rate[l];
         const double volts = b->volts_per_newton[l] * mount[l] - y[LEAKED][l];
         k[DRIVE_AT][l] = drive_v;
         k[DRIVE_SPEED][l] = (motor[l] - link) * b->per_drive[l];
@@ -124,12 +177,15 @@ INLINE void derive(lanes_t *b, const int stage, const int side)
         k[BUFFER][l] = b->cutoff[l] * (b->gain[l] * volts - y[BUFFER][l]);
         k[FACE][l] = y[FACE + 1][l];
     }
+    /* Off the finger, the face recovers by itself: the arms relax without a force. */
+    EACH_LANE(l)
+        growth[l] = force[l] > 0.0 ? growth[l] : fading[l] * b->per_all[l];
     EACH_LANE(l)
         force[l] = 0.0 > force[l] ? 0.0 : force[l];
-    EACH_LANE(l)
-        force[l] = depth[l] >= 0.0 ? force[l] : 0.0;
-    EACH_LANE(l)
-        k[CONTACT_ARM][l] = depth[l] >= 0.0 ? loading[l] : relaxing[l];
+    EACH_LANE(l) {
+        k[FAST_ARM][l] = growth[l] - y[FAST_ARM][l] * b->per_fast[l];
+        k[SLOW_ARM][l] = growth[l] - y[SLOW_ARM][l] * b->per_slow[l];
+    }
     EACH_LANE(l)
         k[SKIN_SPEED][l] = (pad[l] - force[l]) * b->per_skin[l];
     for (int p = 0; p < side; p++) {
@@ -210,9 +266,7 @@ INLINE bool begin_sample(lanes_t *b, walk *w, int place, const int side)
         double *const row = out + f * OUTPUTS;
         row[OUT_BUFFER] = b->x[BUFFER][l];
         row[OUT_INDENTATION] = face_gap(b, l) - b->gap[l];
-        const double rate = b->x[SKIN_SPEED][l] + b->sign[l] * b->x[FACE + 1][l];
-        row[OUT_FORCE] = contact_force(&q->object, q->stiffness[f], row[OUT_INDENTATION], rate,
-                                       b->x[CONTACT_ARM][l]);
+        row[OUT_FORCE] = contact_force(b, l, row[OUT_INDENTATION]);
         row[OUT_FACE] = f == 0 ? b->x[FACE][l] : -b->x[FACE][l];
         row[OUT_DRIVE_SPEED] = b->x[DRIVE_SPEED][l];
         if (row[OUT_INDENTATION] > 0.0 && isnan(q->touched[f]))
@@ -222,6 +276,11 @@ INLINE bool begin_sample(lanes_t *b, walk *w, int place, const int side)
     q->taken = w->sample + 1;
     if (larger(out[OUT_FORCE], out[OUTPUTS + OUT_FORCE]) > q->limit || w->sample == last)
         return false;
+    b->is_special[place] =
+        near && b->dent[place] + b->confinement[place] + b->confinement[side + place] > 0.0;
+    b->is_plain = true;
+    for (int p = 0; p < side; p++)
+        b->is_plain = b->is_plain && !b->is_special[p];
     w->steps = q->substeps;
     const bool both = !isnan(q->touched[0] + q->touched[1]);
     if (both && now - larger(q->touched[0], q->touched[1]) > q->calm)
@@ -296,9 +355,14 @@ static void load(lanes_t *b, const fc_pinch *q, int place, int side)
         b->gain[l] = p->gain;
         b->cutoff[l] = 2.0 * PI * p->buffer_cutoff;
         b->stiffness[l] = q->stiffness[f];
-        b->loss[l] = 1.5 * o->contact_loss;
-        b->arm_stiffness[l] = o->arm_share * q->stiffness[f];
-        b->per_arm_relaxation[l] = 1.0 / o->arm_relaxation;
+        b->confinement[l] = p->pad_confinement * q->stiffness[f];
+        b->dent[l] = q->stiffness[f] / o->dent_stiffness;
+        b->fast_share[l] = o->arm_share;
+        b->slow_share[l] = o->slow_share;
+        b->per_fast[l] = 1.0 / o->arm_relaxation;
+        b->per_slow[l] = 1.0 / o->slow_relaxation;
+        b->all[l] = 1.0 + o->arm_share + o->slow_share;
+        b->per_all[l] = 1.0 / b->all[l];
     }
     b->per_face[place] = 1.0 / o->face_mass;
     b->bulk_stiffness[place] = o->bulk_stiffness;
@@ -334,6 +398,7 @@ INLINE void run(fc_pinch *pinches, int32_t count, const int side)
                 if (w->pinch != NULL) {
                     store(&b, w->pinch, place, side);
                     w->pinch = NULL;
+                    b.is_special[place] = false;
                     busy--;
                 }
                 if (next == count)

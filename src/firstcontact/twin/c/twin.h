@@ -4,11 +4,11 @@
 
 #include "kernels.h"
 
-/* States of a finger: positions (m) and speeds (m/s), elongations of the Maxwell arms (m), the
-   voltage that the piezo has lost by leakage and the buffer's output (V). */
+/* States of a finger: positions (m) and speeds (m/s), elongations of the Maxwell arms of pad (m)
+   and contact (m^1.5), the voltage that the piezo has lost by leakage and the buffer's output (V). */
 enum {
     DRIVE_AT, DRIVE_SPEED, PHALANX_AT, PHALANX_SPEED, BOARD_AT, BOARD_SPEED, SKIN_AT, SKIN_SPEED,
-    PAD_ARM, CONTACT_ARM, LEAKED, BUFFER,
+    PAD_ARM, FAST_ARM, SLOW_ARM, LEAKED, BUFFER,
     FINGER_STATES,
     STATES = 2 * FINGER_STATES + 4
 };
@@ -40,13 +40,13 @@ enum {
 typedef struct {
     double speed, drive_mass, speed_gain, drive_force, link_stiffness, link_damping, phalanx_mass,
         mount_stiffness, mount_damping, board_mass, pad_stiffness, pad_stiffening,
-        pad_arm_stiffness, pad_relaxation, pad_damping, skin_mass, pad_modulus, tip_radius,
+        pad_arm_stiffness, pad_relaxation, pad_damping, pad_confinement, skin_mass, pad_modulus, tip_radius,
         piezo_volts_per_newton, piezo_time_constant, gain, buffer_cutoff;
 } FingerParameters;
 
 typedef struct {
     double modulus, radius, face_mass, bulk_stiffness, bulk_damping, clamp_stiffness,
-        clamp_damping, arm_share, arm_relaxation, contact_loss;
+        clamp_damping, dent_stiffness, arm_share, arm_relaxation, slow_share, slow_relaxation;
 } ObjectParameters;
 
 typedef struct {

@@ -1,0 +1,38 @@
+"""Stiffness of the fingertip's pad below a touch, from the drawn pad and its dimples.
+
+The one place of these numbers: twin, drawings and build page read them here. ``hardware/pad.py``
+computes them with finite elements, and ``tests/hardware`` compares.
+
+A touch of 2 to 3 mm bends the pad between its dimples. It loads those next to it, not all six.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from firstcontact.core.physics import POISSON
+
+#: Stiffness of a pad that is pressed all over, N/m: on six dimples, and without dimples (paper).
+ON_DIMPLES, SOLID = 5.0e4, 4.4e5
+
+
+class PadParameters(NamedTuple):
+    """Spring below a touch, with its relaxing part and its damping. SI units.
+
+    The defaults are those of the drawn pad. The stiffness is the harmonic mean over the pad,
+    between dimples that stick to the sheet (16 kN/m) and that slide (13 kN/m).
+    """
+
+    stiffness: float = 1.43e4
+    stiffening: float = 1.74e11
+    arm_stiffness: float = 7.2e3
+    damping: float = 0.43
+
+    def scaled(self, factor: float) -> PadParameters:
+        """Return the spring of another place, where the pad is stiffer by a factor."""
+        return PadParameters(*(factor * value for value in self))
+
+
+def confinement(modulus: float, thickness: float) -> float:
+    """Return the compliance that a rigid back takes from the contact with a bonded layer, m/N."""
+    return 0.11 / (modulus / (2 * (1 + POISSON)) * thickness)

@@ -4,7 +4,7 @@ The board lies with its cable to the left. From left to right there are row 2, r
 0 is at the tip. Column 0 is the lower one.
 
 A finger of a comb is 0.3 mm wide and so is the gap. Both are well above what board houses etch
-without extra cost (0.15 mm), so that gold does not bridge a gap. A dimple of 2.5 mm covers four
+without extra cost (0.15 mm), so that gold does not bridge a gap. A dimple of 2 mm covers three
 periods: wherever it lands along the comb, the length of gap below it varies by less than 4 %.
 """
 
@@ -62,7 +62,7 @@ def comb(kind: str) -> list[Point]:
     return [*dict.fromkeys((round(x, 4), round(y, 4)) for x, y in outline)]
 
 
-def gap_length(x: float, diameter: float = 2.5, steps: int = 2000) -> float:
+def gap_length(x: float, diameter: float = NOMINAL.dimple_diameter, steps: int = 2000) -> float:
     """Return the length of gaps under a dimple whose middle is at ``x`` in a large comb, mm."""
     radius, period = diameter / 2, FINGER + GAP
     total = 0.0

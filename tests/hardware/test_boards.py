@@ -169,8 +169,8 @@ def test_a_dimple_covers_nearly_the_same_gap_wherever_it_lands() -> None:
 
 def test_dimples_land_within_the_fingers() -> None:
     step = fingertip.FINGER + fingertip.GAP
-    assert fingertip.FINGERS * step - fingertip.GAP > 2.5 + 2 * 0.5
-    assert 2 * fingertip.OVERLAP > 2.5 + 2 * 0.5
+    assert fingertip.FINGERS * step - fingertip.GAP > fingertip.NOMINAL.dimple_diameter + 2 * 0.5
+    assert fingertip.NOMINAL.dimple_diameter + 2 * 0.5 < 2 * fingertip.OVERLAP
 
 
 def test_disc_lies_between_grounds_and_far_from_the_strip() -> None:

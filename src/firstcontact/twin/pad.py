@@ -20,7 +20,7 @@ class PadParameters(NamedTuple):
     """Spring below a touch, with its relaxing part and its damping. SI units.
 
     The defaults are those of the drawn pad. The stiffness is the harmonic mean over the pad,
-    between dimples that stick to the sheet (16 kN/m) and that slide (13 kN/m).
+    between dimples that stick to the sheet and that slide.
     """
 
     stiffness: float = 1.43e4

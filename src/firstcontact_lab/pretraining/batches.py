@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain.touch import touch_inputs
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import MOST
 from firstcontact.models import Touches
 from firstcontact.models.rig.rigs import Rig
 from firstcontact.signal import samples_in
@@ -16,8 +17,10 @@ from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
 from firstcontact_lab.pretraining.examples import CONTEXTS, MARGIN, Examples, facts, placing, volts
 from firstcontact_lab.rigs import Rng
 
-#: Shares of contacts without a known rig, with a given closing speed, and with a given radius.
-NO_CONTEXT, TOLD_SPEED, TOLD_RADIUS = 0.08, 0.2, 0.3
+#: Shares of contacts without a known rig, with a rig that measures closing speeds, and of these
+#: without a speed; and share of round objects with a given radius. A flat object is always given as
+#: flat, so one without a shape is round.
+NO_CONTEXT, TOLD_SPEED, NO_SPEED, TOLD_RADIUS = 0.08, 0.25, 0.25, 0.3
 _RATE = FINGERTIP_RATE
 #: Smallest number of samples before a contact that the chain takes.
 _LEAST_BEFORE = 4
@@ -56,10 +59,11 @@ def draw_batch(
     radii = np.full(n, np.nan)
     if context is None:
         has_context = rng.random(n) >= NO_CONTEXT
-        has_speed = rng.random(n) < TOLD_SPEED
+        measures = rng.random(n) < TOLD_SPEED
+        has_speed = measures & (rng.random(n) >= NO_SPEED)
         speed = np.where(has_speed, examples.speeds[indices], speed)
         alike = np.where(has_speed, 1.0, alike)
-        general[:, Rig.GENERAL - 1] = has_speed
+        general[:, Rig.GENERAL - 1] = measures
         radii[rng.random(n) < TOLD_RADIUS] = 1.0
         radii *= examples.radii[indices]
         # Without a context, the usual speed, the level and the sign of the rig are unknown.
@@ -69,6 +73,7 @@ def draw_batch(
             np.where(has_context, sign, 1.0),
         )
         general[~has_context] = 0.0
+    radii = np.where(examples.radii[indices] > MOST / 1000, np.inf, radii)
     signals_after = cut(volts(examples.signals[indices]), placing(rng, n))
     # The chain takes the signal before a contact, too. No input of the network depends on it.
     signals = np.pad(signals_after, ((0, 0), (_LEAST_BEFORE, 0)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from safetensors.numpy import load_file, save
 from firstcontact.chain.touch import HINTS
 from firstcontact.core.files import replacing
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
+from firstcontact.core.physics import MOST
 from firstcontact.jobs import Runner
 from firstcontact.models import Touches
 from firstcontact.models.rig.rigs import Rig, spectra
@@ -116,7 +117,10 @@ def labelled_touches(
     is_object = d.numbers >= 0
     shore_a = np.array([specimen.shore_a for specimen in d.objects])
     blocks, objects = (_touches(s, d.rng) for s in (d.context[0], d.signals[is_object]))
-    return blocks, d.levels, objects, shore_a[is_object]
+    radii = np.array([specimen.parameters.radius for specimen in d.objects])[is_object]
+    flat = np.where(radii > MOST / 1000, np.inf, np.nan)
+    blocks = replace(blocks, radii=np.full(len(blocks), np.inf))
+    return blocks, d.levels, replace(objects, radii=flat), shore_a[is_object]
 
 
 def _drawn(number: int, seed: int, family_name: str, again: int) -> _Drawn:
@@ -260,7 +264,7 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
 
 #: Version of examples and trainings, raised when rigs, objects, stored values or batches change.
 #: Older files are not used.
-DRAWN = 1
+DRAWN = 2
 RIGS_PER_FILE = 50
 
 

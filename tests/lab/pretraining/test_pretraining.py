@@ -259,3 +259,27 @@ def test_the_share_that_is_taken_is_the_one_that_was_measured() -> None:
         for entry in results.values()
         for is_covered in entry["coverage"].values()
     )
+
+
+def test_flat_objects_are_told_and_untold_ones_are_round() -> None:
+    made = joined([rig_examples(number, 1) for number in range(6)])
+    rows = np.tile(np.arange(len(made)), 4)
+    is_flat = made.radii[rows] > 0.2
+    for context in (None, 0):
+        batch = draw_batch(made, rows, np.random.default_rng(0), context=context)
+        has_radius, curvature = batch.x[:, -2] > 0, batch.x[:, -1]
+        assert has_radius[is_flat].all()
+        assert not curvature[is_flat].any()
+        told = has_radius[~is_flat].mean()
+        assert told == (pytest.approx(0.3, abs=0.05) if context is None else 0)
+        assert (curvature[~is_flat & has_radius] > 0).all()
+
+
+def test_rigs_that_measure_speeds_miss_some() -> None:
+    made = joined([rig_examples(number, 1) for number in range(6)])
+    rows = np.tile(np.arange(len(made)), 8)
+    batch = draw_batch(made, rows, np.random.default_rng(0))
+    measures = batch.general[:, -1] > 0
+    is_exact = np.isclose(batch.x[:, -3], 1.0)
+    assert measures.mean() == pytest.approx(0.92 * 0.25, abs=0.03)
+    assert is_exact[measures].mean() == pytest.approx(0.75, abs=0.05)

@@ -12,7 +12,7 @@ from typing import Any
 from firstcontact.cli.output import Output, outputs
 from firstcontact.cli.stopping import Stop, stopping
 from firstcontact.cli.verbs import configuration, overview
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError, InputError
 from firstcontact.core.text import one_line, summarize_error
 
 #: Exit codes: success, unusable input, unexpected error. A verb may return another one. After a
@@ -76,7 +76,7 @@ def _parse(arguments: list[str]) -> Any:
     width = shutil.get_terminal_size().columns
     if not arguments:
         print(overview(width), file=sys.stderr)
-        raise InputError("no command is given: choose one of these, such as `firstcontact live`")
+        raise ArgumentError("no command is given: choose one of these, such as `firstcontact live`")
     word = arguments[0]
     if word in ("-h", "--help"):
         print(overview(width))

@@ -14,7 +14,7 @@ from textwrap import dedent, fill
 from types import NoneType
 from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from firstcontact.core import InputError, Registry
+from firstcontact.core import ArgumentError, Registry
 from firstcontact.core.installation import require_modules
 from firstcontact.core.text import parse_float, parse_int
 
@@ -178,7 +178,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         sentence = message.removeprefix("argument ")
-        raise InputError(f"{sentence}; all options: `{self.prog} --help-all`")
+        raise ArgumentError(f"{sentence}; all options: `{self.prog} --help-all`")
 
 
 def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:

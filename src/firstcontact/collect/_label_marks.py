@@ -14,7 +14,7 @@ from typing import IO, Annotated, Literal
 
 from msgspec import Meta
 
-from firstcontact.core import FileError, InputError
+from firstcontact.core import ArgumentError, FileError, InputError
 from firstcontact.core.files import read_regular
 from firstcontact.core.records import Name, read_record
 from firstcontact.recording.messages import LAST_SAMPLE
@@ -94,7 +94,7 @@ class Marks:
         """Apply an action. Return the number of the onset that it changed."""
         if action.do == "undo":
             if not self.done:
-                raise InputError("there is no label left to undo")
+                raise ArgumentError("there is no label left to undo")
             reopened = self.done[-1].number
             self.replay(self.done[:-1])
             return reopened
@@ -112,7 +112,7 @@ class Marks:
     def _do(self, action: Action) -> int:
         mark = self._marks.get(action.number)
         if mark is None:
-            raise InputError(f"there is no onset {action.number}: load the page again")
+            raise ArgumentError(f"there is no onset {action.number}: load the page again")
         number = mark.number
         match action.do:
             case "accept":
@@ -124,7 +124,7 @@ class Marks:
                 mark = replace(mark, sample=sample, status=Status.ACCEPTED)
             case "add":
                 if len(self._marks) >= MOST:
-                    raise InputError(
+                    raise ArgumentError(
                         f"the page already has {MOST} onsets, the largest number: label "
                         "fewer recordings in one command"
                     )
@@ -140,7 +140,7 @@ class Marks:
     def _inside(self, mark: Mark, sample: int) -> int:
         length = self._lengths[mark.recording][mark.stretch]
         if not 0 <= sample < length:
-            raise InputError(
+            raise ArgumentError(
                 f"sample {sample} is outside the unbroken signal (0 to {length - 1}): "
                 "place the onset within it"
             )

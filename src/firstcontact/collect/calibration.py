@@ -21,7 +21,6 @@ from firstcontact.core import (
     FileError,
     Finger,
     ForceCurve,
-    InputError,
     Layout,
     VibrationCalibration,
     finger_name,
@@ -201,7 +200,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     layout = source.descriptor.layout
     columns = layout.columns(ChannelKind.FORCE, finger)
     if not columns:
-        raise InputError(
+        raise ArgumentError(
             f"the {finger_words(finger)} has no force channel, so its weights cannot be used: "
             "leave them out"
         )
@@ -328,20 +327,20 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
     force = np.array([w.newtons for w in points])
     volts = np.array([w.volts for w in points])
     if len({w.newtons for w in points}) < FEWEST:
-        raise InputError(
+        raise ArgumentError(
             f"{subject} have {len({w.newtons for w in points})} different values, but the "
             f"curve needs {FEWEST}: add weights"
         )
     if not (force >= 0).all() or not (force <= HEAVIEST).all():
-        raise InputError(f"{subject} must be forces in newtons from 0 to {HEAVIEST:g}")
+        raise ArgumentError(f"{subject} must be forces in newtons from 0 to {HEAVIEST:g}")
     if not ((volts > 0) & (volts < ADC_VOLTS)).all():
-        raise InputError(
+        raise ArgumentError(
             f"the volts of {subject} must lie between 0 and {ADC_VOLTS:g}: check the wiring"
         )
     levels = [(f, volts[force == f].mean()) for f in np.unique(force)]
     for (light, low), (heavy, high) in pairwise(levels):
         if high <= low:
-            raise InputError(
+            raise ArgumentError(
                 f"{subject} must give a voltage that rises with the force, but {heavy:g} N gives "
                 f"{high:.3f} V and {light:g} N gives {low:.3f} V: check the order of the weights"
             )

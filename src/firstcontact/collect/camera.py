@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from firstcontact.core import FileError, Finger, InputError
+from firstcontact.core import ArgumentError, FileError, Finger
 from firstcontact.core.text import parse_float, parse_int, percent
 from firstcontact.recording import Recording
 from firstcontact.recording.table import read_rows
@@ -71,7 +71,7 @@ def read_contacts(path: Path) -> dict[Key, float]:
 def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 960.0) -> Agreement:
     """Fit the camera's clock to the device's clock, and return how well the contacts agree."""
     if not 1.0 <= fps <= FASTEST:
-        raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")
+        raise ArgumentError(f"fps is {fps:g}: give the camera's frames per s, 1 to {FASTEST:g}")
     rate = recording.header.layout.rate
     device: dict[Key, tuple[int, float]] = {
         (mark.number, c.finger): (mark.epoch, c.sample / rate)

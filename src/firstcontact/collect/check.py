@@ -22,7 +22,13 @@ from firstcontact.collect._self_test import (
     judge,
 )
 from firstcontact.collect.calibration import Say, is_tapped, rest_request
-from firstcontact.core import ChannelKind, Finger, InputError, finger_name
+from firstcontact.core import (
+    ArgumentError,
+    ChannelKind,
+    DeviceError,
+    Finger,
+    finger_name,
+)
 from firstcontact.core.display import BLUE, ORANGE
 from firstcontact.core.files import write_text
 from firstcontact.device import Descriptor, Source
@@ -65,10 +71,10 @@ def check_fingertips(
     require_source(source)
     shortest, longest = DRIFT_SECONDS
     if drift and not shortest <= drift <= longest:
-        raise InputError(f"the time must be 0, or {shortest:g} to {longest:g} s", parameter="drift")
+        raise ArgumentError(f"give 0, or {shortest:g} to {longest:g} s", parameter="drift")
     layout = source.descriptor.layout
     if is_tapped(layout):
-        raise InputError(f"{source.name} has no fingertips to check: give the device of a hand")
+        raise DeviceError(f"{source.name} has no fingertips to check: give the device of a hand")
     steps = _Steps(source, say)
     rest = steps.samples(f"{REST:g} s of rest: {rest_request(layout)}", "rest", REST)
     measured = Measured(layout, rest)

@@ -15,6 +15,7 @@ from firstcontact.collect._closing_check import ClosingCheck
 from firstcontact.contact import ThresholdDetector
 from firstcontact.contact.closing import ClosingBegan, Closings, ClosingSamples
 from firstcontact.core import (
+    ArgumentError,
     Block,
     Calibration,
     ChannelKind,
@@ -64,26 +65,26 @@ class Item:
 
     def __post_init__(self) -> None:
         if not self.object or max(len(self.object), len(self.specimen)) > LONGEST_NAME:
-            raise InputError(
+            raise ArgumentError(
                 f"the names of object and specimen must have 1 to {LONGEST_NAME} characters: give "
                 "other names"
             )
         for name in (self.object, self.specimen):
             check_text(name)
         if not 1 <= self.pinches <= MOST_PINCHES:
-            raise InputError(
+            raise ArgumentError(
                 f"{self.object}: the number of pinches is {self.pinches}: give a number from 1 to "
                 f"{MOST_PINCHES}"
             )
         for name, quantity in _MEASURED.items():
             value = getattr(self, name)
             if value is not None and not quantity.least <= value <= quantity.most:
-                raise InputError(
+                raise ArgumentError(
                     f"{self.object}: the value of {name} is {value:g}: give {quantity.unit} from "
                     f"{quantity.least:g} to {quantity.most:g}"
                 )
         if sum(getattr(self, name) is not None for name in _MEASURED) > 1:
-            raise InputError(f"{self.object}: give one of {', '.join(_MEASURED)}")
+            raise ArgumentError(f"{self.object}: give one of {', '.join(_MEASURED)}")
 
     def label(self, session: str) -> Label:
         """Return the label of the object's pinches in a session."""
@@ -132,7 +133,7 @@ def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
                 values[name] = readers[name](values[name])
             except ValueError as error:
                 kind = "train or test" if name == "role" else "a number"
-                raise InputError(f"{name} is {quote(values[name])}: give {kind}") from error
+                raise ArgumentError(f"{name} is {quote(values[name])}: give {kind}") from error
         return Item(**values)
     except InputError as error:
         raise FileError(f"{path}, line {line}: {error}") from error

@@ -17,7 +17,7 @@ from msgspec import Meta
 from firstcontact.collect._label_marks import MOST, Action, Journal, Mark, Marks, Opened, Whole
 from firstcontact.collect.label_result import Labeller, is_inside, write_labelled
 from firstcontact.contact.finder import find_onsets
-from firstcontact.core import ChannelKind, FileError, InputError, Label, finger_name
+from firstcontact.core import ArgumentError, ChannelKind, FileError, InputError, Label, finger_name
 from firstcontact.core.records import read_record
 from firstcontact.core.text import counted
 from firstcontact.recording import Recording, read_recording
@@ -39,11 +39,11 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
     names = [file.name for file in files]
     doubled = next((name for name in names if names.count(name) > 1), None)
     if doubled is not None:
-        raise InputError(f"two recordings are called {doubled}: label them in separate commands")
+        raise ArgumentError(f"two recordings are called {doubled}: label them in separate commands")
     recordings = [read_recording(file) for file in files]
     empty = next((r for r in recordings if not r.samples), None)
     if empty is not None:
-        raise InputError(f"{empty.path} holds no samples: leave this recording out")
+        raise FileError(f"{empty.path} holds no samples: leave this recording out")
     return recordings
 
 
@@ -62,12 +62,12 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
                 out.append(replace(mark, object=label.object, shore_a=label.shore_a))
     if not out:
         names = ", ".join(r.path.name for r in recordings[:3])
-        raise InputError(
+        raise FileError(
             f"no contact is found in {names}{' and others' if len(recordings) > 3 else ''}: give "
             "recordings with contacts that are louder than the noise"
         )
     if len(out) > MOST:
-        raise InputError(
+        raise ArgumentError(
             f"{recordings[0].path} and the other recordings have {len(out)} onsets, more than "
             f"{MOST}: label them in several commands"
         )
@@ -147,7 +147,7 @@ class Session:
                 self.marks.act(action)
         except InputError as error:
             self._journal.close()
-            raise InputError(
+            raise FileError(
                 f"{self._journal.path} labels onsets that these recordings do not have: move it "
                 "away to start again, or choose another folder"
             ) from error
@@ -205,7 +205,7 @@ class Session:
     def finish(self) -> list[str]:
         """Write the new recordings, all or none, and return a line about each."""
         if not self.marks.done:
-            raise InputError("no onset is labelled yet: accept or reject an onset first")
+            raise ArgumentError("no onset is labelled yet: accept or reject an onset first")
         lines = []
         written: list[Path] = []
         ordered = self.marks.ordered()
@@ -234,7 +234,7 @@ class Session:
         if request.recording >= len(self._recordings) or request.stretch >= len(
             self._recordings[request.recording].stretches
         ):
-            raise InputError("there is no such recording: load the page again")
+            raise ArgumentError("there is no such recording: load the page again")
         recording = self._recordings[request.recording]
         signal = piece(recording, request.stretch, request.sample, request.half)
         about = {"number": request.number, "asked": request.sample, "half": request.half}

@@ -13,7 +13,7 @@ from typing import Literal
 
 from firstcontact.collect.calibration import rest_request
 from firstcontact.collect.guide import Guide, Item, Judged, read_plan
-from firstcontact.core import ArgumentError, Calibration, InputError, Label, Role
+from firstcontact.core import ArgumentError, Calibration, FileError, InputError, Label, Role
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import AnyPath, given_path
@@ -75,7 +75,7 @@ def run_session(
         finally:
             recorder.put(drain(source))
     if recorder.status.failed:
-        raise InputError(recorder.status.failed)
+        raise FileError(recorder.status.failed)
     return guide.current is None
 
 

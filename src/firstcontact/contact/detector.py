@@ -133,12 +133,12 @@ class Detector:
         """Return constants with the lengths of this class, at a rate in Hz."""
         sizes = cls.sizes(rate)
         if sizes.window < 2 * LEAST_LOUD:
-            raise InputError(
+            raise ModelError(
                 f"the detector {cls.name!r} cannot locate contacts in samples at {rate:g} Hz: use "
                 f"a sensor with {2 * LEAST_LOUD / cls.duration:g} Hz or more"
             )
         if sizes.steady > MOST:
-            raise InputError(
+            raise ModelError(
                 f"the detector {cls.name!r} cannot use samples at {rate:g} Hz: use a sensor with "
                 f"{MOST / cls.steady:g} Hz or less"
             )
@@ -240,5 +240,5 @@ def stored_array(
     """Return an array that a detector has saved."""
     value = np.array(arrays.get(name, np.nan), dtype=np.float64)
     if value.shape != shape or not (np.abs(value) < LARGEST).all():
-        raise InputError(f"the detector's array {name!r} is missing or damaged: train it again")
+        raise ModelError(f"the detector's array {name!r} is missing or damaged: train it again")
     return value

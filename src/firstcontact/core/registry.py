@@ -10,7 +10,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, Protocol, TypeVar
 
-from firstcontact.core._errors import InputError
+from firstcontact.core._errors import ArgumentError, InputError
 from firstcontact.core.text import summarize_error
 
 _log = logging.getLogger("firstcontact.core")
@@ -141,10 +141,10 @@ class Registry(Mapping[str, E], Generic[E]):
         except KeyError:
             reason = self.failed.get(name)
             if reason is not None:
-                raise InputError(
+                raise ArgumentError(
                     f"{self._title(name)} cannot be loaded ({reason}): update or remove its package"
                 ) from None
-            raise InputError(
+            raise ArgumentError(
                 f"no {self.kind} is called {name!r}: choose one of {', '.join(self.names)}"
             ) from None
 

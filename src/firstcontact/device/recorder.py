@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from firstcontact.core import Block, InputError, merge_blocks
+from firstcontact.core import ArgumentError, Block, InputError, merge_blocks
 from firstcontact.device.source import Arrival
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
 
@@ -68,12 +68,12 @@ class Recorder:
         """Start a recording into a new file. Raise InputError if one is running."""
         with self._starting:
             if self._is_over:
-                raise InputError(
+                raise ArgumentError(
                     f"{path} cannot be recorded after the end of the session: start a new session"
                 )
             running = self.status.path
             if running is not None:
-                raise InputError(
+                raise ArgumentError(
                     f"samples are already being recorded into {running}: stop that recording first"
                 )
             self.stop()

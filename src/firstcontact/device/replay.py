@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, Self
 
-from firstcontact.core import Block, ClosingSpeed, DeviceError, FileError, InputError
+from firstcontact.core import ArgumentError, Block, ClosingSpeed, DeviceError, FileError
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.opening import SourceOptions, check_speed
 from firstcontact.device.ports import PseudoTerminal
@@ -63,7 +63,7 @@ class ReplaySource(Source):
     def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:
         self._recording, self._descriptor = _read(path, speed)
         if block is not None and block < 1:
-            raise InputError(f"the block size is {block} samples: give 1 or more")
+            raise ArgumentError(f"the block size is {block} samples: give 1 or more")
         self.speed = speed
         self.calibration = self._recording.header.calibration
         self._block = block or (LONG_BLOCK if math.isinf(speed) else BLOCK)

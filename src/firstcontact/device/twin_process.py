@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from firstcontact import __version__
-from firstcontact.core import Command, InputError, fingertip_layout
+from firstcontact.core import ArgumentError, Command, InputError, fingertip_layout
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.ports import PseudoTerminal, port_folder
@@ -138,7 +138,7 @@ class TwinProcess(TerminalDevice):
             elif text.startswith(HAND):
                 return self._move(text, read_order(text))
             else:
-                raise InputError(f"begin an order with {OBJECT!r}, {HAND!r} or {TESTER!r}")
+                raise ArgumentError(f"begin an order with {OBJECT!r}, {HAND!r} or {TESTER!r}")
         except InputError as error:
             return f"{TWIN}hand order {text!r} is not valid: {error}"
         return f"{ACCEPTED}{text}"

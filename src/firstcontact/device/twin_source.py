@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Self
 
-from firstcontact.core import InputError
+from firstcontact.core import DeviceError
 from firstcontact.core.installation import load_compiled
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.device.opening import SourceOptions, check_speed
@@ -52,7 +52,7 @@ class TwinDevice:
         try:
             word, _, argument = self._answer(START).partition(" ")
             if word != "ready":
-                raise InputError(
+                raise DeviceError(
                     argument or "the twin's process did not start: see what it printed"
                 )
             self.port = argument
@@ -98,14 +98,14 @@ class TwinDevice:
             self._child.tell(word, PATIENCE)
             answer = self._answer(PATIENCE)
         if not answer:
-            raise InputError("the twin's process has ended: open another twin")
+            raise DeviceError("the twin's process has ended: open another twin")
         return answer
 
     def _answer(self, timeout: float) -> str:
         try:
             return self._child.answer(timeout)
         except TimeoutError as error:
-            raise InputError(
+            raise DeviceError(
                 f"the twin's process has not answered for {timeout:g} s: open another twin"
             ) from error
         except OSError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firstcontact.core import Command, InputError
+from firstcontact.core import ArgumentError, Command
 from firstcontact.core.text import parse_float
 
 #: Prefix of all markers of the twin.
@@ -46,7 +46,7 @@ def read_order(text: str) -> Command | None:
     try:
         speed, force = map(parse_float, words)
     except ValueError as error:
-        raise InputError(
+        raise ArgumentError(
             f"the twin's hand cannot follow the order {text!r}: give a speed in m/s and a force in "
             "N, or the word release"
         ) from error

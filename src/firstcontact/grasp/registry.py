@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from firstcontact.core import ArgumentError, InputError, Registry
+from firstcontact.core import ArgumentError, Registry
 from firstcontact.core.registry import foreign_errors
 from firstcontact.grasp._grip import Grip
 from firstcontact.grasp._safe import SafeHand
@@ -64,7 +64,7 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
             is_separate = kind.separate and can_separate(kind)
             return SeparateHand(kind, port) if is_separate else made(port)
         if source is None:
-            raise InputError(
+            raise ArgumentError(
                 f"the hand {kind.name!r} needs a source, which is missing: open the hand's "
                 "source and pass it"
             )

@@ -17,7 +17,7 @@ from dataclasses import replace
 from importlib import import_module
 from typing import Any, Self
 
-from firstcontact.core import Command, InputError
+from firstcontact.core import Command, DeviceError, InputError
 from firstcontact.core.text import summarize_error
 from firstcontact.grasp.hand import Hand, HandError, check_positions
 from firstcontact.jobs import Child
@@ -123,7 +123,7 @@ class SeparateHand(Hand):
             raise
         if word != "ready":
             child.end(ENDED)
-            raise InputError(message or f"the process of the hand {self.name!r} did not start")
+            raise DeviceError(message or f"the process of the hand {self.name!r} did not start")
         self._unanswered.clear()
         self._child = child
         return self

@@ -17,7 +17,7 @@ import dask
 from distributed import Client, Future, KilledWorker
 from distributed.comm import CommClosedError
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError, InputError
 from firstcontact.jobs.runners import Runner, Tick, pack_payload, run_job, using
 
 A = TypeVar("A")
@@ -110,7 +110,7 @@ def _connected(address: str) -> Iterator[Client]:
             raise ValueError(address)
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise InputError(
+        raise ArgumentError(
             f"--cluster {address}: no Dask scheduler answers there: "
             "start one with `dask scheduler` and give its address as tcp://HOST:PORT"
         ) from error
@@ -127,7 +127,7 @@ def _check(client: Client, address: str) -> None:
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError as error:
-        raise InputError(
+        raise ArgumentError(
             f"--cluster {address} has no workers: start some with `dask worker {address}`"
         ) from error
     found = client.get_versions(packages=PACKAGES)
@@ -139,7 +139,7 @@ def _check(client: Client, address: str) -> None:
         for place, versions in places.items():
             remote = _public(versions["packages"][package])
             if local not in (remote, "none"):
-                raise InputError(
+                raise ArgumentError(
                     f"--cluster {address}: its {place} has {package} {remote}, not {local}: "
                     "install the same version there"
                 )

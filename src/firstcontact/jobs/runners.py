@@ -19,7 +19,7 @@ from uuid import uuid4
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.jobs.children import follow
 
 A = TypeVar("A")
@@ -217,7 +217,9 @@ def _numerical_libraries(modules: int) -> Any:
 def worker_count(workers: int) -> int:
     """Return the number of processes for an option ``--workers``, where 0 means all cores."""
     if not 0 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers is {workers}: give 0 for all cores, or 1 to {MOST_WORKERS}")
+        raise ArgumentError(
+            f"{workers} must be 0 (all cores) to {MOST_WORKERS}", parameter="workers"
+        )
     return workers or cores()
 
 

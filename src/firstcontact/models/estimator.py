@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.core.display import SKY
 from firstcontact.models.values import Task, Values, Windows
 from firstcontact.models.windows.window_model import Spec, WindowModel
@@ -155,21 +155,21 @@ def training_spec(
     Raise InputError if the windows, targets or groups cannot be used for training.
     """
     if X.ndim != 3 or len(X) < 2:
-        raise InputError(
+        raise ArgumentError(
             f"training needs windows of shape (2 or more, samples, channels), got {X.shape}: "
             "give it more pinches"
         )
     if y.shape != (len(X),) or (groups is not None and groups.shape != (len(X),)):
         sessions = "none" if groups is None else groups.shape
-        raise InputError(
+        raise ArgumentError(
             f"{len(X)} windows need {len(X)} targets and sessions, got targets of shape {y.shape} "
             f"and sessions of shape {sessions}: give one of each per window"
         )
     if not np.isfinite(y).all():
-        raise InputError("some pinches have no target: leave out the pinches without a Shore A")
+        raise ArgumentError("some pinches have no target: leave out the pinches without a Shore A")
     classes = tuple(float(c) for c in np.unique(y)) if task is Task.CLASSIFICATION else ()
     if len(classes) == 1:
-        raise InputError("classification needs two classes or more: add pinches of another object")
+        raise ArgumentError("classification needs 2 or more classes: add pinches of another object")
     spec = Spec(task, float(rate), X.shape[1], X.shape[2], classes)
     spec.check(X)
     return spec

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from firstcontact.core import ArgumentError, InputError, Registry
+from firstcontact.core import ArgumentError, ModelError, Registry
 
 # The help of a command lists the names, and does not wait for NumPy.
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def model_class(kind: str, *, of_windows: bool) -> Any:
         named = entry.model.kind if of_windows else entry.name
         if issubclass(entry, Estimator) is of_windows and named == kind:
             return entry.model
-    raise InputError(f"the kind of model {kind!r} is unknown: install the package that made it")
+    raise ModelError(f"the kind of model {kind!r} is unknown: install the package that made it")
 
 
 def find_estimator(estimator: object) -> type[EstimatorInfo]:
@@ -82,7 +82,7 @@ def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -
                 parameter="estimator",
             )
         if task not in entry.tasks:
-            raise InputError(
+            raise ArgumentError(
                 f"{entry.name} does not support {task}: choose {' or '.join(entry.tasks)}"
             )
         return entry(task, rate, **options)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Dataset, InputError, Label
+from firstcontact.core import ArgumentError, Contact, Dataset, Label
 from firstcontact.core.layout import FINGERTIP_WINDOW
 from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.core.text import counted, percent
@@ -328,13 +328,14 @@ def train_final_model(
 ) -> FinalModel:
     """Train a model on all examples, with held-out scores and an interval within ``limits``."""
     if len(data) < LEAST:
-        raise InputError(
+        raise ArgumentError(
             f"{len(data)} labelled pinches are too few to train a model and to score it: record "
-            f"{LEAST} or more"
+            f"{LEAST} or more",
+            parameter="data",
         )
     levels = np.unique(data.y)
     if len(levels) < 2:
-        raise InputError(
+        raise ArgumentError(
             f"all {len(data)} usable pinches have the label {levels[0]:g}: record pinches of "
             "another object",
             parameter="data",
@@ -385,7 +386,7 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
         words = "random pinches; without two known sessions the scores are too good"
     usable = [split for split in splits if len(np.unique(data.y[split.train])) > 1]
     if not usable:
-        raise InputError(
+        raise ArgumentError(
             "whichever session is held out, the others have only one label or class: record "
             "every object in two sessions or more",
             parameter="data",

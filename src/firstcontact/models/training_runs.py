@@ -246,7 +246,7 @@ def _train_windows(
     return predictors, sentences
 
 
-class UnknownRigError(InputError):
+class UnknownRigError(ArgumentError):
     """Error for pinches from which no any-time model can be made."""
 
 

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Pinch
+from firstcontact.core import ChannelKind, Contact, Dataset, ModelError, Pinch
 
 #: Half length of the anti-aliasing filter, in samples of the lower rate.
 HALF_LENGTH = 10
@@ -42,12 +42,12 @@ def lookahead(old: float, new: float) -> float:
 def check_rates(old: float, new: float) -> None:
     """Raise an InputError if samples cannot be resampled between these rates, Hz."""
     if new > MOST_OF_ONE * old:
-        raise InputError(
+        raise ModelError(
             f"samples at {old:g} Hz cannot be resampled to {new:g} Hz, which is more than "
             f"{MOST_OF_ONE} times their rate: train a model at {old:g} Hz"
         )
     if abs(_ratio(old, new) * old / new - 1) > FARTHEST_OFF:
-        raise InputError(
+        raise ModelError(
             f"samples at {old:g} Hz cannot be resampled to {new:g} Hz, because the rates differ "
             "too much: set the device to a lower rate, or train a model at its rate"
         )

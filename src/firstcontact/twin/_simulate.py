@@ -10,7 +10,15 @@ from itertools import chain, islice
 from operator import index
 from pathlib import Path
 
-from firstcontact.core import InputError, Label, Pinch, Role, fingertip_layout
+from firstcontact.core import (
+    ArgumentError,
+    FileError,
+    InputError,
+    Label,
+    Pinch,
+    Role,
+    fingertip_layout,
+)
 from firstcontact.core.display import Progress, progress_steps
 from firstcontact.core.files import resolved, temporary_path
 from firstcontact.core.layout import FINGERTIP_RATE
@@ -136,7 +144,7 @@ def simulate(
         cause = error if isinstance(error, OSError) else error.__cause__
         if not isinstance(cause, OSError) or cause.errno is None:  # such as an error of a cluster
             raise
-        raise InputError(
+        raise FileError(
             f"{directory} cannot be written ({cause.strerror}): make room on the disk, or choose "
             "another folder"
         ) from error
@@ -158,13 +166,13 @@ def _check_set(
             is_possible = False
         if not is_possible:
             limit = "" if most == math.inf else f" to {most}"
-            raise InputError(
+            raise ArgumentError(
                 f"{value!r} must be a whole number from {least}{limit}", parameter=name
             )
     if not pinches_per_block + pinches_per_object:
-        raise InputError("pinches_per_block or pinches_per_object must be above 0")
+        raise ArgumentError("pinches_per_block or pinches_per_object must be above 0")
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):
-        raise InputError(f"{directory} is not an empty folder: choose another one")
+        raise FileError(f"{directory} is not an empty folder: choose another one")
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ArgumentError, Command, Contact, InputError, Label
+from firstcontact.core import ArgumentError, Command, Contact, Label
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._simulate import PlannedPinch, planned_pinch
@@ -195,7 +195,7 @@ class TwinStream(ScanStream):
             else:
                 self._objects.append(find_object(given))
         if not self._objects:
-            raise InputError("the twin has no objects: give at least one")
+            raise ArgumentError("the twin has no objects: give at least one")
         self.ignored = 0
         self.positions = Positions(generator(seed, condition_name, "stream", "positions"))
         self._run: PinchRun | None = None  # set while the hand takes commands

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Finger, InputError
+from firstcontact.core import ArgumentError, Finger
 from firstcontact.core.layout import FINGERTIP_RATE, TAXELS
 from firstcontact.twin._run import SUBSTEPS
 from firstcontact.twin.draw import condition, draw_pinch, generator
@@ -122,7 +122,7 @@ class BenchStream(ScanStream):
             case ["tap", "index" | "thumb" as name, "corners"]:
                 self._task = "corners", Finger[name.upper()]
             case _:
-                raise InputError(
+                raise ArgumentError(
                     f"the person's task {words!r} is not known: use rest, tap index or press index"
                 )
         self._moves = self._move()

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.core.layout import TAXELS
 from firstcontact.twin.disc import CORNERS, volts_per_newton
 from firstcontact.twin.mechanics import (
@@ -105,7 +105,7 @@ CONDITIONS = {c.name: c for c in (PAPER_RIG, EVERYDAY)}
 
 def condition(name: str) -> Condition:
     if name not in CONDITIONS:
-        raise InputError(f"condition {name!r} is not known: use one of {', '.join(CONDITIONS)}")
+        raise ArgumentError(f"condition {name!r} is not known: use one of {', '.join(CONDITIONS)}")
     return CONDITIONS[name]
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ClosingSpeed, Command, InputError
+from firstcontact.core import ArgumentError, ClosingSpeed, Command
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.signal import closing_speed
 from firstcontact.twin.mechanics import DRIVE_SPEED
@@ -38,7 +38,7 @@ class Drive:
             value = getattr(self, field.name)
             positive = value > 0 or (value == 0 and field.name in ("latency", "back_damping"))
             if not (math.isfinite(value) and positive):
-                raise InputError(f"the drive's {field.name} is {value}: use a positive number")
+                raise ArgumentError(f"the drive's {field.name} is {value}: use a positive number")
 
     @property
     def delay(self) -> int:
@@ -47,7 +47,7 @@ class Drive:
 
     def clipped(self, command: Command) -> Command:
         if math.isnan(command.speed) or math.isnan(command.force):
-            raise InputError(f"{command} is not a command: use numbers for speed and force")
+            raise ArgumentError(f"{command} is not a command: use numbers for speed and force")
         return Command(
             min(max(command.speed, -self.speed), self.speed),
             min(max(command.force, 0.0), self.force),

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from firstcontact.core import InputError, Role
+from firstcontact.core import ArgumentError, Role
 from firstcontact.core.physics import gent_modulus
 from firstcontact.twin.draw import Condition, draw_specimen, generator
 from firstcontact.twin.mechanics import ObjectParameters
@@ -149,7 +149,7 @@ _BY_NAME = {item.name: item for item in HOUSEHOLD}
 def household_named(name: str) -> HouseholdObject:
     if name not in _BY_NAME:
         names = ", ".join(_BY_NAME)
-        raise InputError(f"object {name!r} is not a household object: use one of {names}")
+        raise ArgumentError(f"object {name!r} is not a household object: use one of {names}")
     return _BY_NAME[name]
 
 
@@ -189,5 +189,5 @@ def find_object(name: str) -> TwinObject | HouseholdObject:
     """
     by_name: dict[str, TwinObject | HouseholdObject] = {**OBJECTS, **_BY_NAME}
     if name not in by_name:
-        raise InputError(f"object {name!r} is not known: use one of {', '.join(by_name)}")
+        raise ArgumentError(f"object {name!r} is not known: use one of {', '.join(by_name)}")
     return by_name[name]

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError, InputError
 from firstcontact.core.files import write_json, write_text
 from firstcontact.jobs import Runner, parallel
 from firstcontact_lab.report.findings import Findings, PartResult
@@ -42,12 +42,12 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
         out.mkdir(parents=True, exist_ok=True)
         handle = os.open(out, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     except OSError as error:
-        raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
+        raise FileError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
     try:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise InputError(
+            raise FileError(
                 f"{out}: another study is running in this folder: wait until it ends, or choose "
                 "another --out"
             ) from None
@@ -69,16 +69,16 @@ def _claim(out: Path, options: Mapping[str, Any]) -> None:
     results = out / RESULTS
     if not results.exists():
         if (out / REPORT).exists():
-            raise InputError(f"{out / REPORT} was not made by a study: {_REMEDY}")
+            raise FileError(f"{out / REPORT} was not made by a study: {_REMEDY}")
         return
     try:
         existing = read_options(results, _REMEDY)
     except (InputError, OSError):
-        raise InputError(f"{results} was not made by a study of this version: {_REMEDY}") from None
+        raise FileError(f"{results} was not made by a study of this version: {_REMEDY}") from None
     mine = json.loads(json.dumps(options))
     if existing != mine:
         differs = sorted(k for k in {*existing, *mine} if existing.get(k) != mine.get(k))
-        raise InputError(
+        raise FileError(
             f"{out} holds the results of another study (other {', '.join(differs)}): choose "
             "another --out, or remove it"
         )
@@ -96,7 +96,7 @@ def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
 def check_fresh(directory: Path) -> None:
     """Raise an InputError if the folder exists and was not made by :func:`fresh`."""
     if directory.exists() and not (directory / MARK).exists():
-        raise InputError(f"{directory} was not made by a study: {_REMEDY}")
+        raise FileError(f"{directory} was not made by a study: {_REMEDY}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from firstcontact.contact import Detector
 from firstcontact.contact.closing_start import cut_closings
 from firstcontact.contact.contacts import PinchDecisions, judge_pinch
 from firstcontact.contact.detector import WindowDecisions
-from firstcontact.core import Contact, Dataset, InputError, Record
+from firstcontact.core import ArgumentError, Contact, Dataset, Record
 from firstcontact.signal import samples_in
 from firstcontact.signal.resampling import lookahead
 
@@ -143,7 +143,7 @@ def score_decisions(
         if p.first is not None
     ]
     if not judged_pinches:
-        raise InputError("no pinch has a known first contact: detection cannot be scored")
+        raise ArgumentError("no pinch has a known first contact: detection cannot be scored")
     for pinch, truth, decision in judged_pinches:
         rate = pinch.layout.rate
         fingers = pinch.layout.vibration_fingers

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import InputError
+from firstcontact.core import FileError
 from firstcontact.core.records import ByName
 from firstcontact.core.text import percent
 from firstcontact.models import ESTIMATORS
@@ -41,7 +41,7 @@ def read_study(path: Path) -> StudyResults:
     kind: Any = ByName
     results: StudyResults = read_results(path, kind[subject, subject])
     if results.about[STUDY] is None:
-        raise InputError(f"{path}: the field 'study' is missing: give the results.json of a study")
+        raise FileError(f"{path}: the field 'study' is missing: give the results.json of a study")
     return results
 
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import Dataset, FileError, InputError
 from firstcontact.core.files import files_below
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.jobs import Runner
@@ -120,11 +120,11 @@ def check_sources(path: Path | None, out: Path) -> None:
 def _recordings(path: Path) -> list[Path]:
     """Return the recordings to study, or an empty list if ``path`` holds data to import."""
     if not path.exists():
-        raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
+        raise FileError(f"{path} does not exist: give a folder of recordings, or data to import")
     recordings, made = _search(path)
     if made and (recordings or not (path / LABELS).is_file()):
         content = "recordings, and further ones" if recordings else "only recordings"
-        raise InputError(
+        raise FileError(
             f"{path} holds {content} that an earlier study made in {made[0]}: name the one folder "
             "to study"
         )

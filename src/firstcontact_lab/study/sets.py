@@ -15,7 +15,16 @@ from firstcontact.contact import DETECTORS, Detector, make_detector
 from firstcontact.contact.closing_start import cut_closings
 from firstcontact.contact.contacts import judge_windows
 from firstcontact.contact.detector_file import pretrained_detector
-from firstcontact.core import Block, Contact, Dataset, InputError, Layout, Record
+from firstcontact.core import (
+    ArgumentError,
+    Block,
+    Contact,
+    Dataset,
+    FileError,
+    InputError,
+    Layout,
+    Record,
+)
 from firstcontact.core.quantity import SHORE_A
 from firstcontact.core.text import percent
 from firstcontact.jobs import Runner, Serial
@@ -72,12 +81,12 @@ class RealSet:
 
 def find_sets(folder: Path) -> list[RealSet]:
     if not folder.is_dir():
-        raise InputError(
+        raise FileError(
             f"{folder} is not a folder: give the folder that has a subfolder for each set"
         )
     places = sorted(p for p in folder.iterdir() if (p / "recordings").is_dir())
     if not places:
-        raise InputError(
+        raise FileError(
             f"{folder} contains no set: import recordings into {folder / 'NAME' / 'recordings'}"
         )
     return [_read(place) for place in places]
@@ -90,7 +99,7 @@ def _read(place: Path) -> RealSet:
         for file in find_recordings(place / "noise"):
             recording = read_recording(file)
             if recording.header.layout != dataset.layout:
-                raise InputError(
+                raise FileError(
                     f"{file}: its layout differs from that of the set's recordings: import both "
                     "in the same way"
                 )
@@ -201,7 +210,7 @@ def _judged(
     specimens = labelled.specimens
     fitted = []
     if len(np.unique(specimens)) < 2:
-        raise InputError(
+        raise ArgumentError(
             "the set has only one specimen, so no specimen is left for training: add pinches of "
             "another one"
         )
@@ -295,9 +304,9 @@ def run_sets(
     names = [name for name, _ in noises]
     for name, dataset in noises:
         if names.count(name) > 1:
-            raise InputError(f"two folders of --noises are called {name}: rename one")
+            raise FileError(f"two folders of --noises are called {name}: rename one")
         if dataset.layout != twin.layout:
-            raise InputError(
+            raise FileError(
                 f"{name} of --noises has other channels or another sampling rate than --twin: "
                 "simulate both in the same way"
             )

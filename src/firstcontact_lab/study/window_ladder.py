@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError, ModelError
 from firstcontact.models import Predictions, Task, Touches, Windows, make_estimator
 from firstcontact.models.interval import SHORE_A, Interval, conformal_interval, least_answers
 from firstcontact.models.splits import inner_folds
@@ -102,7 +102,7 @@ def fit_window_ladder(
             sessions = None if groups is None else groups[positions]
             rungs.append(_fit_rung(fit, X, shore_a[positions], sessions, samples, seed))
     if not rungs:
-        raise InputError(
+        raise ArgumentError(
             f"{len(touches)} contacts are too few to learn from: record {LEAST} or more pinches"
         )
     return LadderModel(rungs)
@@ -137,7 +137,7 @@ def _checked(answers: Values, n: int) -> Values:
     values = np.asarray(answers, dtype=np.float64)
     if values.shape != (n,) or not np.isfinite(values).all():
         finite = "" if np.isfinite(values).all() else ", with values that are no numbers"
-        raise InputError(
+        raise ModelError(
             f"the regressor predicted {n} windows with an array of shape {values.shape}{finite}: "
             "it must give one finite Shore A value per window"
         )

@@ -29,12 +29,12 @@ class Pretrain:
     """Number of processes that simulate; 0 takes all cores."""
 
     def run(self) -> None:
-        from firstcontact.core import InputError
+        from firstcontact.core import ArgumentError
         from firstcontact.jobs import parallel, worker_count
         from firstcontact.models.training_runs import check_seed
 
         if self.rigs < 10 or self.epochs < 1:
-            raise InputError("--rigs must be 10 or more, and --epochs 1 or more")
+            raise ArgumentError("--rigs must be 10 or more, and --epochs 1 or more")
         check_seed(self.seed)
         require_modules("cnn", "torch")
         from firstcontact_lab.pretraining.pretrain import Size, pretrain

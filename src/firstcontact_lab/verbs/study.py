@@ -8,7 +8,7 @@ from typing import Annotated
 
 from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError
 from firstcontact.core.installation import require_modules
 from firstcontact_lab.study.parts import PARTS
 
@@ -50,7 +50,7 @@ class Study:
         require_modules("study", "matplotlib", "jinja2")
         check_seed(self.seed)
         if not 0 <= self.early_ms <= 10:
-            raise InputError("--early-ms must be from 0 to 10")
+            raise ArgumentError("--early-ms must be from 0 to 10")
         for part in self.parts:
             PARTS.find(part)
         settings = StudySettings(

@@ -15,7 +15,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError, InputError
 from firstcontact.core.text import summarize_error
 
 #: Group of the entry points by which other packages register verbs.
@@ -38,7 +38,7 @@ def configuration(verb: str) -> type[Any]:
     """Import and return the dataclass of a verb."""
     place = verb_places().get(verb)
     if place is None:
-        raise InputError(f"{verb!r} is not a command: choose one of {', '.join(verb_places())}")
+        raise ArgumentError(f"{verb!r} is not a command: choose one of {', '.join(verb_places())}")
     module, _, attribute = place.partition(":")
     try:
         imported: type[Any] = getattr(import_module(module), attribute)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.options import Option
-from firstcontact.core import InputError
+from firstcontact.core import DeviceError
 
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
@@ -36,7 +36,7 @@ class FlashModel:
         image = hand_image(self.model, self._floors(), self.estimator)
         digest = flash_model(self.device, image.data)
         if digest != image.digest:
-            raise InputError(
+            raise DeviceError(
                 f"{self.device} has the model {digest}, not {image.digest}: flash it again"
             )
         print(f"{self.device} confirms the model {digest}: {len(image.data)} bytes")

@@ -27,12 +27,12 @@ class Inspect:
     """Number of the pinch to draw, from 0."""
 
     def run(self) -> None:
-        from firstcontact.core import InputError
+        from firstcontact.core import ArgumentError
         from firstcontact.recording import load_dataset, read_recording
 
         if self.path.is_dir():
             if self.plot is not None:
-                raise InputError(
+                raise ArgumentError(
                     f"--plot draws a pinch of one recording: name a file in {self.path}"
                 )
             for line in _summary(load_dataset(self.path)):
@@ -45,7 +45,7 @@ class Inspect:
             self._plot(recording, self.plot)
 
     def _plot(self, recording: Recording, path: Path) -> None:
-        from firstcontact.core import InputError
+        from firstcontact.core import ArgumentError
         from firstcontact.core.installation import require_modules
         from firstcontact.recording.dataset import cut
 
@@ -53,13 +53,13 @@ class Inspect:
         from firstcontact.plots import plot_pinch
 
         if path.suffix.lower() not in (".png", ".svg", ".pdf"):
-            raise InputError(f"--plot {path} must end in .png, .svg or .pdf")
+            raise ArgumentError(f"--plot {path} must end in .png, .svg or .pdf")
         mark = next((m for m in recording.pinches if m.number == self.pinch), None)
         pinch = cut(recording, mark) if mark else None
         if pinch is None:
             numbers = [m.number for m in recording.pinches]
             existing = f"{min(numbers)} to {max(numbers)}" if numbers else "none"
-            raise InputError(
+            raise ArgumentError(
                 f"{self.path} holds no complete pinch {self.pinch} (existing: {existing}): "
                 "choose another --pinch"
             )

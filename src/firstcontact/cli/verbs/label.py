@@ -34,11 +34,11 @@ class Label:
         from firstcontact.cli.stopping import stopping
         from firstcontact.collect.label_result import Labeller
         from firstcontact.collect.label_session import Session, open_recordings
-        from firstcontact.core import InputError
+        from firstcontact.core import ArgumentError
         from firstcontact.core.installation import installed_versions
 
         if not self.paths:
-            raise InputError("nothing to label: give recordings, or folders of them")
+            raise ArgumentError("nothing to label: give recordings, or folders of them")
         name = " ".join(self.by.split()) or _name()
         version = installed_versions()["firstcontact"]
         by = Labeller(name, f"{datetime.now(UTC):%Y-%m-%d}", f"firstcontact label {version}")

@@ -28,7 +28,7 @@ class Replay:
 
     def run(self) -> None:
         from firstcontact.cli.stopping import stopping
-        from firstcontact.core import InputError
+        from firstcontact.core import DeviceError
         from firstcontact.device.ports import PseudoTerminal, port_folder
         from firstcontact.device.replay import ReplayDevice
 
@@ -37,7 +37,7 @@ class Replay:
             try:
                 terminal = PseudoTerminal(port)
             except OSError as error:
-                raise InputError(
+                raise DeviceError(
                     f"{port} cannot be created ({error.strerror}): choose another name for the port"
                 ) from error
             try:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Finger, InputError
+from firstcontact.core import ArgumentError, Finger
 from firstcontact.core.display import GREEN
 from firstcontact.core.text import counted, percent
 from firstcontact.models.anytime import AnytimeModel
@@ -95,7 +95,7 @@ def adapt_network(
     longest, shore_a = touches.take(lasting), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
     if len(np.unique(shore_a)) < 2 or len(longest) < 4:
-        raise InputError(
+        raise ArgumentError(
             "the network needs at least 4 pinches and 2 values of Shore A, but the recordings have "
             f"{len(longest)} and {len(np.unique(shore_a))}: record pinches of more flat blocks"
         )
@@ -218,7 +218,7 @@ class NetworkEstimator(AnytimeEstimator):
         """Condition the network on contacts; see :meth:`AnytimeEstimator.fit`."""
         made = self.fit_touches(touches, shore_a, sessions, seed)
         if made.refusal:
-            raise InputError(made.refusal)
+            raise ArgumentError(made.refusal)
         usable = touches.take(touches.answerable)
         record = TrainingRecord(pinches=len(usable), scores=_held_out_scores(made))
         return made.model.with_record(record), [

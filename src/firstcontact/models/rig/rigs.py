@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.chain import touch
 from firstcontact.chain.image import LINES, TURN, ProcessConstants
 from firstcontact.chain.touch import HINTS, INPUTS, TRAITS, touch_inputs
-from firstcontact.core import InputError
+from firstcontact.core import ArgumentError, ModelError
 from firstcontact.core.weights import take_array
 from firstcontact.models.touches import Signals, Touches
 from firstcontact.models.values import Arrays, Values
@@ -169,7 +169,7 @@ class Rig:
         ``shore_a`` holds the Shore A of the object of each contact, shape (n,).
         """
         if not len(touches):
-            raise InputError(
+            raise ArgumentError(
                 "no pinch has a known Shore A, so the model cannot be adapted to the rig: record "
                 "pinches of objects of known Shore A"
             )
@@ -343,7 +343,7 @@ class RigRegression:
     ) -> None:
         n = len(shore_a)
         if not 2 <= n <= MOST_PINCHES or not (scale > 0).all():
-            raise InputError(
+            raise ModelError(
                 f"the model's regression must have 2 to {MOST_PINCHES} pinches, and a scale above "
                 "0 for each input: adapt the model again"
             )

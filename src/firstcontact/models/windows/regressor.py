@@ -20,7 +20,7 @@ from zipfile import ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ArgumentError, InputError
+from firstcontact.core import ArgumentError, InputError, ModelError
 from firstcontact.core.registry import foreign_errors
 from firstcontact.core.text import summarize_error
 from firstcontact.models.estimator import Estimator, training_spec
@@ -76,7 +76,7 @@ class RegressorModel(WindowModel):
             answer = self._fitted.predict(flat(X))
             predicted: Values = np.asarray(answer, dtype=np.float64).reshape(-1, 1)
         if len(predicted) != len(X):
-            raise InputError(
+            raise ModelError(
                 f"{self._title} returned {len(predicted)} numbers for {len(X)} windows: "
                 "predict(X) must return one number for each window"
             )
@@ -98,7 +98,7 @@ class RegressorModel(WindowModel):
         title = arrays["title"].tobytes().decode(errors="replace")[:200]
         fitted = from_skops(arrays["skops"].tobytes())
         if not callable(getattr(fitted, "predict", None)):
-            raise InputError("the skops file holds no object with predict(X): train again")
+            raise ModelError("the skops file holds no object with predict(X): train again")
         return cls(spec, fitted, title)
 
 
@@ -138,7 +138,7 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
         fits = all(callable(getattr(regressor, method, None)) for method in ("fit", "predict"))
         task = Task.CLASSIFICATION if _classifies(regressor) else Task.REGRESSION
     if not fits:
-        raise InputError(
+        raise ArgumentError(
             f"{title} is not a regressor: give a class or an instance with fit(X, y) and predict(X)"
         )
     attributes = {"name": title, "title": title, "tasks": (task,), "regressor": regressor}
@@ -155,7 +155,7 @@ def imported(name: str) -> Any:
         for part in path.split("."):
             regressor = getattr(regressor, part)
     except Exception as error:
-        raise InputError(
+        raise ArgumentError(
             f"{name} cannot be imported ({summarize_error(error)}): write it as PACKAGE:NAME, and "
             "make sure that Python finds the package"
         ) from error
@@ -200,7 +200,7 @@ def to_skops(fitted: Any, title: str) -> bytes:
     try:
         raw = dumps(fitted)
     except Exception as error:
-        raise InputError(
+        raise ArgumentError(
             f"{title} cannot be saved by skops ({summarize_error(error)}): choose another regressor"
         ) from None
     _check_types(raw, title)
@@ -217,7 +217,7 @@ def from_skops(raw: bytes) -> Any:
     except InputError:
         raise
     except Exception as error:
-        raise InputError(
+        raise ModelError(
             f"the skops file is damaged ({summarize_error(error)[:200]}): train again"
         ) from None
 

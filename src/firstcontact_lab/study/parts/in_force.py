@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Record
+from firstcontact.core import FileError, Record
 from firstcontact.core.files import read_regular
 from firstcontact.core.records import LONGEST, Name, read_record
 from firstcontact.models import Touches
@@ -46,7 +46,7 @@ def read_delays(path: Path) -> LiveDelays:
     delays = read_record(read_regular(path, LONGEST), LiveDelays, str(path), remedy)
     for name, values in (("first_ms", delays.first_ms), ("later_ms", delays.later_ms)):
         if np.any(np.diff(values) < 0):
-            raise InputError(f"{path}: {name} does not ascend: {remedy}")
+            raise FileError(f"{path}: {name} does not ascend: {remedy}")
     return delays
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import firstcontact as fc
 from firstcontact.core import Role
-from firstcontact.models._evaluate import NAMESAKES, SEEN, overlap_groups
+from firstcontact.models._evaluate import Overlap, overlap_groups
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 
@@ -88,12 +88,12 @@ def test_scores_cover_all_pinches_that_were_not_in_the_training(
         width = mean((predictions.high - predictions.low)[scored])
         assert evaluation.width[at] == pytest.approx(width)
     (namesakes,) = fc.evaluate(model, blocks, contacts="known")
-    assert [group.title for group in namesakes.groups] == [NAMESAKES, SEEN]
+    assert [group.title for group in namesakes.groups] == [Overlap.NAMESAKES, Overlap.SEEN]
     assert namesakes.rmse == namesakes.groups[0].rmse
     (alone,) = fc.evaluate(model, objects, contacts="known")
     assert alone.rmse == alone.groups[0].rmse
     (training,) = fc.evaluate(model, blocks[::2], contacts="known")
-    assert [group.title for group in training.groups] == [SEEN]
+    assert [group.title for group in training.groups] == [Overlap.SEEN]
     assert training.rmse == training.coverage == training.width == {}
 
 
@@ -137,7 +137,7 @@ def test_an_unseen_object_with_the_name_of_a_seen_specimen_is_new(
 def test_unnamed_sessions_and_specimens_are_never_the_same(blocks: fc.Dataset) -> None:
     unnamed = relabelled(blocks, lambda label: replace(label, specimen="", session=""))
     model = fc.adapt(unnamed)
-    assert sizes(model, unnamed) == {SEEN: len(blocks)}
+    assert sizes(model, unnamed) == {Overlap.SEEN: len(blocks)}
     assert sizes(model, fresh(unnamed, "")) == {NEW: len(blocks)}
 
 

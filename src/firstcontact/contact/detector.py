@@ -186,7 +186,6 @@ class TrainedDetector(Detector):
         return self.title if self.title.isupper() else self.title.lower()
 
     def constants(self, rate: float) -> DetectorConstants:
-        """Return the constants of this detector for the chain."""
         self._check_rate(rate)
         return super().constants(rate)
 

@@ -235,7 +235,6 @@ class LogisticDetector(TrainedDetector):
 
     @property
     def trained(self) -> bool:
-        """True after training or loading."""
         return self._line is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
@@ -266,7 +265,6 @@ class LogisticDetector(TrainedDetector):
         return self
 
     def constants(self, rate: float) -> DetectorConstants:
-        """Return the constants of this detector for the chain."""
         self._check_rate(rate)
         return self._constants(
             rate,
@@ -286,7 +284,6 @@ class LogisticDetector(TrainedDetector):
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a detector from :meth:`to_arrays`."""
         detector = cls()
         detector._line = stored_array(arrays, "line", (2 * EACH + 1,))
         detector._rate = float(stored_array(arrays, "rate", ()))

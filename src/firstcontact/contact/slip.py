@@ -90,7 +90,6 @@ class PowerSlipDetector(SlipDetector):
         self._held: _Hold | None = None
 
     def start(self, layout: Layout) -> None:
-        """Start a stream of this layout. The hand holds no object yet."""
         from scipy.signal import butter  # slow to import, and only some sessions detect slips
 
         columns = layout.columns(ChannelKind.VIBRATION)
@@ -110,7 +109,6 @@ class PowerSlipDetector(SlipDetector):
         self.loudness = float("nan")
 
     def release(self) -> None:
-        """Report that the hand holds no object any more."""
         self._held = None
         self.loudness = float("nan")
 

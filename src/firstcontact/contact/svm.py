@@ -138,7 +138,6 @@ class SvmDetector(TrainedDetector):
 
     @property
     def trained(self) -> bool:
-        """True after training or loading."""
         return self._machine is not None
 
     def fit(self, dataset: Dataset, early: float = 0.0) -> Self:
@@ -164,7 +163,6 @@ class SvmDetector(TrainedDetector):
         return self
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return True for each window and finger whose decision value is above the threshold."""
         return self.decision(windows) > self._threshold
 
     def decision(self, windows: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -177,7 +175,6 @@ class SvmDetector(TrainedDetector):
         return self._machine.decide(features).reshape(n, fingers)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all learned numbers as named arrays, to save them."""
         self._require_training("there is nothing to save")
         assert self._machine is not None
         extra = {"threshold": np.asarray(self._threshold), "rate": np.asarray(self._rate)}
@@ -185,7 +182,6 @@ class SvmDetector(TrainedDetector):
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a detector from :meth:`to_arrays`."""
         detector = cls()
         detector._machine = RbfMachine.from_arrays(arrays)
         detector._threshold = float(stored_array(arrays, "threshold", ()))

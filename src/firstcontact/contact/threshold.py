@@ -56,12 +56,10 @@ class ThresholdDetector(Detector):
         return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the threshold as a named array, to save it."""
         return {"sigmas": np.array(self.sigmas)}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Restore a detector from :meth:`to_arrays`."""
         sigmas = np.asarray(arrays.get("sigmas", np.nan))
         if sigmas.shape != () or not 0.0 < sigmas <= HIGHEST:
             raise ModelError(
@@ -71,5 +69,4 @@ class ThresholdDetector(Detector):
         return cls(float(sigmas))
 
     def constants(self, rate: float) -> DetectorConstants:
-        """Return the constants of this detector for the chain at a rate in Hz."""
         return self._constants(rate, DetectorKind.THRESHOLD, threshold=self.sigmas)

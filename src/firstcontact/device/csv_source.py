@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import DeviceError, InputError, Layout
 from firstcontact.core.layout import FINGERTIP_RATE
+from firstcontact.core.physics import is_same_rate
 from firstcontact.core.units import COUNTS, STATE_UNIT, Unit, fit_unit, parse_unit, unit_of_name
 from firstcontact.device.columns import (
     LEAP,
@@ -36,8 +37,6 @@ BAUD = 115_200
 PATIENCE = 5.0
 #: Time over which the rate is measured before samples are delivered, s.
 MEASURED = 2.0
-#: A measured rate that differs by this share or less from the models' rate is taken as that rate.
-ALIKE = 0.01
 #: A read of this many bytes or more shows a backlog; the system's buffer holds 4096.
 BACKLOG = 2048
 #: Longest wait of a read, s.
@@ -196,7 +195,7 @@ class CsvSource(ThreadedSource):
         table = np.array([line for line in lines if len(line) == columns.width])
         units = zip(columns.names, columns.signals, strict=True)
         self._units = [self._unit_of(n, table[:, k : k + 1]) for n, k in units]
-        if abs(rate - self._rate) <= ALIKE * self._rate:
+        if is_same_rate(rate, self._rate):
             rate = self._rate  # assume the exact rate: the difference is clock drift
         if rate < LOWEST_RATE:
             raise DeviceError(

@@ -40,7 +40,6 @@ class TwinHand(Hand):
         self._order(CLOSE_ORDER)
 
     def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
-        """Return the positions of the twin's drives after a time."""
         if not self._open:
             return ()
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -52,6 +53,19 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
+Mask = NDArray[np.bool_]
+
+
+class Overlap(StrEnum):
+    """Relation of pinches to the training of a model, as the title of their group."""
+
+    NONE = "not seen in training"
+    SESSION = "sessions of the training by name, other specimens"
+    SPECIMEN = "specimens of the training, other sessions"
+    NAMESAKES = "names as in the training, other samples"
+    SEEN = "seen in training"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroupScores:
     """Scores of one predictor on a group of pinches, such as those not seen in training.
@@ -81,7 +95,7 @@ class GroupScores:
         Nominal coverage of the prediction intervals, such as 0.9.
     """
 
-    title: str
+    title: Overlap
     predictor: str
     n: int
     scores: Mapping[float, TaskScores]
@@ -180,7 +194,7 @@ class Evaluation(Drawable):
 
         return DataFrame(
             {
-                "group": group.title,
+                "group": str(group.title),
                 "pinches": group.n,
                 "elapsed_ms": 1e3 * at,
                 **{name: getattr(scores, name, math.nan) for name in ("rmse", "mae", "accuracy")},
@@ -195,8 +209,8 @@ class Evaluation(Drawable):
         self, values: Callable[[GroupScores], Mapping[float, float]]
     ) -> dict[float, float]:
         """Return the mean of a group's values over the pinches of several groups."""
-        unseen = [group for group in self.groups if group.title != SEEN]
-        groups = [group for group in unseen if group.title != NAMESAKES] or unseen
+        unseen = [group for group in self.groups if group.title is not Overlap.SEEN]
+        groups = [group for group in unseen if group.title is not Overlap.NAMESAKES] or unseen
         n = sum(group.n for group in groups)
         out: dict[float, float] = {}
         for group in groups:
@@ -295,7 +309,7 @@ def evaluate(
 
 def _evaluation(
     predictor: SavedPredictor,
-    overlap: Mapping[str, Mask],
+    overlap: Mapping[Overlap, Mask],
     trained_at: str,
     is_foreign: bool,
     dataset: Dataset,
@@ -345,7 +359,7 @@ def _evaluation(
 
 
 def _group(
-    title: str,
+    title: Overlap,
     predictor: SavedPredictor,
     predictions: Mapping[float, Predictions],
     truth: Values,
@@ -383,12 +397,9 @@ def _group(
     )
 
 
-Mask = NDArray[np.bool_]
-#: Titles of the groups of pinches that the model was, or may have been, trained on.
-SEEN, NAMESAKES = "seen in training", "names as in the training, other samples"
-
-
-def overlap_groups(dataset: Dataset, trained_on: TrainingData, digests: Digests) -> dict[str, Mask]:
+def overlap_groups(
+    dataset: Dataset, trained_on: TrainingData, digests: Digests
+) -> dict[Overlap, Mask]:
     """Return masks of pinches by their relation to a model's training, unseen pinches first."""
     seen = np.isin(pinch_digests(dataset.pinches), digests)
     unseen = ~dataset.test & ~seen
@@ -399,16 +410,18 @@ def overlap_groups(dataset: Dataset, trained_on: TrainingData, digests: Digests)
     is_unnamed = (dataset.specimens == "") & ("" in trained_on.specimens)
     namesakes = session & (specimen | is_unnamed)
     return {
-        "not seen in training": ~(seen | specimen | session),
-        "sessions of the training by name, other specimens": session & ~namesakes,
-        "specimens of the training, other sessions": specimen & ~session,
-        NAMESAKES: namesakes,
-        SEEN: seen,
+        Overlap.NONE: ~(seen | specimen | session),
+        Overlap.SESSION: session & ~namesakes,
+        Overlap.SPECIMEN: specimen & ~session,
+        Overlap.NAMESAKES: namesakes,
+        Overlap.SEEN: seen,
     }
 
 
-def _overlap_warnings(groups: Mapping[str, Mask], is_scored: Mask) -> list[str]:
-    seen, namesakes = (int((groups[title] & is_scored).sum()) for title in (SEEN, NAMESAKES))
+def _overlap_warnings(groups: Mapping[Overlap, Mask], is_scored: Mask) -> list[str]:
+    seen, namesakes = (
+        int((groups[overlap] & is_scored).sum()) for overlap in (Overlap.SEEN, Overlap.NAMESAKES)
+    )
     lines = []
     if seen:
         lines.append(

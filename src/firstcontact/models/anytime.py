@@ -75,6 +75,12 @@ class Predictor(ABC):
     Recordings, live sessions and exports ask the same object.
     """
 
+    #: Sampling rate of the signals, Hz.
+    rate: float
+    #: Numbers of samples after a contact with which the model predicts, ascending.
+    lengths: Sequence[int]
+    #: Largest number of samples before a contact that the model uses.
+    before: int
     #: Number of samples after a moment that the predictor's filter needs.
     lookahead: int = 0
     #: True if a measured closing speed, or the shape of the object, is an input.
@@ -93,21 +99,6 @@ class Predictor(ABC):
     @abstractmethod
     def name(self) -> str:
         """Name of the estimator."""
-
-    @property
-    @abstractmethod
-    def rate(self) -> float:
-        """Sampling rate of the signals, Hz."""
-
-    @property
-    @abstractmethod
-    def lengths(self) -> Sequence[int]:
-        """Numbers of samples after a contact with which the model predicts, ascending."""
-
-    @property
-    @abstractmethod
-    def before(self) -> int:
-        """Largest number of samples before a contact that the model uses."""
 
     @property
     def moments(self) -> tuple[float, ...]:
@@ -195,7 +186,6 @@ class AnytimeModel(Predictor):
 
     @property
     def name(self) -> str:
-        """Name of the estimator."""
         return self.kind
 
     @abstractmethod
@@ -226,39 +216,23 @@ class PredictorLadder(Predictor):
 
     def __init__(self, steps: Sequence[Predictor]) -> None:
         self._steps = {step.lengths[-1]: step for step in steps}
-        first = steps[0]
-        self._name, self._rate, self.lookahead = first.name, first.rate, first.lookahead
+        self._first = first = steps[0]
+        self.rate, self.lookahead = first.rate, first.lookahead
         self.classes, self.level, self.quantity = first.classes, first.level, first.quantity
+        self.lengths = sorted(self._steps)
+        self.before = max(step.before for step in steps)
 
     @property
     def name(self) -> str:
-        """Name of the estimator."""
-        return self._name
-
-    @property
-    def rate(self) -> float:
-        """Sampling rate of the signals, Hz."""
-        return self._rate
-
-    @property
-    def lengths(self) -> Sequence[int]:
-        """Lengths of the signals of all predictors, in samples, ascending."""
-        return sorted(self._steps)
-
-    @property
-    def before(self) -> int:
-        """Largest number of samples before a contact that a predictor uses."""
-        return max(step.before for step in self._steps.values())
+        return self._first.name
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which a predictor predicts, s, ascending."""
         return tuple(self._steps[n].moments[-1] for n in self.lengths)
 
     def predict(
         self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
     ) -> Prediction | None:
-        """Predict from one contact; see :meth:`Predictor.predict`."""
         return self._steps[samples].predict(signal, samples, finger, hints)
 
     def constants(self) -> Constants:
@@ -270,7 +244,6 @@ class PredictorLadder(Predictor):
         return replace(constants, svms=svms) if is_in_c else constants
 
     def check(self, layout: Layout) -> None:
-        """Raise InputError if a predictor cannot predict from samples with this layout."""
         for step in self._steps.values():
             step.check(layout)
 

@@ -14,6 +14,7 @@ from firstcontact.core.physics import gent_shore_a
 from firstcontact.jobs import Runner
 from firstcontact.models import ESTIMATORS, Task
 from firstcontact.models.interval import SHORE_A
+from firstcontact.models.model_file import pretrained
 from firstcontact.models.predictions import TouchPredictor
 from firstcontact.models.rig.network_estimator import rig_estimators
 from firstcontact.models.training import fit_model
@@ -74,8 +75,7 @@ def fit_on_set(competitor: Competitor, rigs: RigSet, learn: Index, seed: int) ->
     touches, name = rigs.touches.take(learn), competitor.options["estimator"]
     shore_a, groups = rigs.windows.y[learn], rigs.windows.sessions[learn]
     if competitor.method == "in context":
-        kind = rig_estimators()[name]
-        return kind(Task.REGRESSION, touches.rate).fit_touches(touches, shore_a, groups, seed).model
+        return rig_estimators()[name].adapt(pretrained(), touches, shore_a, groups, seed).model
     return fit_window_ladder(name, touches, shore_a, groups, seed=seed)
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig.network_estimator import (
     Adapted,
     NetworkEstimator,
@@ -48,28 +48,6 @@ def average_with_regressions(
     return network.with_regressions(regressions, base.mixed)
 
 
-@dataclass(frozen=True)
-class CombinedEstimator(NetworkEstimator):
-    """Estimator that averages the network with a regression on the rig's own pinches.
-
-    With too few pinches or levels the network predicts alone.
-    """
-
-    name: ClassVar[str] = RigModel.COMBINED
-    title: ClassVar[str] = "Network and own pinches"
-    model: ClassVar[Any] = RigModel
-
-    def fit_touches(
-        self,
-        touches: Touches,
-        shore_a: Values,
-        sessions: NDArray[np.str_] | None = None,
-        seed: int = 0,
-    ) -> Adapted:
-        """Condition the network on contacts, and fit the regression; see :func:`adapt_combined`."""
-        return adapt_combined(pretrained(), touches, shore_a, sessions, seed)
-
-
 def adapt_combined(
     base: RigModel,
     touches: Touches,
@@ -98,6 +76,18 @@ def adapt_combined(
     model = adapted.model.with_regressions(average.regressions, average.factors)
     scores = {**adapted.scores, model.name: root_mean_square(held_out.errors)}
     return Adapted(model, scores, root_mean_square(held_out.from_mean), check)
+
+
+@dataclass(frozen=True)
+class CombinedEstimator(NetworkEstimator):
+    """Estimator that averages the network with a regression on the rig's own pinches.
+
+    With too few pinches or levels the network predicts alone.
+    """
+
+    name: ClassVar[str] = RigModel.COMBINED
+    title: ClassVar[str] = "Network and own pinches"
+    adapt: ClassVar[Callable[..., Adapted]] = staticmethod(adapt_combined)
 
 
 def spread_scale(

@@ -207,6 +207,8 @@ class NetworkEstimator(AnytimeEstimator):
     title: ClassVar[str] = "Network"
     colour: ClassVar[str] = GREEN
     model: ClassVar[Any] = RigModel
+    #: Function that conditions a network on the contacts of a rig, such as :func:`adapt_network`.
+    adapt: ClassVar[Callable[..., Adapted]] = staticmethod(adapt_network)
 
     def fit(
         self,
@@ -215,8 +217,7 @@ class NetworkEstimator(AnytimeEstimator):
         sessions: NDArray[np.str_] | None = None,
         seed: int = 0,
     ) -> tuple[AnytimeModel, Sequence[str]]:
-        """Condition the network on contacts; see :meth:`AnytimeEstimator.fit`."""
-        made = self.fit_touches(touches, shore_a, sessions, seed)
+        made = self.adapt(pretrained(), touches, shore_a, sessions, seed)
         if made.refusal:
             raise ArgumentError(made.refusal)
         usable = touches.take(touches.answerable)
@@ -227,16 +228,6 @@ class NetworkEstimator(AnytimeEstimator):
             *made.notes,
             *_check_sentences(pretrained(), made),
         ]
-
-    def fit_touches(
-        self,
-        touches: Touches,
-        shore_a: Values,
-        sessions: NDArray[np.str_] | None = None,
-        seed: int = 0,
-    ) -> Adapted:
-        """Condition the pre-trained network on contacts; see :func:`adapt_network`."""
-        return adapt_network(pretrained(), touches, shore_a, sessions, seed)
 
 
 def rig_estimators() -> dict[str, type[NetworkEstimator]]:

@@ -49,6 +49,12 @@ class RigModel(AnytimeModel):
 
     uses_shape = True
     level: float
+    rate = FINGERTIP_RATE
+    lengths = Touches.moments(FINGERTIP_RATE)
+    before = samples_in(Touches.BEFORE, FINGERTIP_RATE)
+    moments = tuple(n / 1000 for n in range(2, round(1000 * Touches.LONGEST) + 1))
+    #: Smallest number of valid samples for a prediction.
+    shortest: ClassVar[int] = Touches.lengths(FINGERTIP_RATE)[0]
 
     def __init__(
         self,
@@ -82,28 +88,7 @@ class RigModel(AnytimeModel):
 
     @property
     def name(self) -> str:
-        """Name of the estimator."""
         return self.COMBINED if self.regressions else self.kind
-
-    @property
-    def rate(self) -> float:
-        """Sampling rate of the signals, Hz."""
-        return FINGERTIP_RATE
-
-    @property
-    def lengths(self) -> tuple[int, ...]:
-        """Numbers of samples after a contact with which the network predicts."""
-        return Touches.moments(self.rate)
-
-    @property
-    def before(self) -> int:
-        """Number of samples before a contact, which contain the motor's noise."""
-        return samples_in(Touches.BEFORE, self.rate)
-
-    @property
-    def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which the network predicts, s, ascending."""
-        return tuple(n / 1000 for n in range(2, round(1000 * Touches.LONGEST) + 1))
 
     @property
     def uses_speed(self) -> bool:  # type: ignore[override]
@@ -111,7 +96,6 @@ class RigModel(AnytimeModel):
         return any(rig.speeds is not None for rig in self.rigs.values())
 
     def constants(self) -> ModelConstants:
-        """Return all constants with which the chain predicts."""
         network, familiar = self.network, self.familiar
         return ModelConstants(
             before=self.before,
@@ -156,11 +140,6 @@ class RigModel(AnytimeModel):
         """Return the half widths of intervals for predictions from so many samples."""
         return spreads * self.factors[Rig.stage_index(samples)]
 
-    @property
-    def shortest(self) -> int:
-        """Smallest number of valid samples for a prediction."""
-        return Touches.lengths(self.rate)[0]
-
     def network_alone(self) -> Self:
         """Return the network without regressions, with its own interval widths."""
         return self._changed(factors=self.network_factors, regressions={})
@@ -199,7 +178,6 @@ class RigModel(AnytimeModel):
     def predict(
         self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
     ) -> Prediction | None:
-        """Predict from one contact; see :meth:`Predictor.predict`."""
         cut = Touches.cut_signal(signal, len(signal) - samples, self.rate)
         if cut is None:
             return None
@@ -217,7 +195,6 @@ class RigModel(AnytimeModel):
     def predict_pinches(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST
     ) -> Predictions:
-        """Predict all pinches at once; see :meth:`Predictor.predict_pinches`."""
         out = Predictions.empty(contacts)
         touches, rows = Touches.cut(data, contacts)
         shapes = np.array([parse_radius(data[row].label.shape) for row in rows], np.float64)
@@ -277,7 +254,6 @@ class RigModel(AnytimeModel):
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float | None) -> Self:
-        """Build the model from the arrays that :meth:`to_arrays` returned."""
         fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
         rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {Rig.ANY: Rig.unknown()}
         factors, mixed = (

@@ -33,11 +33,9 @@ class ConstantModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Return the constant prediction."""
         return {"value": self.value}
 
     def outputs(self, X: Windows) -> Values:
-        """Return the same prediction for every window, shape (n, 1)."""
         return np.full((len(X), 1), self.value)
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
@@ -58,7 +56,6 @@ class TrainMean(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> ConstantModel:
-        """Fit the constant; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         if self.task is Task.REGRESSION:
             return ConstantModel(spec, np.array([y.mean()]))
@@ -84,7 +81,6 @@ class PeakModel(ArraysModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """Return lengths by their names; see :meth:`ArraysModel.sizes`."""
         return {"weights": len(spec.classes) or 5}
 
     @property

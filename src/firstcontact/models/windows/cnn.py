@@ -128,7 +128,6 @@ class CnnModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Return epochs, batch and size of the network."""
         epochs, batch = self._training
         return {
             "epochs": int(epochs),
@@ -138,7 +137,6 @@ class CnnModel(ArraysModel):
         }
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
-        """Return the raw outputs of the network, shape (n, outputs)."""
         windows = compress(X, self._scale).transpose(0, 2, 1)[:, :, None, :]
         parts = [
             self._session.run(None, {INPUT: np.ascontiguousarray(windows[i : i + _BATCH])})[0]

@@ -153,7 +153,6 @@ class LogSpectrumModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Return the hyper-parameters that were chosen."""
         return {"inputs": self._features, "C": float(self._arrays["parameters"][0])}
 
     def outputs(self, X: Windows) -> Values:

@@ -60,12 +60,10 @@ class RegressorModel(WindowModel):
 
     @property
     def name(self) -> str:
-        """Class name of the regressor."""
         return class_name(self._title)
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Name of the regressor."""
         return {"regressor": self._title}
 
     def outputs(self, X: Windows) -> NDArray[Any]:
@@ -94,7 +92,6 @@ class RegressorModel(WindowModel):
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """Build the model from the bytes of a skops file, as :meth:`to_arrays` returned them."""
         title = arrays["title"].tobytes().decode(errors="replace")[:200]
         fitted = from_skops(arrays["skops"].tobytes())
         if not callable(getattr(fitted, "predict", None)):

@@ -77,14 +77,12 @@ class SvmModel(ArraysModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """Return lengths by their names; see :meth:`ArraysModel.sizes`."""
         k = len(spec.classes)
         decisions = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
         return {"shape and level": spec.samples * spec.channels + 1, "decisions": decisions}
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Return the hyper-parameters of the search, and the number of support vectors."""
         c, gamma, epsilon = (float(p) for p in self.parameters)
         chosen = {"C": c, "gamma": gamma, "support_vectors": len(self._arrays["vectors"])}
         return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})

@@ -236,12 +236,10 @@ class ArraysModel(WindowModel):
         return {"inputs": spec.samples * spec.channels, "outputs": len(spec.classes) or 1}
 
     def to_arrays(self) -> Arrays:
-        """Return the arrays of the constructor as a dict."""
         return dict(self._arrays)
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """Build the model from the arrays that :meth:`to_arrays` returned."""
         return cls(spec, *(arrays[name] for name in cls.declared))
 
 

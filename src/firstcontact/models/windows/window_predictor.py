@@ -49,33 +49,19 @@ class WindowPredictor(Predictor):
     ) -> None:
         self.model, self.interval, self.record = model, interval, record
         self.quantity = quantity
-        self.classes = model.spec.classes
+        self.classes, self.rate = model.spec.classes, model.spec.rate
         self.level = None if interval is None else interval.level
+        self.lengths = (model.spec.samples,)
+        # The baseline and the filter use these samples.
+        quiet = samples_in(BASELINE_GUARD, self.rate) + samples_in(BASELINE, self.rate)
+        self.before = quiet + self.lookahead
 
     @property
     def name(self) -> str:
-        """Name of the estimator."""
         return self.model.name
 
     @property
-    def rate(self) -> float:
-        """Sampling rate of the windows, Hz."""
-        return self.model.spec.rate
-
-    @property
-    def lengths(self) -> tuple[int, ...]:
-        """Number of samples of the window, in a tuple of length 1."""
-        return (self.model.spec.samples,)
-
-    @property
-    def before(self) -> int:
-        """Number of samples before the contact that the baseline and the filter use."""
-        quiet = samples_in(BASELINE_GUARD, self.rate) + samples_in(BASELINE, self.rate)
-        return quiet + self.lookahead
-
-    @property
     def moments(self) -> tuple[float, ...]:
-        """Time after a contact at which the model predicts, s, in a tuple of length 1."""
         return (self.duration,)
 
     @property
@@ -91,7 +77,6 @@ class WindowPredictor(Predictor):
     def predict(
         self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
     ) -> Prediction | None:
-        """Predict from one contact; see :meth:`Predictor.predict`."""
         start = len(signal) - samples - self.lookahead
         if self._image is not None:
             made = predict_window(self._image, signal, start)
@@ -121,7 +106,6 @@ class WindowPredictor(Predictor):
         return build_image(self.rate, model=constants) if constants.svms else None
 
     def check(self, layout: Layout) -> None:
-        """Raise InputError if the model cannot predict from samples with this layout."""
         spec = self.model.spec
         spec.require_rate(layout.rate)
         if spec.channels != 1:

@@ -13,7 +13,7 @@ from firstcontact.core import Record
 from firstcontact.core.physics import is_same_rate
 from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
-from firstcontact.models import ESTIMATORS, Predictions, Task, Touches
+from firstcontact.models import ESTIMATORS, Predictions, Touches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.predictions import TouchPredictor
 from firstcontact.models.rig.network_estimator import Adapted, NetworkEstimator, rig_estimators
@@ -153,8 +153,8 @@ def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> Labell
 
 
 def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapted:
-    kind = rig_estimators()[estimator](Task.REGRESSION, home.touches.rate)
-    return kind.fit_touches(home.touches, home.shore_a, home.named_sessions, seed)
+    adapt = rig_estimators()[estimator].adapt
+    return adapt(pretrained(), home.touches, home.shore_a, home.named_sessions, seed)
 
 
 def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:

@@ -395,10 +395,7 @@ def _put_matrix(w: _Writer, matrix: Matrix) -> None:
 def _put_rig(w: _Writer, r: RigConstants) -> None:
     process = r.process
     pinches = 0 if process is None else process.known.shape[2]
-    w.put(
-        [r.finger, r.has_level, r.reference is not None, r.usual_speed > 0, pinches, 0],
-        "i4",
-    )
+    w.put([r.finger, r.has_level, r.reference is not None, r.usual_speed > 0, pinches, 0], "i4")
     target = (0.0, 1.0) if process is None else (process.centre, process.unit)
     speeds = r.usual_speed, r.speed_spread, r.heard_error
     w.put([r.level, r.sign, r.usual_pitch, *speeds, *target], "f8")

@@ -15,54 +15,45 @@ Array = NDArray[Any]
 INPUTS, TRAITS, HINTS = 241, 16, 5
 
 
+def _doubles(values: Any) -> NDArray[np.float64]:
+    return np.ascontiguousarray(values, np.float64)
+
+
+def _singles(values: Any) -> NDArray[np.float32]:
+    return np.ascontiguousarray(values, np.float32)
+
+
+def _integers(values: Any) -> NDArray[np.int32]:
+    return np.ascontiguousarray(values, np.int32)
+
+
+def _contacts(
+    signals: Array, valid: Array, fingers: Array, speeds: Array, errors: Array, radii: Array
+) -> tuple[Array, ...]:
+    speeds, errors = np.nan_to_num(_doubles(speeds)), np.nan_to_num(_doubles(errors), posinf=1e9)
+    return _singles(signals), _integers(valid), _integers(fingers), speeds, errors, _doubles(radii)
+
+
 def predict_touches(
-    image: Image,
-    signals: Array,
-    valid: Array,
-    fingers: Array,
-    speeds: Array,
-    errors: Array,
-    radii: Array,
-    *,
-    is_regression: bool = False,
+    image: Image, *contacts: Array, is_regression: bool = False
 ) -> NDArray[np.float64]:
-    """Predict from contacts."""
-    out = np.full((len(signals), 6), np.nan)
-    chain_extension().predict(
-        image.handle,
-        *_contacts(signals, valid, fingers, speeds, errors, radii),
-        is_regression,
-        out,
-    )
+    """Predict from contacts, given as the arrays of :class:`Touches`, shape (n, 6)."""
+    out = np.full((len(contacts[0]), 6), np.nan)
+    chain_extension().predict(image.handle, *_contacts(*contacts), is_regression, out)
     return out
 
 
-def rig_inputs(
-    image: Image,
-    signals: Array,
-    valid: Array,
-    fingers: Array,
-    speeds: Array,
-    errors: Array,
-    radii: Array,
-) -> NDArray[np.float32]:
+def rig_inputs(image: Image, *contacts: Array) -> NDArray[np.float32]:
     """Return the network's inputs for contacts of the image's rigs, shape (n, INPUTS)."""
-    out = np.empty((len(signals), INPUTS), np.float32)
-    chain_extension().rig_inputs(
-        image.handle, *_contacts(signals, valid, fingers, speeds, errors, radii), out
-    )
+    out = np.empty((len(contacts[0]), INPUTS), np.float32)
+    chain_extension().rig_inputs(image.handle, *_contacts(*contacts), out)
     return out
 
 
 def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.float64]:
     """Return mean and spread that the network of an image predicts from inputs, shape (n, 2)."""
     out = np.empty((len(inputs), 2))
-    chain_extension().network(
-        image.handle,
-        np.ascontiguousarray(inputs, np.float32),
-        np.ascontiguousarray(terms, np.float32),
-        out,
-    )
+    chain_extension().network(image.handle, _singles(inputs), _singles(terms), out)
     return out
 
 
@@ -73,9 +64,8 @@ def predict_window(
 
     ``signal`` has ``lead`` samples before the contact. Return None if it cannot be used.
     """
-    made: tuple[float, float, float] | None = chain_extension().svm(
-        image.handle, np.ascontiguousarray(signal, np.float64), lead
-    )
+    made: tuple[float, float, float] | None
+    made = chain_extension().svm(image.handle, _doubles(signal), lead)
     return made
 
 
@@ -85,21 +75,8 @@ def svm_outputs(image: Image, windows: Array, outputs: int) -> NDArray[np.float3
     The windows must vary. NaN stands for decisions that are not finite.
     """
     out = np.empty((len(windows), outputs), np.float32)
-    chain_extension().svm_outputs(image.handle, np.ascontiguousarray(windows, np.float32), out)
+    chain_extension().svm_outputs(image.handle, _singles(windows), out)
     return out
-
-
-def _contacts(
-    signals: Array, valid: Array, fingers: Array, speeds: Array, errors: Array, radii: Array
-) -> tuple[Array, ...]:
-    return (
-        np.ascontiguousarray(signals, np.float32),
-        np.ascontiguousarray(valid, np.int32),
-        np.ascontiguousarray(fingers, np.int32),
-        np.nan_to_num(np.ascontiguousarray(speeds, np.float64)),
-        np.nan_to_num(np.ascontiguousarray(errors, np.float64), posinf=1e9),
-        np.ascontiguousarray(radii, np.float64),
-    )
 
 
 def touch_inputs(
@@ -109,12 +86,12 @@ def touch_inputs(
     n = len(signals)
     inputs, traits = np.empty((n, INPUTS), np.float32), np.empty((n, TRAITS))
     chain_extension().inputs(
-        np.ascontiguousarray(signals, np.float32),
-        np.ascontiguousarray(valid, np.int32),
+        _singles(signals),
+        _integers(valid),
         before,
-        np.ascontiguousarray(level, np.float64),
-        np.ascontiguousarray(sign, np.float64),
-        np.ascontiguousarray(hints, np.float64),
+        _doubles(level),
+        _doubles(sign),
+        _doubles(hints),
         inputs,
         traits,
     )
@@ -126,9 +103,7 @@ def spectra(
 ) -> NDArray[np.float32]:
     """Return the spectra of signals before contacts, shape (n, 400)."""
     out = np.empty((len(signals), LINES), np.float32)
-    chain_extension().spectra(
-        np.ascontiguousarray(signals, np.float32), len(fade), sine, fade, part, cell, out
-    )
+    chain_extension().spectra(_singles(signals), len(fade), sine, fade, part, cell, out)
     return out
 
 
@@ -138,12 +113,7 @@ def shifts(
     """Return the shift of each spectrum against a reference, in points, and the correlation."""
     n = len(heard)
     shift, correlation = np.empty(n, np.int32), np.empty(n, np.float32)
-    chain_extension().shifts(
-        np.ascontiguousarray(heard, np.float32),
-        np.ascontiguousarray(reference, np.float32),
-        shift,
-        correlation,
-    )
+    chain_extension().shifts(_singles(heard), _singles(reference), shift, correlation)
     return shift, correlation
 
 
@@ -153,7 +123,7 @@ ORDER, FEATURES = 12, 16
 
 def fit_predictions(quiet: Array) -> NDArray[np.float64]:
     """Return filters that remove the predictable part of a motor's noise."""
-    rows = np.ascontiguousarray(quiet, np.float64)
+    rows = _doubles(quiet)
     out = np.empty((len(rows), ORDER + 1))
     chain_extension().fit_predictions(rows, rows.shape[1], out)
     return out
@@ -163,14 +133,9 @@ def look_features(
     looks: Array, weights: Array, lengths: Sequence[int], floor: float
 ) -> NDArray[np.float64]:
     """Return the loudness features of looks: of the signal, then of its prediction error."""
-    rows = np.ascontiguousarray(looks, np.float64)
+    rows = _doubles(looks)
     out = np.empty((len(rows), FEATURES))
     chain_extension().look_features(
-        rows,
-        rows.shape[1],
-        np.ascontiguousarray(weights, np.float64),
-        np.array(lengths, np.int32),
-        floor,
-        out,
+        rows, rows.shape[1], _doubles(weights), _integers(lengths), floor, out
     )
     return out

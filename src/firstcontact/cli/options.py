@@ -118,7 +118,6 @@ class Argument:
 
 
 def parse_options(verb: type[Any], prog: str, words: Sequence[str]) -> Any:
-    """Return the verb with the options in these words."""
     parser = _parser(verb, prog, every="--help-all" in words)
     values = vars(parser.parse_args(words))
     return verb(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.items()})

@@ -6,14 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firstcontact.core import (
-    Block,
-    ChannelKind,
-    Contact,
-    Finger,
-    Layout,
-    VibrationSensor,
-)
+from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, VibrationSensor
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS, finger_words
 from firstcontact.core.pinch import first_closed_sample
 

@@ -109,8 +109,7 @@ def calibrate(
     shortest, longest = SECONDS
     if not shortest <= seconds <= longest:
         raise ArgumentError(
-            f"the time at rest must lie between {shortest:g} and {longest:g} s",
-            parameter="seconds",
+            f"the time at rest must lie between {shortest:g} and {longest:g} s", parameter="seconds"
         )
     if not 0 <= patience <= longest:
         raise ArgumentError(
@@ -167,7 +166,6 @@ def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibratio
 
 
 def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
-    """Return a force curve for each finger, fitted to its weighings."""
     fingers = sorted({w.finger for w in weighings})
     if not fingers:
         raise ArgumentError("there are no weights: add a row for each weight", parameter="weights")

@@ -22,13 +22,7 @@ from firstcontact.collect._self_test import (
     judge,
 )
 from firstcontact.collect.calibration import Say, is_tapped, rest_request
-from firstcontact.core import (
-    ArgumentError,
-    ChannelKind,
-    DeviceError,
-    Finger,
-    finger_name,
-)
+from firstcontact.core import ArgumentError, ChannelKind, DeviceError, Finger, finger_name
 from firstcontact.core.display import BLUE, ORANGE
 from firstcontact.core.files import write_text
 from firstcontact.device import Descriptor, Source

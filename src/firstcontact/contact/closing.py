@@ -49,10 +49,7 @@ class Closings:
     """Splitter that cuts a stream into closings and detects the contacts in each."""
 
     def __init__(
-        self,
-        layout: Layout,
-        detector: Detector,
-        calibration: Calibration | None = None,
+        self, layout: Layout, detector: Detector, calibration: Calibration | None = None
     ) -> None:
         self._layout = layout
         self._chain = contact_chain(detector, layout, calibration)
@@ -94,6 +91,5 @@ class Closings:
 
 
 def _cut(block: Block, start: int, stop: int) -> Block:
-    """Return the samples ``start`` to ``stop`` of a block."""
     first = block.first_sample
     return Block(block.data[start - first : stop - first], start, block.epoch)

@@ -42,7 +42,6 @@ def contact_chain(
 
 
 def contact_of(event: ChainEvent, layout: Layout) -> Contact:
-    """Return the contact of an event of the kind CONTACT_FOUND."""
     return Contact(layout.vibration_fingers[event.channel], event.sample, event.known)
 
 

@@ -74,7 +74,6 @@ class RbfMachine:
         return out
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all numbers as named arrays."""
         names = [field.name for field in fields(self) if field.init]
         return {name: np.asarray(getattr(self, name), dtype=np.float64) for name in names}
 

@@ -125,7 +125,6 @@ class TrainingWindows:
     phase: NDArray[np.intp]
 
     def take(self, selection: NDArray[np.bool_] | NDArray[np.intp]) -> TrainingWindows:
-        """Return the selected windows."""
         return TrainingWindows(*(getattr(self, f.name)[selection] for f in fields(self)))
 
 

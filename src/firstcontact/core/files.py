@@ -42,8 +42,7 @@ def given_path(path: object, parameter: str = "path") -> Path:
         raise ArgumentError(f"{path!r} is not a path: give the path as text", parameter=parameter)
     if "\0" in os.fspath(path):
         raise ArgumentError(
-            f"{os.fspath(path)!r} contains a zero byte: remove it",
-            parameter=parameter,
+            f"{os.fspath(path)!r} contains a zero byte: remove it", parameter=parameter
         )
     try:
         os.lstat(path)

@@ -84,7 +84,6 @@ class ReplaySource(Source):
 
     @property
     def recording(self) -> Recording:
-        """Recording that this source replays."""
         return self._recording
 
     @property

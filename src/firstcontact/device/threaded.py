@@ -251,12 +251,7 @@ class ThreadedSource(QueuedSource):
         return self._silence >= SILENCE
 
     def _put(
-        self,
-        data: NDArray[Any],
-        first: int,
-        epoch: int,
-        host: float,
-        taken: float | None = None,
+        self, data: NDArray[Any], first: int, epoch: int, host: float, taken: float | None = None
     ) -> None:
         if not len(data):
             return

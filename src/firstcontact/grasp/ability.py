@@ -133,6 +133,7 @@ class AbilityHand(Hand):
         self._heard = 0.0
         self._failure: Exception | None = None
         self._felt: Felt | None = None
+        self._unloaded: list[float] = []  # forces of the first report
         self._positions: deque[tuple[float, ...]] = deque(maxlen=REMEMBERED)
 
     @property
@@ -194,30 +195,18 @@ class AbilityHand(Hand):
     def _drive(self, client: Any) -> None:
         """Send targets and read the hand's reports until the hand is closed."""
         fingers: Fingers | None = None
-        zero: list[float] = []
-        period = 1 / self.limits.rate
-        last_step = moved = answered = time.monotonic()
+        targets, self._unloaded = list[float](), []
+        now = moved = answered = time.monotonic()
         reads, until = client.n_reads, inf
-        targets: list[float] = []
         while True:
-            with self._change:
-                self._change.wait(max(last_step + period - time.monotonic(), 0.0))
-                last_step = now = time.monotonic()
-                if self._closing and until == inf:
-                    until = now + OPENING
-                if self._command is not None and now > self._heard + self.limits.watchdog:
-                    self._command = None
-                command = self._command
+            now, command, is_closing = self._next_step(now)
+            if is_closing and until == inf:
+                until = now + OPENING
             fresh = client.n_reads != reads and client.hand.get_position() is not None
             if fresh:
                 reads, answered = client.n_reads, now
-                touch = client.hand.get_fsr() or []
-                zero = zero or touch
-                above = [x - z for x, z in zip(touch, zero, strict=True)]
-                velocity = client.hand.get_velocity() or ()
-                self._felt = Felt(client.hand.get_position(), above, velocity)
-                self._positions.append((now, self._felt.travel, self._felt.speed))
-                fingers = fingers or Fingers(self._felt)
+                felt = self._take_report(client.hand, now)
+                fingers = fingers or Fingers(felt)
             elif now > answered + LOST and self._failure is None:
                 self._failure = HandError(f"the Ability Hand on {self._port} stopped answering")
             # Use the reported position only if the hand reported it after the order to open.
@@ -237,3 +226,21 @@ class AbilityHand(Hand):
                 targets = fingers.targets
             client.set_position(targets, reply_mode=REPLY_MODE)
             client.send_command()
+
+    def _next_step(self, last: float) -> tuple[float, Command | None, bool]:
+        """Wait for the next step. Return its time, the command in force, and True to close."""
+        with self._change:
+            self._change.wait(max(last + 1 / self.limits.rate - time.monotonic(), 0.0))
+            now = time.monotonic()
+            if self._command is not None and now > self._heard + self.limits.watchdog:
+                self._command = None
+            return now, self._command, self._closing
+
+    def _take_report(self, hand: Any, now: float) -> Felt:
+        """Store the hand's report, with forces relative to those of the first report."""
+        touch = hand.get_fsr() or []
+        self._unloaded = self._unloaded or touch
+        above = [x - z for x, z in zip(touch, self._unloaded, strict=True)]
+        self._felt = Felt(hand.get_position(), above, hand.get_velocity() or ())
+        self._positions.append((now, self._felt.travel, self._felt.speed))
+        return self._felt

@@ -46,11 +46,9 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Process ID."""
         return self._process.pid
 
     def tell(self, line: str, timeout: float) -> None:
-        """Send a line to the child."""
         number = _open(self._process.stdin).fileno()
         data = line.encode() + b"\n"
         deadline = time.monotonic() + timeout

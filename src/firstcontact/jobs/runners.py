@@ -167,7 +167,6 @@ def _processes() -> Any:
 
 
 def _init_worker(parent: int) -> None:
-    """Prepare a worker process."""
     from joblib.externals.loky import process_executor
 
     # If a worker grows by 300 MB after its first job, Loky assumes a memory leak and replaces it.
@@ -182,7 +181,6 @@ def _init_worker(parent: int) -> None:
 
 
 def run_job(function: Callable[..., B], job: object, payload: Any) -> B:
-    """Run a job in a worker process."""
     with _job_lock, one_thread():
         return function(job, *(() if payload is None else unpack_payload(payload)))
 

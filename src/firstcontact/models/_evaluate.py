@@ -40,11 +40,7 @@ from firstcontact.models.scores import (
     regression_scores,
 )
 from firstcontact.models.touches import Touches
-from firstcontact.models.training import (
-    distinct_specimens,
-    full_specimen,
-    resampling_clusters,
-)
+from firstcontact.models.training import distinct_specimens, full_specimen, resampling_clusters
 from firstcontact.models.values import Values
 from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.signal import resample_dataset
@@ -271,11 +267,7 @@ def evaluate(
         model = load_model(model)
     if detector is not None:
         model = replace(model, detector=detector)
-    if not model.moments:
-        raise ArgumentError(
-            "the folder holds a detector, but no model that predicts: train a model",
-            parameter="model",
-        )
+    model.default()  # refuses a detector alone
     require_dataset(data)
     is_foreign = model.is_foreign(data.layout)
     at_rate: dict[float, tuple[Dataset, Alignment]] = {}

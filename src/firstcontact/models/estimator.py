@@ -67,11 +67,7 @@ class Estimator(EstimatorInfo, ABC):
 
     @abstractmethod
     def fit(
-        self,
-        X: Windows,
-        y: Values,
-        groups: NDArray[Any] | None = None,
-        seed: int = 0,
+        self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> WindowModel:
         """Fit a model to windows.
 

@@ -120,12 +120,7 @@ class Model:
     @property
     def rate(self) -> float:
         """Sampling rate of the signals that the model needs, Hz."""
-        if not self.predictors:
-            raise ModelError(
-                "the model has a detector, but no predictor of stiffness: make a model with train "
-                "or adapt"
-            )
-        return self.predictors[0].rate
+        return self.default().rate
 
     @property
     def estimators(self) -> tuple[str, ...]:
@@ -147,16 +142,15 @@ class Model:
         rate
             Sampling rate that its signals must have, Hz. By default any rate will do.
         """
+        self._require_predictor()
         chosen = self if estimator is None else self.only(estimator)
         fitting = [p for p in chosen.predictors if rate is None or is_same_rate(p.rate, rate)]
         if not fitting:
-            reason = (
-                "the model has a detector, but no predictor: train or adapt one"
-                if not chosen.predictors
-                else f"the detector needs samples at {rate:g} Hz, but no model in its folder does: "
-                f"train both together, with `firstcontact train --rate {rate:g}` or another rate"
+            raise ArgumentError(
+                f"the detector needs samples at {rate:g} Hz, but no model in its folder does: "
+                f"train both together, with `firstcontact train --rate {rate:g}` or another rate",
+                parameter="model",
             )
-            raise ArgumentError(reason, parameter="model")
         steps = [p for p in fitting if p.name == fitting[0].name]
         return steps[0] if len(steps) == 1 else PredictorLadder(steps)
 
@@ -228,18 +222,21 @@ class Model:
         Name a scikit-learn regressor by its class, or as ``PACKAGE:NAME``. "network" returns the
         network alone if the model averages it with a regression.
         """
+        self._require_predictor()
         network, estimator = self.network, class_name(estimator)
         parts = () if network is None else (network.network_alone(),)
         predictors = tuple(p for p in self.predictors if p.name == estimator)
         predictors = predictors or tuple(p for p in parts if p.name == estimator)
         if not predictors:
             raise ArgumentError(
-                f"the model has no {estimator!r}: choose {' or '.join(self.estimators)}"
-                if self.estimators
-                else "the model has a detector, but no predictor: train or adapt one",
+                f"the model has no {estimator!r}: choose {' or '.join(self.estimators)}",
                 parameter="estimator",
             )
         return replace(self, predictors=predictors)
+
+    def _require_predictor(self) -> None:
+        if not self.predictors:
+            raise ModelError("the model has a detector, but no predictor: train or adapt one")
 
     def is_foreign(self, layout: Layout) -> bool:
         """Return True if the vibration has another unit than that of the package's training.

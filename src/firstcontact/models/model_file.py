@@ -82,7 +82,6 @@ def write_model(
 
 
 def has_model(folder: Path) -> bool:
-    """Return True if a folder holds a card."""
     return (folder / CARD).exists()
 
 

@@ -53,7 +53,6 @@ def model_class(kind: str, *, of_windows: bool) -> Any:
 
 
 def find_estimator(estimator: object) -> type[EstimatorInfo]:
-    """Return the class of an estimator."""
     from firstcontact.models.estimator import EstimatorInfo
     from firstcontact.models.windows.regressor import regressor_estimator
 

@@ -73,7 +73,6 @@ class SpecimenErrors(Record, frozen=True, kw_only=True):
 
 
 def _sums(clusters: NDArray[Any], columns: Values) -> Values:
-    """Return the sum of each column within each cluster, shape (clusters, columns)."""
     _, inverse = np.unique(clusters, return_inverse=True)
     out = np.zeros((int(inverse.max()) + 1, columns.shape[1]))
     np.add.at(out, inverse, columns)

@@ -132,10 +132,7 @@ def _kind(label: Label) -> tuple[str, ...]:
 
 
 def labelled_windows(
-    dataset: Dataset,
-    contacts: Sequence[Contact | None],
-    duration: float,
-    target: Values,
+    dataset: Dataset, contacts: Sequence[Contact | None], duration: float, target: Values
 ) -> LabelledWindows:
     """Return the windows of the pinches with a contact, a complete window and a target."""
     return label_windows(dataset, *contact_windows(dataset, contacts, duration), target)

@@ -207,7 +207,14 @@ def _make_plan(
     estimator = ESTIMATORS.default if estimator is None else estimator
     kind = find_estimator(estimator)
     require_extra(kind)
-    _check(durations, level, seed, rate)
+    check_windows(durations)
+    check_seed(seed)
+    if not 0.5 <= level <= 0.99:
+        raise ArgumentError(
+            "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
+        )
+    if rate is not None:
+        check_rate("rate", rate)
     if task not in tuple(Task):
         raise ArgumentError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
     if not issubclass(kind, Estimator):
@@ -386,7 +393,7 @@ def adapt(
     >>> model.notes[0]
     'the network learns the rig from 59 pinches of 5 Shore A levels'
     """
-    _check((DURATION,), 0.9, seed, None)
+    check_seed(seed)
     if estimator is not None and issubclass(find_estimator(estimator), Estimator):
         raise ArgumentError(
             f"{estimator} learns from windows: use `firstcontact train --estimator {estimator}`",
@@ -436,17 +443,6 @@ def check_seed(seed: int) -> None:
     """Refuse a random seed outside scikit-learn's range. InputError names the parameter."""
     if not 0 <= seed < MOST_SEEDS:
         raise ArgumentError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
-
-
-def _check(windows: Sequence[float], level: float, seed: int, rate: float | None) -> None:
-    check_windows(windows)
-    check_seed(seed)
-    if not 0.5 <= level <= 0.99:
-        raise ArgumentError(
-            "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
-        )
-    if rate is not None:
-        check_rate("rate", rate)
 
 
 def training_pinches(data: Dataset) -> Dataset:

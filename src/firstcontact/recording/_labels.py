@@ -60,12 +60,10 @@ def parse_text(value: Any) -> str:
 
 
 def parse_number(value: Any) -> float:
-    """Parse a finite number."""
     return parse_float(as_text(value))
 
 
 def parse_whole(value: Any) -> int:
-    """Parse a whole number."""
     number = parse_number(value)
     if number != int(number):
         raise ValueError("which is not a whole number")
@@ -262,7 +260,6 @@ def _either(table: Table, name: str, other: str) -> list[Any] | None:
 
 
 def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
-    """Return the label of each pinch, and notes on assumptions."""
     notes = []
     objects = _either(table, "object", "material") or [""] * pinches
     rank = _either(table, "hardness_rank", "hardness_class")
@@ -360,7 +357,6 @@ def _motor_starts(
 
 
 def _closing_speeds(table: Table, pinches: int) -> list[ClosingSpeed | None]:
-    """Return the measured closing speed of each pinch."""
     speeds = _parsed(table, "closing_speed")
     errors = _parsed(table, "closing_speed_error")
     if speeds is None:

@@ -73,7 +73,6 @@ def import_mat(
 
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table]:
-    """Return the files and the table of labels."""
     origin = labels or file_in(path if path.is_dir() else path.parent, LABELS)
     if labels is None and not (path.is_dir() and origin.exists()):
         files = files_below(path, _SUFFIX) if path.is_dir() else [path]

@@ -165,7 +165,6 @@ class _Messages:
 
     @property
     def index(self) -> _Index:
-        """Places of the samples."""
         return self._index or _Index(self._path, self._data, self.header)
 
 
@@ -187,7 +186,6 @@ class _Index:
         self._misfits: set[str] = set()
 
     def add(self, topic: str, channel: int, content: bytes, place: slice) -> None:
-        """Add a message of the chunk at this place."""
         if topic not in self._topics:
             return
         topic = self._topics[topic]

@@ -58,7 +58,6 @@ class Run:
 
     @property
     def rate(self) -> float:
-        """Measured rate, Hz."""
         return (self.end - self.first) / self.seconds
 
     def moments(self, pace: float) -> Values:

@@ -46,7 +46,6 @@ class Store:
     recent: tuple[tuple[int, ...], list[Block]] = field(default_factory=lambda: ((), []))
 
     def read(self, span: Span, epoch: int) -> list[Block]:
-        """Return the messages of a span."""
         key = (epoch, span.channel, span.begin, span.start, span.stop)
         last, blocks = self.recent
         if key == last:

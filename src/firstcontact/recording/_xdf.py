@@ -65,7 +65,6 @@ class Stream:
 
     @property
     def is_text(self) -> bool:
-        """Return True if the samples are texts."""
         return self.values.dtype.kind == "U"
 
     @property
@@ -136,10 +135,7 @@ def read_xdf(path: Path) -> dict[str, Stream]:
     log = logging.getLogger("pyxdf")
     before = log.handlers, log.propagate
     # The library does not close a file that it refuses.
-    with (
-        library_errors(path, "XDF", "copy or record it again"),
-        open_regular(path) as file,
-    ):
+    with library_errors(path, "XDF", "copy or record it again"), open_regular(path) as file:
         import pyxdf
 
         log.handlers, log.propagate = [complaints], False

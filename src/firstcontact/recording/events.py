@@ -71,7 +71,6 @@ def read_events(path: Path) -> Table:
 
 
 def onset_column(table: Table) -> str:
-    """Return the name of the column with the contacts."""
     given = [name for name in (SECONDS, SAMPLE) if name in table]
     if len(given) != 1:
         raise FileError(

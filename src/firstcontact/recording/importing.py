@@ -67,8 +67,7 @@ def import_path(
         raise ArgumentError(f"{path} already states the sensor: do not give it", parameter="sensor")
     if find is not None and "find" not in importer.options:
         raise ArgumentError(
-            f"{path} is not a sound file: contacts are detected only in sound",
-            parameter="find",
+            f"{path} is not a sound file: contacts are detected only in sound", parameter="find"
         )
     require_extra(importer)
     given = {
@@ -140,8 +139,7 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
     if rate is not None and (importer is None or "rate" not in importer.options):
         titles = " or ".join(i.title for i in IMPORTERS.values() if "rate" in i.options)
         raise ArgumentError(
-            f"{path} already states the rate: give it only for {titles}",
-            parameter="rate",
+            f"{path} already states the rate: give it only for {titles}", parameter="rate"
         )
     if importer is None:
         if path.suffix == ".mcap":

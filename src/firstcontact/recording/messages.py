@@ -185,7 +185,6 @@ class PinchMark:
         check_contacts(self.first_sample, self.end, self.truth, self.motor_start, self.found)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the mark as a dict for JSON."""
         tree = asdict(self)
         for name in ("truth", "found"):
             contacts = getattr(self, name)
@@ -194,7 +193,6 @@ class PinchMark:
 
 
 def read_mark(data: bytes, origin: str) -> PinchMark:
-    """Return the pinch mark in a message."""
     return read_record(data, PinchMark, origin, "mark the pinch again", LONGEST_MARK)
 
 
@@ -208,7 +206,6 @@ class Marker:
 
 
 def read_marker(data: bytes, origin: str) -> Marker:
-    """Return the marker in a message."""
     return read_record(data, Marker, origin, "mark the sample again", LONGEST_MARK)
 
 

@@ -62,12 +62,10 @@ class Table(dict[str, Sequence[Any]]):
         return f"{self.word} {self.numbers[row]}"
 
     def of_rows(self, rows: Sequence[int]) -> Table:
-        """Return a table of some rows."""
         columns = {name: [cells[row] for row in rows] for name, cells in self.items()}
         return Table(self.path, columns, [self.numbers[row] for row in rows], self.word, self.units)
 
     def with_columns(self, columns: Mapping[str, Sequence[Any]]) -> Table:
-        """Return a table with further or changed columns."""
         return Table(self.path, {**self, **columns}, self.numbers, self.word, self.units)
 
     def refusal(

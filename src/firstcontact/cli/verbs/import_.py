@@ -30,15 +30,11 @@ class Import:
     rate: Annotated[float | None, UNSTORED] = None
     """Sampling rate, Hz."""
 
-    source: Annotated[
-        Literal["real", "twin", "synthetic", "unknown"] | None,
-        UNSTORED,
-    ] = None
+    source: Annotated[Literal["real", "twin", "synthetic", "unknown"] | None, UNSTORED] = None
     """Origin of the data, to be noted in the recordings; unknown by default."""
 
     sensor: Annotated[
-        Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None,
-        UNSTORED,
+        Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None, UNSTORED
     ] = None
     """Kind of sensor; a microphone for WAV files by default."""
 

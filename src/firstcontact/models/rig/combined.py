@@ -31,11 +31,7 @@ _SCALES = 0.1, 10.0
 
 
 def average_with_regressions(
-    base: RigModel,
-    touches: Touches,
-    shore_a: Values,
-    seed: int,
-    scale: NDArray[np.float64],
+    base: RigModel, touches: Touches, shore_a: Values, seed: int, scale: NDArray[np.float64]
 ) -> RigModel:
     """Return a model of a rig: the network, averaged with a regression on the rig's pinches."""
     rigs = known_rigs(touches, shore_a, seed)

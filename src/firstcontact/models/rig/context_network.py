@@ -71,11 +71,9 @@ class ContextNetwork:
         return len(weight)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Return the arrays of the constructor."""
         return dict(self._arrays)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return an array of the constructor."""
         return self._arrays[name]
 
     @property
@@ -143,7 +141,6 @@ class Familiar:
             )
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Return the arrays by name, for :meth:`from_arrays`."""
         return {
             "familiar.mean": self.mean,
             "familiar.whitening": self.whitening.astype(np.float32),

@@ -191,7 +191,6 @@ def score_held_out(
 
 
 def root_mean_square(errors: Values) -> float:
-    """Return the root mean square of errors."""
     return float(np.sqrt(np.mean(errors**2)))
 
 

@@ -164,7 +164,6 @@ class RigModel(AnytimeModel):
         return self._changed(factors=factors, network_factors=alone)
 
     def _changed(self, **attributes: Any) -> Self:
-        """Return a copy with other attributes."""
         other = copy(self)
         other.__dict__.pop("image", None)  # it is made again when it is needed
         other.__dict__.update(attributes)

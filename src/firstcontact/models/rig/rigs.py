@@ -284,7 +284,6 @@ class RigSpeeds:
     def fit(
         cls, speeds: Values, errors: Values, heard: Values, believed: NDArray[np.bool_]
     ) -> Self | None:
-        """Return the speeds of a rig from its own pinches."""
         is_measured = np.isfinite(speeds) & (_bounded(errors) <= USELESS)
         if not is_measured.any():
             return None
@@ -375,7 +374,6 @@ class RigRegression:
         )
 
     def to_arrays(self) -> Arrays:
-        """Return the regression as arrays, for :meth:`from_arrays`."""
         return {"inputs": self._inputs, "shore_a": self._shore_a, "scale": self._scale}
 
     @classmethod

@@ -16,12 +16,7 @@ from numpy.typing import NDArray
 from firstcontact.core import ModelError
 from firstcontact.core.display import RED
 from firstcontact.core.installation import import_onnxruntime
-from firstcontact.models.estimator import (
-    Estimator,
-    TrainingSet,
-    target_scale,
-    training_spec,
-)
+from firstcontact.models.estimator import Estimator, TrainingSet, target_scale, training_spec
 from firstcontact.models.values import Task, Values, Windows
 from firstcontact.models.windows.window_model import (
     TARGET,

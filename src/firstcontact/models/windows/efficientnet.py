@@ -60,13 +60,7 @@ class ConvNorm(nn.Sequential):
         linear: bool = False,
     ) -> None:
         conv = nn.Conv2d(
-            inputs,
-            outputs,
-            (1, kernel),
-            (1, stride),
-            (0, kernel // 2),
-            groups=groups,
-            bias=False,
+            inputs, outputs, (1, kernel), (1, stride), (0, kernel // 2), groups=groups, bias=False
         )
         super().__init__(conv, nn.BatchNorm2d(outputs))
         if not linear:

@@ -205,7 +205,6 @@ def to_skops(fitted: Any, title: str) -> bytes:
 
 
 def from_skops(raw: bytes) -> Any:
-    """Return the object in a skops file."""
     from skops.io import loads
 
     try:

@@ -133,10 +133,7 @@ _RIDGE = 1e-8
 
 
 def _reduced_sets(
-    vectors: NDArray[Any],
-    gamma: float,
-    weights: NDArray[Any],
-    inputs: NDArray[Any],
+    vectors: NDArray[Any], gamma: float, weights: NDArray[Any], inputs: NDArray[Any]
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
     """Yield reduced sets of several sizes: fewer vectors, with refitted weights."""
     wide = vectors.astype(np.float64)

@@ -145,7 +145,6 @@ class WindowPredictor(Predictor):
         return self.quantity.is_logarithmic and not self.classes
 
     def to_arrays(self) -> Arrays:
-        """Return the arrays of the window model."""
         return self.model.to_arrays()
 
     def card(self) -> WindowCard:

@@ -6,12 +6,15 @@ import math
 import re
 import shutil
 from collections import Counter
+from dataclasses import replace
 
 import circuit
 import multimeter_tables
+import numpy as np
 import pytest
 import simulate
 import spice
+import taxels
 import write_page
 
 needs_ngspice = pytest.mark.skipif(shutil.which("ngspice") is None, reason="no ngspice")
@@ -60,6 +63,24 @@ def test_page_names_the_legs_of_the_amplifier_that_are_connected_side_by_side() 
 def test_a_wrong_part_fails_the_check(reference: str) -> None:
     factor = simulate.WRONG.get(reference, 0.5)
     assert simulate.is_found(write_page.read_results(), reference, factor)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "sentence"), [({"resistor": 4.7e3}, "at 2 N"), ({"row": 56.0}, "in connected rows")]
+)
+def test_a_wrong_value_in_the_one_table_fails_the_check(
+    monkeypatch: pytest.MonkeyPatch, wrong: dict[str, float], sentence: str
+) -> None:
+    for module in (simulate, taxels):
+        monkeypatch.setattr(module, "SHEET", taxels.SHEET._replace(**wrong))
+    loaded = [simulate.TAXEL] * 2 + [0.0] * 4
+    volts = taxels.readings(np.array(loaded), taxels.Method.GROUNDED)[0]
+    amperes = 3.3 / (2 * taxels.SHEET.row)
+    results = replace(
+        write_page.read_results(), force_volts=[volts] * 12, short_amperes=(amperes, amperes)
+    )
+    with pytest.raises(AssertionError, match=sentence):
+        simulate.check(results)
 
 
 @needs_ngspice

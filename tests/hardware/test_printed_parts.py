@@ -149,7 +149,8 @@ def test_drawings_show_the_numbers_of_the_table() -> None:
         text = (IMAGES / f"{name}.svg").read_text("utf-8")
         assert [n for n in numbers if f">{n:g}</text>" not in text] == [], name
     page = (ROOT / "docs/how-to/build-a-fingertip.md").read_text("utf-8")
-    for text in (page, (IMAGES / "gluing-6-velostat.svg").read_text("utf-8")):
+    circuit = (ROOT / "docs/reference/fingertip.md").read_text("utf-8")
+    for text in (page, circuit, (IMAGES / "gluing-6-velostat.svg").read_text("utf-8")):
         assert f"{D.sheet_length:g} × {D.sheet_width:g} mm" in text
         assert f"off by {D.sheet_cut:g} mm" in text
     mount = (IMAGES / "fingertip-mount.svg").read_text("utf-8")

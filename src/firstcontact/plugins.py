@@ -29,6 +29,8 @@ from firstcontact.models import (
 )
 from firstcontact.models.windows.window_model import ArrayCheck
 from firstcontact.recording import EXPORTERS, IMPORTERS, Exporter, Importer
+from firstcontact.streaming import Sink
+from firstcontact.streaming.outputs import OUTPUTS, OutputKind
 from firstcontact.testing import (
     check_detector,
     check_estimator,
@@ -44,6 +46,7 @@ __all__ = [
     "HANDS",
     "IMPORTERS",
     "MODEL_EXPORTERS",
+    "OUTPUTS",
     "POLICIES",
     "SLIP_DETECTORS",
     "SOURCES",
@@ -58,8 +61,10 @@ __all__ = [
     "HandLimits",
     "Importer",
     "ModelExporter",
+    "OutputKind",
     "Policy",
     "Registry",
+    "Sink",
     "Source",
     "SourceKind",
     "Spec",

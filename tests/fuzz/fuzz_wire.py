@@ -30,7 +30,7 @@ from firstcontact.device.stamped_samples import StampedSamples
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.streaming import Pipeline
 from firstcontact.streaming._hand_predictions import HandPredictions
-from firstcontact.streaming._outputs import Update
+from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.events import Ask
 from firstcontact.streaming.json_lines import JsonLinesSink
 from firstcontact.streaming.page._server import Commands

@@ -15,11 +15,12 @@ from firstcontact.export import MODEL_EXPORTERS
 from firstcontact.grasp import HANDS, POLICIES
 from firstcontact.models import ESTIMATORS
 from firstcontact.recording import EXPORTERS, IMPORTERS, Header, write_dataset
+from firstcontact.streaming.outputs import OUTPUTS
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 REGISTRIES = (
-    DETECTORS, ESTIMATORS, EXPORTERS, HANDS, IMPORTERS, MODEL_EXPORTERS, POLICIES, SLIP_DETECTORS,
-    SOURCES,
+    DETECTORS, ESTIMATORS, EXPORTERS, HANDS, IMPORTERS, MODEL_EXPORTERS, OUTPUTS, POLICIES,
+    SLIP_DETECTORS, SOURCES,
 )  # fmt: skip
 #: Counts packages, whose modules stay imported.
 _numbers = itertools.count()
@@ -97,6 +98,7 @@ def test_one_that_was_not_chosen_has_no_effect(install, pinches, tmp_path, capsy
         ("train", "PINCHES", "--estimator", "bad", "--out", "OUT"),
         ("live", "--device", "twin", "--hand", "bad"),
         ("live", "--device", "bad:1"),
+        ("live", "--device", "twin", "--output", "bad"),
     ],
 )
 def test_one_whose_import_fails_is_refused_where_it_was_chosen(
@@ -225,6 +227,40 @@ def test_a_source_works_or_its_failure_is_named(method, install, pinches, capsys
     else:
         assert ended in FAILED
         refused(capsys)
+
+
+OUTPUT = """
+from firstcontact.streaming import Sink
+from firstcontact.streaming.outputs import OutputKind
+class Bad(Sink):
+    name, every = "bad", 0.1
+    def {method}(self, *arguments):
+        raise ValueError("no")
+ENTRY = OutputKind("bad", lambda session, options: {made})
+"""
+
+
+@pytest.mark.parametrize(
+    ("method", "made", "reason"),
+    [
+        ("__init__", "Bad()", "the plug-in 'bad'"),
+        ("unused", "5", "int is not a sink"),
+        ("open", "Bad()", "outputs failed: bad (ValueError: no)"),
+        ("take", "Bad()", "outputs failed: bad (ValueError: no)"),
+    ],
+)
+def test_an_output_that_fails_is_named(method, made, reason, install, pinches, capsys):
+    install(OUTPUT.format(method=method, made=made))
+    device = ("--device", next(pinches.glob("*.mcap")), "--speed", "inf")
+    assert run("live", *device, "--output", "bad") == 2
+    refused(capsys, reason)
+
+
+def test_two_outputs_do_not_share_standard_output(pinches, capsys):
+    device = ("--device", next(pinches.glob("*.mcap")), "--speed", "inf")
+    assert run("live", *device, "--json", "--output", "text") == 2
+    refused(capsys, "json and text")
+    assert run("live", *device, "--json", "--output", "json") == 0
 
 
 HAND = """

@@ -62,6 +62,11 @@ ENTRIES = {
         '{"reel": "firstcontact.device._reel:REEL"} |',
         "info --device reel:{recording}", "reel:", "opening.py",
     ),
+    "output": Entry(
+        "An output", "streaming/_table.py", '"text": ',
+        '"table": "firstcontact.streaming._table:TABLE",',
+        f"{LIVE} --output table", "\n2,0.0", "outputs.py",
+    ),
     "exporter": Entry(
         "A file format", "recording/_json.py", '"csv": f"{_HERE}._exporting',
         '"json": "firstcontact.recording._json:EXPORTER",',

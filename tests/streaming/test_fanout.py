@@ -9,7 +9,7 @@ from streams import LONG, Keeper
 from firstcontact.core import fingertip_layout
 from firstcontact.device import Descriptor
 from firstcontact.streaming import Update
-from firstcontact.streaming._outputs import WAITING, Fanout
+from firstcontact.streaming._sinks import WAITING, Fanout
 
 DESCRIPTOR = Descriptor(fingertip_layout())
 

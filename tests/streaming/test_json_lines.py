@@ -14,7 +14,7 @@ from msgspec.structs import replace as changed
 from firstcontact.cli.output import Output
 from firstcontact.device import Health
 from firstcontact.streaming import Sink, Update
-from firstcontact.streaming._outputs import Fanout
+from firstcontact.streaming._sinks import Fanout
 from firstcontact.streaming.json_lines import JsonLinesSink
 
 

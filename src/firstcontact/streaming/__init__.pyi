@@ -1,8 +1,8 @@
 """Streaming: samples in, contacts and estimates out, in real time; the page and other outputs."""
 
-from ._outputs import Sink as Sink
-from ._outputs import Update as Update
 from ._pipeline import Pipeline as Pipeline
+from ._sinks import Sink as Sink
+from ._sinks import Update as Update
 from .events import ClosingStart as ClosingStart
 from .events import ContactEvent as ContactEvent
 from .events import ContactWithdrawn as ContactWithdrawn

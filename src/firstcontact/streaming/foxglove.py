@@ -14,9 +14,13 @@ from firstcontact.core import ChannelKind, Finger, InputError, finger_name
 from firstcontact.core.installation import require_modules
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
-from firstcontact.streaming._outputs import Update
+from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.events import Event
 from firstcontact.streaming.json_lines import FailedLine, MarkerLine, json_line
+from firstcontact.streaming.outputs import OutputKind, OutputOptions
+from firstcontact.streaming.session import LiveSession
+
+require_modules("foxglove", "foxglove")
 
 #: Messages that wait for a slow viewer; then the oldest are dropped. 8 s of the fingertip.
 BACKLOG = 40_000
@@ -39,7 +43,6 @@ class FoxgloveSink:
     is_prompt = True
 
     def __init__(self, address: str = "127.0.0.1:8766") -> None:
-        require_modules("foxglove", "foxglove")
         import foxglove
 
         host, _, port = address.rpartition(":")
@@ -167,3 +170,12 @@ def _schema(kind: inspect.Type) -> dict[str, Any]:
     if isinstance(kind, inspect.EnumType) and issubclass(kind.cls, int):
         return {"type": "integer"}
     return {"type": _PLAIN.get(type(kind), "string")}
+
+
+def _make(session: LiveSession, options: OutputOptions) -> FoxgloveSink:
+    sink = FoxgloveSink(options.foxglove_address)
+    session.notify(f"foxglove: {sink.url}")
+    return sink
+
+
+FOXGLOVE = OutputKind("foxglove", _make)

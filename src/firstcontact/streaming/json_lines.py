@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import TextIO, get_type_hints
@@ -12,7 +13,8 @@ from firstcontact.core import Finger, finger_name
 from firstcontact.device import Descriptor, Health
 from firstcontact.device.descriptor import DevicePredictor
 from firstcontact.recording import Marker
-from firstcontact.streaming._outputs import Update
+from firstcontact.streaming._sinks import Update
+from firstcontact.streaming.outputs import OutputKind
 
 FORMAT = "firstcontact-live"
 #: Version of the format, raised when a field changes its meaning or disappears.
@@ -177,3 +179,6 @@ class JsonLinesSink:
     def _write(self, lines: Sequence[str]) -> None:
         self._stream.write("".join(line + "\n" for line in lines))
         self._stream.flush()
+
+
+JSON = OutputKind("json", lambda session, options: JsonLinesSink(sys.stdout), to_stdout=True)

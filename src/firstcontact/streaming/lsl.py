@@ -9,11 +9,15 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import finger_name
+from firstcontact.core.installation import require_modules
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.clock import DeviceClock
 from firstcontact.device.lsl_source import lsl_library
-from firstcontact.streaming._outputs import Update
+from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.json_lines import FailedLine, json_line, marker_line
+from firstcontact.streaming.outputs import OutputKind
+
+require_modules("live", "pylsl")
 
 #: Length of the buffer for a slow listener, s.
 BUFFERED = 60
@@ -91,3 +95,6 @@ class LslSink:
         for field in ("firmware", "sensor", "hand", "source"):
             acquisition.append_child_value(field, getattr(descriptor, field))
         return info
+
+
+LSL = OutputKind("lsl", lambda session, options: LslSink())

@@ -40,8 +40,8 @@ from firstcontact.recording import PinchMark
 from firstcontact.recording.messages import HAND, hand_group
 from firstcontact.streaming._hand_predictions import HandPredictions
 from firstcontact.streaming._objects import ObjectCombiner
-from firstcontact.streaming._outputs import Fanout, Sink, Update
 from firstcontact.streaming._pipeline import Pipeline
+from firstcontact.streaming._sinks import Fanout, Sink, Update
 from firstcontact.streaming.events import Ask, Event, PinchDone
 from firstcontact.streaming.grasping import Grasping, HandRequests, PositionTrack
 
@@ -90,7 +90,7 @@ class LiveSession:
         self.grasping = grasping
         self.fanout = Fanout((), source.descriptor)
         self.pinches = 0
-        self._notify = notify
+        self.notify = notify
         self._shape = shape
         self._folder = recordings
         self._calibration = calibration
@@ -146,7 +146,7 @@ class LiveSession:
         self._given, self._reported = 0, set()
         try:
             real_time = self.pipeline.real_time
-            with real_time_process(real_time=real_time, notify=self._notify) as hurry:
+            with real_time_process(real_time=real_time, notify=self.notify) as hurry:
                 yield from self._follow(hurry, together, until, pinches, stopped)
             self._act(self.pipeline.finish())
             if self._hand_predictions is not None:

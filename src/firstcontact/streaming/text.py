@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TextIO
 
-from firstcontact.core import Estimate, finger_name
+from firstcontact.core import Estimate, InputError, finger_name
 from firstcontact.core.quantity import SHORE_A
-from firstcontact.device import Descriptor, Health
+from firstcontact.device import SOURCES, Descriptor, Health, Source
 from firstcontact.device.source import LinkNews
 from firstcontact.device.twin_words import held_object, lost_object
 from firstcontact.streaming._objects import ObjectNames
-from firstcontact.streaming._outputs import Update
+from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.events import (
     HandCheck,
     HandCommand,
@@ -19,6 +21,7 @@ from firstcontact.streaming.events import (
     ObjectEstimate,
     PinchDone,
 )
+from firstcontact.streaming.outputs import OutputKind
 
 
 class TextSink:
@@ -86,6 +89,26 @@ class TextSink:
     def _write(self, line: str) -> None:
         self._stream.write(f"{line}\n")
         self._stream.flush()
+
+
+def _shore_a(source: Source) -> Callable[[str], float | None]:
+    """Return a function that maps the name of a simulated object to its Shore A, or to None."""
+    known = SOURCES["twin"].shore_a if source.descriptor.source == "twin" else None
+
+    def shore_a(name: str) -> float | None:
+        with suppress(InputError):  # an object of another version
+            return None if known is None else known(name)
+        return None
+
+    shore_a("")  # load the table of objects now, not between samples
+    return shore_a
+
+
+TEXT = OutputKind(
+    "text",
+    lambda session, options: TextSink(sys.stdout, _shore_a(session.source)),
+    to_stdout=True,
+)
 
 
 def _shore(shore_a: float | None) -> str:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated
 
 from firstcontact.cli.options import Option
-from firstcontact.core.installation import require_modules
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,6 @@ class Label:
                 for line in session.finish():
                     print(line)
                 return
-            require_modules("live", "websockets")
             from firstcontact.collect.label_session import LabelServer
 
             server = LabelServer(session, self.port)

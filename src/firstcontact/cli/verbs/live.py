@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,17 +12,15 @@ from typing import TYPE_CHECKING, Annotated
 from firstcontact.cli.options import Condition, Option, choice, devices
 from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.core import InputError
-from firstcontact.core.installation import load_compiled, require_modules
-from firstcontact.core.quantity import QUANTITIES
-from firstcontact.device import SOURCES, open_source
+from firstcontact.core.installation import load_compiled
+from firstcontact.device import open_source
 from firstcontact.grasp import HANDS, POLICIES
 from firstcontact.grasp.registry import live_policies
+from firstcontact.streaming.outputs import OUTPUTS, OutputOptions, find_outputs, make_sinks
 
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
     from firstcontact.device import Source
-    from firstcontact.models import Model
-    from firstcontact.streaming import Sink
     from firstcontact.streaming.session import LiveSession
 
 
@@ -58,6 +54,8 @@ class Live:
     """Serve samples, forces and events to Foxglove, and to any web page in a browser here."""
     foxglove_address: Annotated[str, Option(group="output", advanced=True)] = "127.0.0.1:8766"
     """Address and TCP port for Foxglove; port 0 takes a free one."""
+    output: Annotated[tuple[str, ...], choice(OUTPUTS, "output", advanced=True)] = ()
+    """Names of outputs, also those of plug-ins."""
     hand: Annotated[str | None, choice(HANDS, "hand")] = None
     """Hand that the command drives."""
     hand_port: Annotated[str | None, Option(group="hand", advanced=True)] = None
@@ -91,13 +89,8 @@ class Live:
 
     def run(self) -> None:
         self._check()
-        if self.page:
-            require_modules("live", "websockets")
-            import websockets.asyncio.server  # noqa: F401  # slow, so before samples come
-        if self.lsl:
-            require_modules("live", "pylsl")
-        if self.foxglove:
-            require_modules("foxglove", "foxglove")
+        flags = {"json": self.json, "lsl": self.lsl, "foxglove": self.foxglove, "page": self.page}
+        outputs = find_outputs([*(name for name in flags if flags[name]), *self.output])
         load_compiled("firstcontact.chain._compiled")  # if missing, an error before the session
         from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
@@ -131,7 +124,11 @@ class Live:
                 notify=_say,
             ) as session,
         ):
-            sinks = self._sinks(session)
+            sinks = make_sinks(
+                outputs,
+                session,
+                OutputOptions(self.address, self.port, self.token, self.foxglove_address),
+            )
             if self.one_object:
                 session.new_object()
             began, used = session.source.health.samples, time.process_time()
@@ -164,33 +161,6 @@ class Live:
         if self.pinches is not None and self.pinches < 1:
             raise InputError(f"--pinches is {self.pinches}: give 1 or more, or leave it out")
         parse_radius(self.shape)
-
-    def _sinks(self, session: LiveSession) -> list[Sink]:
-        from firstcontact.streaming.json_lines import JsonLinesSink
-        from firstcontact.streaming.text import TextSink
-
-        text = TextSink(sys.stdout, _shore_a(session.source))
-        sinks: list[Sink] = [JsonLinesSink(sys.stdout) if self.json else text]
-        if self.lsl:
-            from firstcontact.streaming.lsl import LslSink
-
-            sinks.append(LslSink())
-        if self.foxglove:
-            from firstcontact.streaming.foxglove import FoxgloveSink
-
-            viewers = FoxgloveSink(self.foxglove_address)
-            _say(f"foxglove: {viewers.url}")
-            sinks.append(viewers)
-        if self.page:
-            from firstcontact.streaming.page.sink import PageSink
-
-            landmarks = {} if session.model is None else _landmarks(session.model)
-            page = PageSink(self.address, self.port, self.token, session, landmarks)
-            _say(f"page: {page.url}")
-            if page.look_url is not None:
-                _say(f"page without controls, to look only: {page.look_url}")
-            sinks.append(page)
-        return sinks
 
     def _report(self, session: LiveSession, began: int, cpu: float) -> None:
         from firstcontact.device.source import clock_line
@@ -227,30 +197,6 @@ def _measure(source: Source) -> Calibration:
 
     _say(f"measuring the noise floor, {REST:g} s: {rest_request(source.descriptor.layout)}")
     return measure_noise(source)
-
-
-def _landmarks(model: Model) -> dict[str, float]:
-    """Return the values of the objects that a model was trained on, by name."""
-    data = model.trained_on
-    if not model.predictors or model.default().quantity.name != data.target:
-        return {}
-    if model.windows and data.objects:
-        return dict(data.objects)
-    words = QUANTITIES[data.target].label_words
-    return {words(level): level for level in data.levels}
-
-
-def _shore_a(source: Source) -> Callable[[str], float | None]:
-    """Return a function that maps the name of a simulated object to its Shore A, or to None."""
-    known = SOURCES["twin"].shore_a if source.descriptor.source == "twin" else None
-
-    def shore_a(name: str) -> float | None:
-        with suppress(InputError):  # an object of another version
-            return None if known is None else known(name)
-        return None
-
-    shore_a("")  # load the table of objects now, not between samples
-    return shore_a
 
 
 def _say(line: str) -> None:

@@ -1,1 +1,5 @@
 """Live page: a sink that shows the session in a browser."""
+
+from firstcontact.core.installation import require_modules
+
+require_modules("live", "websockets")

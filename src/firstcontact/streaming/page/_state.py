@@ -21,7 +21,7 @@ from firstcontact.device.recorder import RecorderStatus
 from firstcontact.device.twin_words import lost_object
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming._objects import ObjectNames
-from firstcontact.streaming._outputs import Update
+from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.events import (
     ContactEvent,
     ContactWithdrawn,

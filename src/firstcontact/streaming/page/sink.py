@@ -7,17 +7,17 @@ import contextlib
 import secrets
 import threading
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from firstcontact.core import InputError
+from firstcontact.core.quantity import QUANTITIES
 from firstcontact.device import Descriptor
-from firstcontact.streaming._outputs import Update
+from firstcontact.models import Model
+from firstcontact.streaming._sinks import Update
+from firstcontact.streaming.outputs import OutputKind, OutputOptions
 from firstcontact.streaming.page._server import PageServer
 from firstcontact.streaming.page._state import State
 from firstcontact.streaming.page.serving import TOKEN_LENGTH, Guard, is_loopback, listen, load
-
-if TYPE_CHECKING:
-    from firstcontact.streaming.session import LiveSession
+from firstcontact.streaming.session import LiveSession
 
 
 class PageSink:
@@ -105,3 +105,26 @@ class PageSink:
         server = PageServer(self._state, self._guard, self._files, self._controls)
         self._started.set()
         await server.run(self._socket, self._stop)
+
+
+def _make(session: LiveSession, options: OutputOptions) -> PageSink:
+    landmarks = {} if session.model is None else _landmarks(session.model)
+    sink = PageSink(options.address, options.port, options.token, session, landmarks)
+    session.notify(f"page: {sink.url}")
+    if sink.look_url is not None:
+        session.notify(f"page without controls, to look only: {sink.look_url}")
+    return sink
+
+
+def _landmarks(model: Model) -> dict[str, float]:
+    """Return the values of the objects that a model was trained on, by name."""
+    data = model.trained_on
+    if not model.predictors or model.default().quantity.name != data.target:
+        return {}
+    if model.windows and data.objects:
+        return dict(data.objects)
+    words = QUANTITIES[data.target].label_words
+    return {words(level): level for level in data.levels}
+
+
+PAGE = OutputKind("page", _make)

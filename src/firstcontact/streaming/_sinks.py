@@ -1,4 +1,4 @@
-"""Outputs of a live session (sinks), and the threads that feed them."""
+"""Sinks, which write the outputs of a live session, and the threads that feed them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.device.recorder import RecorderStatus
@@ -37,6 +37,7 @@ class Update:
     failed: Mapping[str, str] = field(default_factory=dict)
 
 
+@runtime_checkable
 class Sink(Protocol):
     """Output of a live session, such as a page or a text. Each sink runs in its own thread.
 

@@ -34,8 +34,9 @@ fetch  = $(PIP) install --quiet --no-compile --no-deps --only-binary :all: --req
 itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
 # With estimators of another package, which studies and tests treat as those of this one.
 plugin = $(itself) --editable examples/plugin_estimators
-# Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
-torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
+# Built for CPUs only (1.6 GB in all), if its index can be reached. Else that of PyPI, with CUDA (5 GB).
+CPU_TORCH ?= https://download.pytorch.org/whl/cpu
+torch  = $(call fetch,cpu) --extra-index-url $(CPU_TORCH) --timeout 10 --retries 1 2>/dev/null || $(call fetch,cuda)
 # Beside the others: it is as large as they are together. Neither outlives a failure or Ctrl-C.
 both   = $(call fetch,$(1)) & others=$$!; trap wait EXIT; trap "kill $$others; exit 130" INT TERM; { $(torch); } && wait $$others
 PINS  := setup.py pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/twin/c/*) $(wildcard src/firstcontact/device/c/*) $(wildcard src/firstcontact/chain/c/*) $(wildcard firmware/core/fc_c*)

@@ -293,7 +293,7 @@ def _check_sentences(base: RigModel, made: Adapted) -> list[str]:
     widest = made.check.scales.max()
     widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "not widened"
     sentences.append(
-        f"intervals: at every time they held the truth of {percent(made.check.coverage)} or more "
+        f"intervals: at every time they held the truth of at least {percent(made.check.coverage)} "
         f"of {counted(made.check.n, 'held-out pinch')} (wanted: {100 * base.level:.0f} %): "
         f"{widened}"
     )

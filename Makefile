@@ -186,8 +186,8 @@ types: $(VENV)/.dev ## mypy --strict
 layers: $(VENV)/.dev ## rooms import downwards only
 	$(BIN)/lint-imports
 
-docs: $(VENV)/.dev ## the documentation into site/
-	$(BIN)/mkdocs build --strict
+docs: $(VENV)/.dev ## the documentation into site/; `python -m http.server -d site` serves it with search
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 bench: $(VENV)/.dev ## what is timed: benchmarks/, with what became slower (5 minutes)
 	$(BIN)/python benchmarks/run.py $(if $(BENCHMARKS),--out $(BENCHMARKS))

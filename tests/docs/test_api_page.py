@@ -1,44 +1,42 @@
-"""The pages of the public interface agree with the package."""
+"""The pages of the public interface name every public name, once."""
 
 from __future__ import annotations
 
-import inspect
-import json
 import re
-from enum import Enum
-from pathlib import Path
+from importlib import import_module
 
+import pytest
 from pages import ROOT
 
 import firstcontact as fc
-import forked
+from firstcontact import plugins
 
-
-def test_the_pages_are_what_docstrings_say(tmp_path: Path) -> None:
-    code = (
-        "import api_of_docs, json, pathlib; "
-        "pathlib.Path('now.json').write_text(json.dumps(api_of_docs.pages()))"
+PAGES = {
+    name: re.findall(
+        r"^::: ([\w.]+)$", (ROOT / f"docs/reference/{name}.md").read_text("utf-8"), re.MULTILINE
     )
-    script = (ROOT / "docs/write_api.py").read_text(encoding="utf-8")
-    (tmp_path / "api_of_docs.py").write_text(script, encoding="utf-8")
-    assert forked.run("code", code, cwd=tmp_path).returncode == 0
-    now = json.loads((tmp_path / "now.json").read_text(encoding="utf-8"))
-    for file, text in now.items():
-        page_text = (ROOT / "docs/reference" / file).read_text(encoding="utf-8")
-        assert page_text == text, "python docs/write_api.py"
-        assert "|  |" not in text, "a name without a docstring"
+    for name in ("python", "python-plugins", "python-rooms")
+}
+#: Rooms with a face for others, from the ground floor up.
+ROOMS = re.findall(
+    r"^## firstcontact\.(\w+)$",
+    (ROOT / "docs/reference/python-rooms.md").read_text("utf-8"),
+    re.MULTILINE,
+)
 
 
-def test_the_page_for_users_lists_parameters_and_members() -> None:
-    page = (ROOT / "docs/reference/python.md").read_text(encoding="utf-8")
-    sections = dict(re.findall(r"^### (\w+)\n(.*?)(?=^##|\Z)", page, re.MULTILINE | re.DOTALL))
-    classes = [name for name in fc.__all__ if inspect.isclass(getattr(fc, name))]
-    classes = [name for name in classes if not issubclass(getattr(fc, name), Enum | Exception)]
-    assert {"Dataset", "Model", "Pinch"} <= set(classes)
-    for name in classes:
-        kind = getattr(fc, name)
-        expected = {member for member in dir(kind) if inspect.isfunction(getattr(kind, member))}
-        if not inspect.isabstract(kind):
-            expected |= set(inspect.signature(kind).parameters)
-        listed = set(re.findall(r"`(\w+)[`(]", sections[name]))
-        assert {word for word in expected if not word.startswith("_")} <= listed, name
+def test_the_page_for_users_has_every_name() -> None:
+    assert sorted(PAGES["python"]) == sorted(f"firstcontact.{n}" for n in {*fc.__all__, "open"})
+
+
+def test_the_page_for_plugins_has_every_name() -> None:
+    names = sorted(f"firstcontact.plugins.{name}" for name in plugins.__all__)
+    assert sorted(PAGES["python-plugins"]) == names
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_the_page_of_rooms_has_what_the_others_lack(room: str) -> None:
+    others = {*fc.__all__, *plugins.__all__}
+    names = [n for n in import_module(f"firstcontact.{room}").__all__ if n not in others]
+    listed = [n for n in PAGES["python-rooms"] if n.startswith(f"firstcontact.{room}.")]
+    assert sorted(listed) == sorted(f"firstcontact.{room}.{name}" for name in names)

@@ -10,7 +10,6 @@ from typing import get_args
 
 import pytest
 from pages import ROOT
-from write_api import public_names, sections
 
 import firstcontact as fc
 
@@ -46,9 +45,9 @@ def test_it_runs(
 
 
 def test_every_name_for_users_has_a_runnable_example() -> None:
-    names = public_names()["firstcontact"]
+    names = {*fc.__all__, "open"}
     texts = [fc.plugins.__doc__, *(getattr(fc, name).__doc__ for name in names)]
-    examples = " ".join(sections(text or "").get("Examples", "") for text in texts)
+    examples = " ".join((text or "").partition("Examples\n")[2] for text in texts)
     # The example of live shows how a program tells events apart.
     events = {kind.__name__ for kind in get_args(fc.Event)}
-    assert set(names) - set(re.findall(r"\w+", examples)) - events == set()
+    assert names - set(re.findall(r"\w+", examples)) - events == set()

@@ -83,7 +83,7 @@ PINCH_SPREAD: Mapping[str, float] = {
 PAD = ("pad_stiffness", "pad_stiffening", "pad_arm_stiffness", "pad_damping")
 DIMPLED, BACKED, BACK = (0.2, 1.0), (1.0, 4.0), 0.25
 #: Largest slow arm of a block, and largest slow loss factor of an object relative to its fast one.
-BLOCK_SLOW, OBJECT_SLOW = 0.15, 1.0
+BLOCK_SLOW, OBJECT_SLOW = 0.1, 0.6
 #: Smallest and largest factor by which a rig multiplies these standard deviations.
 REPEATS = (0.15, 1.5)
 #: Range of the peak-to-peak voltage of a hard block at the converter. The gain of each rig is set

@@ -20,7 +20,7 @@ from firstcontact.core import ArgumentError, Role
 from firstcontact.core.physics import gent_modulus
 from firstcontact.twin.draw import Condition, draw_specimen, generator
 from firstcontact.twin.mechanics import ObjectParameters
-from firstcontact.twin.objects import OBJECTS, Fragility, TwinObject, slow_share
+from firstcontact.twin.objects import OBJECTS, ORANGE_LOSS, Fragility, TwinObject, slow_share
 
 #: Entry in place of a source if the number is an estimate.
 ESTIMATE = "estimate"
@@ -110,7 +110,7 @@ class HouseholdObject:
         else:
             bulk = modulus * (math.pi * radius**2) / n.thickness.value
         hold, damping = LOOSE_HOLD if mass < LIGHT else HOLD
-        slow = slow_share(loss) if self.origin == "grown" else 0.0
+        slow = slow_share(min(loss, ORANGE_LOSS)) if self.origin == "grown" else 0.0
         nominal = ObjectParameters.solid(n.shore_a.value, mass, bulk, loss, slow)._replace(
             radius=radius, clamp_stiffness=hold, clamp_damping=damping
         )

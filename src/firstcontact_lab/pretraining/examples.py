@@ -264,7 +264,7 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
 
 #: Version of examples and trainings, raised when rigs, objects, stored values or batches change.
 #: Older files are not used.
-DRAWN = 2
+DRAWN = 3
 RIGS_PER_FILE = 50
 
 

@@ -13,6 +13,7 @@ import argparse
 import json
 import re
 import shutil
+from base64 import b64decode
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -41,7 +42,8 @@ from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.parts.answer_time import ANSWER
 from firstcontact_lab.study.parts.in_force import IN_FORCE
 from firstcontact_lab.study.parts.objects import OBJECTS
-from firstcontact_lab.study.sets import noise_tables, overview
+from firstcontact_lab.study.parts.stiffness import STIFFNESS
+from firstcontact_lab.study.sets import noise_tables, overview, stiffness_curves
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results"
@@ -152,7 +154,7 @@ def ratio_table(path: Path) -> str:
 
 def tables(results: Path) -> dict[str, str]:
     """Return all tables by name, from the results that exist."""
-    names = ("front", "main", "study", "speed", "real", "strikes", "sets", "noises")
+    names = ("front", "main", "study", "speed", "real", "strikes", "sets", "noises", "drops")
     names = (*names, "grasp_headline", "grasp_short", "benchmarks")
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
@@ -189,6 +191,8 @@ def tables(results: Path) -> dict[str, str]:
             "\n".join(markdown(table) for table in noise_tables(subjects) if table)
             or made["noises"]
         )
+        measured = [results for results in subjects.values() if results[STIFFNESS]]
+        made["drops"] = part_tables("stiffness", {"drops": measured[0]}) if measured else "\n"
     return made
 
 
@@ -242,6 +246,11 @@ def main() -> None:
             copy(source, name)
     if options.grasp is not None:
         shutil.copy(options.grasp.with_name("grasp.png"), ROOT / "docs/images")
+    if options.sets is not None:
+        curves = stiffness_curves(named_subjects(read_study(RESULTS / "sets.json")))
+        if curves is not None:
+            image = b64decode(curves.image.partition(",")[2])
+            (ROOT / "docs/images/stiffness-over-time.svg").write_bytes(image)
     made = tables(RESULTS)
     for page in pages(ROOT):
         text = page.read_text(encoding="utf-8")

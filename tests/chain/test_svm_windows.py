@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.chain.image import DetectorKind
+from firstcontact.core import Quantity
+from firstcontact.core.quantity import SHORE_A, STIFFNESS
 from firstcontact.models import Spec, Task
 from firstcontact.models.anytime import Hints
 from firstcontact.models.interval import Interval
@@ -21,7 +23,7 @@ from random_chains import python_events, random_image, random_stream
 SAMPLES = 74
 
 
-def predictor(classes: tuple[float, ...] = ()) -> WindowPredictor:
+def predictor(classes: tuple[float, ...] = (), quantity: Quantity = SHORE_A) -> WindowPredictor:
     rng = np.random.default_rng(0)
     task = Task.CLASSIFICATION if classes else Task.REGRESSION
     rows, one = len(classes) * (len(classes) - 1) // 2 or 1, np.array([0.0, 1.0])
@@ -32,19 +34,26 @@ def predictor(classes: tuple[float, ...] = ()) -> WindowPredictor:
     model = SvmModel(
         Spec(task, RATE, SAMPLES, 1, classes), one, vectors, weights, bias, target, parameters
     )
-    return WindowPredictor(model, Interval(0.9, (40.0, 50.0), (1.0, 2.5, 60.0)))
+    interval = Interval(0.9, (40.0, 50.0), (1.0, 2.5, 60.0))
+    if quantity.is_logarithmic:
+        model.target, interval = (2.0, 0.8), Interval(0.9, (1.5,), (0.1, 0.4), quantity.limits)
+    return WindowPredictor(model, interval, quantity=quantity)
 
 
-@pytest.mark.parametrize("classes", [(), (10.0, 29.0, 43.0)], ids=["svr", "svc"])
+@pytest.mark.parametrize(
+    ("classes", "quantity"),
+    [((), SHORE_A), ((10.0, 29.0, 43.0), SHORE_A), ((), STIFFNESS), ((5.0, 45.0), STIFFNESS)],
+    ids=["svr", "svc", "svr of a logarithm", "svc of N/mm"],
+)
 @given(
     seed=st.integers(0, 1000),
     lead=st.integers(0, 150),
     fault=st.sampled_from([None, np.nan, np.inf, 1e300]),
 )
 def test_a_signal_gives_the_prediction_of_its_window(
-    classes: tuple[float, ...], seed: int, lead: int, fault: float | None
+    classes: tuple[float, ...], quantity: Quantity, seed: int, lead: int, fault: float | None
 ) -> None:
-    asked = predictor(classes)
+    asked = predictor(classes, quantity)
     rng = np.random.default_rng(seed)
     signal = 10 ** rng.uniform(-6, 2) * rng.normal(rng.normal(), 1.0, lead + SAMPLES + 2)
     if fault is not None:

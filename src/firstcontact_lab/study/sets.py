@@ -35,6 +35,7 @@ from firstcontact.recording import load_dataset, read_recording
 from firstcontact.recording.dataset import find_recordings
 from firstcontact.recording.table import read_rows
 from firstcontact.signal import resample_dataset
+from firstcontact.signal.resampling import MOST_OF_ONE
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.page import Column, Page, Section, State
 from firstcontact_lab.report.results import Field, SubjectResults
@@ -125,7 +126,7 @@ Firsts = list[Contact | None]
 
 
 class DetectorScores(Record, frozen=True, kw_only=True):
-    """Placement of a detector's first triggers, on recordings that were not resampled."""
+    """Placement of a detector's first triggers, at the rate of the recordings if possible."""
 
     n: int
     placed_2_ms: float
@@ -158,12 +159,15 @@ class SetResults(Record, frozen=True, kw_only=True):
 
 
 def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[str]]:
-    heard = cut_closings(recorded_set.dataset)
+    dataset = recorded_set.dataset
+    if dataset.layout.rate > MOST_OF_ONE * twin.layout.rate:
+        dataset = resample_dataset(dataset, twin.layout.rate)
+    heard = cut_closings(dataset)
     has_contact = np.array([p.first is not None for p in heard.pinches])
     if not has_contact.any():
         return _about(recorded_set), []
     labelled = heard.take(has_contact)
-    learned = cut_closings(resample_dataset(twin, recorded_set.layout.rate))
+    learned = cut_closings(resample_dataset(twin, dataset.layout.rate))
     detectors: dict[str, dict[str, DetectorScores]] = {}
     firsts: dict[tuple[str, str], Firsts] = {}
     left_out = []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from firstcontact.core.plausible import alike_note, are_alike, clock_note, is_clock
+from firstcontact.core.plausible import alike_note, are_alike, clock_note, gravity_note, is_clock
 
 N = np.arange(9000)
 NOISE = np.random.default_rng(0).normal(size=(9000, 3))
@@ -50,3 +50,14 @@ def test_other_signals_are_not_alike():
     assert not are_alike(hum + NOISE[:, 0], hum + NOISE[:, 1], is_noise=True)
     assert not alike_note("abc", NOISE)
     assert not alike_note("ab", np.zeros((100, 2)))  # two dead channels
+
+
+@pytest.mark.parametrize(
+    ("rest", "unit", "word"),
+    [(1.0, "m/s2", "g"), (9.81 * 9.81, "m/s2", "m/s2"), (9.7, "m/s2", ""), (1.0, "V", "")],
+)
+def test_gravity_at_rest_shows_a_wrong_unit(rest: float, unit: str, word: str) -> None:
+    rng = np.random.default_rng(1)
+    vectors = rest * np.array([0.6, 0.0, 0.8]) + 0.01 * rng.standard_normal((300, 3))
+    note = gravity_note("accelerometer", vectors, unit)
+    assert (f"are in {word} and" in note) if word else not note

@@ -50,6 +50,8 @@ def test_a_name_may_end_with_its_unit():
         (parse_unit("12 bits"), [0, 5000], False),
         (parse_unit("8 bits"), [-200, 10], False),
         (parse_unit("V"), [512, 700], False),
+        (parse_unit("g"), [0, 3e5], False),
+        (parse_unit("full scale"), [-4, 900], False),
         (parse_unit("mV"), [-20_000, 0], True),
     ],
 )

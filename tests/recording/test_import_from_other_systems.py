@@ -5,6 +5,7 @@ import pytest
 from import_files import RATE, imported, long_csv, table, wavs
 
 from firstcontact.collect.guide import read_plan
+from firstcontact.core.quantity import MODULUS, STIFFNESS
 from firstcontact.recording import load_dataset
 
 LABELS = "file,object,shore_a\n0.wav,foam,10\n1.wav,wood,80\n2.wav,cork,40\n"
@@ -72,7 +73,7 @@ def test_a_name_that_fits_two_files_is_refused(tmp_path, check_refused):
 
 @pytest.mark.parametrize(
     ("name", "factor"),
-    [("time_ms", 1e3), ("Time (us)", 1e6), ("time [s]", 1), ("time_µs", 1e6)],
+    [("time_ms", 1e3), ("Time (us)", 1e6), ("time [s]", 1), ("time_µs", 1e6), ("t (ms)", 1e3)],
 )
 @pytest.mark.parametrize("preamble", ["", "#Rate: 5000 Hz\n", "Acquisition\nof,channel,A\n\n"])
 def test_times_have_the_unit_of_their_name(tmp_path, name, factor, preamble):
@@ -85,7 +86,9 @@ def test_times_have_the_unit_of_their_name(tmp_path, name, factor, preamble):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"closing_speed (mm/s)": [20] * 10}, ("closing_speed", "'mm/s'", "m/s")),
+        ({"closing_speed (km/h)": [20] * 10}, ("closing_speed", "'km/h'", "m/s")),
+        ({"stiffness (N)": [20] * 10}, ("stiffness_n_per_mm", "'N'", "N/mm")),
+        ({"piezo_index": None, "accelerometer_index": [0] * 10}, ("unit",)),
         ({"shore_a": None, "Shore A (HD)": [20] * 10}, ("shore_a", "'HD'")),
         ({"piezo_unit": ["counts"] * 10, "piezo_thumb (V)": [0] * 10}, ("counts and V",)),
         ({"time_ms": range(10)}, ("'time_s' twice",)),
@@ -95,6 +98,48 @@ def test_times_have_the_unit_of_their_name(tmp_path, name, factor, preamble):
 )
 def test_units_that_would_change_a_number_are_refused(tmp_path, check_refused, changes, words):
     check_refused(long_csv(tmp_path, **changes), "long.csv", *words)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "stated"),
+    [
+        ("stiffness (N/m)", 15_000, 15.0),
+        ("Stiffness [kN/m]", 15, 15.0),
+        ("stiffness_n_per_mm (N/um)", 0.015, 15.0),
+        ("Young's modulus (kPa)", 2000, 2.0),
+        ("modulus_mpa", 2, 2.0),
+        ("modulus (N/mm2)", 2, 2.0),
+    ],
+)
+def test_labels_have_the_unit_of_their_name(tmp_path, name, value, stated):
+    made = imported(long_csv(tmp_path, shore_a=None, **{name: [value] * 10}), tmp_path / "out")
+    quantity, level = made[0].label.level
+    assert level == pytest.approx(stated)
+    assert quantity is (STIFFNESS if "tiff" in name else MODULUS)
+
+
+def test_two_quantities_in_a_table_are_refused(tmp_path, check_refused):
+    columns = {"shore_a": [20] * 10, "stiffness_n_per_mm": [5] * 10}
+    check_refused(long_csv(tmp_path, **columns), "long.csv", "shore_a and stiffness_n_per_mm")
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [("accelerometer (g)", 9.80665), ("accelerometer_mg", 9.80665e-3), ("accelerometer [m/s2]", 1)],
+)
+def test_accelerations_are_converted_to_m_s2(tmp_path, name, factor):
+    columns = {"piezo_index": None, name: np.arange(10) % 3}
+    made = imported(long_csv(tmp_path, **columns), tmp_path / "out")
+    assert made.layout.vibration_unit == "m/s2"
+    assert made[0].vibration().max() == pytest.approx(2 * factor, rel=1e-6)
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1e3, "time_ms"), (1e6, "time_us")])
+def test_times_that_cannot_be_seconds_name_their_probable_unit(
+    tmp_path, check_refused, factor, unit
+):
+    path = long_csv(tmp_path, time_s=np.arange(10) * factor / RATE)
+    check_refused(path, "time_s", unit)
 
 
 def lines_of(stamps, path):

@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core.physics import GRAVITY
+
 #: Fewest samples of which anything can be said.
 FEWEST = 20
 #: Largest share of steps of a clock that are backward, as when it wraps, or very long.
 ODD = 0.02
 #: A step of a clock that is longer than this multiple of the mean step is very long.
 LONG = 40.0
+#: Largest relative distance of an acceleration at rest from that of gravity.
+NEAR_GRAVITY = 0.1
 #: Squared correlation above which two signals are one.
 ALIKE = 0.99
 #: The same for noise, which must then be alike in its differences, too: both fingers of a hand may
@@ -52,6 +56,23 @@ def are_alike(one: NDArray[Any], other: NDArray[Any], *, is_noise: bool = False)
     if is_noise:
         return min(_correlation(a, b), _correlation(np.diff(a), np.diff(b))) > ALIKE_NOISE
     return _correlation(a, b) > ALIKE
+
+
+def gravity_note(name: str, vectors: NDArray[Any], unit: str) -> str:
+    """Return a sentence about an acceleration at rest that is not that of gravity; "" if it is.
+
+    ``vectors`` has the shape (samples, 3) and is in m/s2.
+    """
+    if unit != "m/s2" or vectors.ndim != 2 or vectors.shape[1] != 3:
+        return ""
+    rest = float(np.linalg.norm(np.median(vectors, axis=0)))
+    for stated, true, factor in (("m/s2", "g", 1 / GRAVITY), ("g", "m/s2", GRAVITY)):
+        if abs(rest / GRAVITY / factor - 1.0) < NEAR_GRAVITY:
+            return (
+                f"{name} at rest is {rest:.3g} m/s2, but gravity is 9.81: if the numbers are in "
+                f"{true} and not in {stated}, correct the unit"
+            )
+    return ""
 
 
 def alike_note(names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = False) -> str:

@@ -16,9 +16,12 @@ from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS
 #: Unit of the signals that the package's own models were trained on.
 VOLTS = "V"
 #: Remedy for an unknown or wrong unit.
-STATE_UNIT = "state the unit, such as V, mV, uV, or '12 bits over 3.3 V' for a converter's numbers"
-#: Largest swing of a vibration and largest voltage of a force, V.
-MOST_SWING, MOST_FORCE = 100.0, 10.0
+STATE_UNIT = (
+    "state the unit, such as V, mV, uV, g, m/s2, or '12 bits over 3.3 V' for a converter's numbers"
+)
+#: Largest voltage of a force, V, and largest swing of a vibration in each unit.
+MOST_FORCE = 10.0
+MOST_SWING = {VOLTS: 100.0, "m/s2": 2e6, "Pa": 1e7, "full scale": 2.1}
 #: Most bits of a converter.
 MOST_BITS = 32
 
@@ -107,11 +110,11 @@ def fit_unit(origin: str, unit: Unit, values: NDArray[Any], *, is_force: bool = 
     if unit.bits is None:
         swing = float(np.ptp(values.astype(np.float64), axis=0).max())
         largest = unit.scale * (max(-low, high) if is_force else swing)
-        most = MOST_FORCE if is_force else MOST_SWING
-        if unit.name == VOLTS and largest > most:
+        most = MOST_FORCE if is_force else MOST_SWING.get(unit.name, np.inf)
+        if largest > most:
             raise InputError(
-                f"{origin} {'reaches' if is_force else 'swings by'} {largest:g} V, but a sensor "
-                f"gives at most {most:g} V: {STATE_UNIT}"
+                f"{origin} {'reaches' if is_force else 'swings by'} {largest:g} {unit.name}, but a "
+                f"sensor gives at most {most:g} {unit.name}: {STATE_UNIT}"
             )
         return unit
     top = 2**unit.bits

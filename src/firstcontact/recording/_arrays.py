@@ -17,7 +17,7 @@ from firstcontact.core import Dataset, FileError, VibrationSensor
 from firstcontact.core.files import open_regular
 from firstcontact.core.installation import require_modules
 from firstcontact.core.layout import TAXELS
-from firstcontact.core.plausible import clock_note
+from firstcontact.core.plausible import clock_note, gravity_note
 from firstcontact.core.text import counted
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import PINCH_COLUMNS, make_dataset, note_unknown
@@ -181,6 +181,9 @@ def from_signals(
         )
         if doubt := clock_note(layout.column_names, [data[a:b] for a, b in bounds]):
             raise FileError(f"{origin}: {doubt}")
+        axes = tuple(range(layout.vibration[0].axes))
+        doubt = gravity_note(sensor, layout.physical(data, axes), layout.vibration[0].unit)
+        notes = [*notes, *([f"warning: {origin}: {doubt}"] if doubt else [])]
     return make_dataset(
         table,
         [data[start:stop] for start, stop in bounds],

@@ -23,7 +23,9 @@ from firstcontact.recording._arrays import from_signals
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import PINCH_COLUMNS, note_unknown
 from firstcontact.recording.settings import (
+    HIGHEST_RATE,
     LAYOUT,
+    LOWEST_RATE,
     SETTINGS,
     check_rate,
     check_samples,
@@ -42,6 +44,8 @@ _OTHERS = {
     "force": [f"force_{f}_{k}" for f in ("index", "thumb") for k in range(TAXELS)],
     "strip": ["strip_index", "strip_thumb"],
 }
+#: Sensors without a usual unit, with an example of one.
+_UNSTATED: dict[str, str] = {VibrationSensor.ACCELEROMETER: "g", VibrationSensor.HYDROPHONE: "Pa"}
 _NOT_SIGNALS = {"pinch", "time_s", *SETTINGS, LAYOUT}
 #: Largest relative difference between two statements of the rate.
 _RATES_AGREE = 0.01
@@ -84,7 +88,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         fingers = _vibration(table, sensor)
         names = {sensor: [name for finger in fingers for name in finger], **_others(table)}
         for kind in {sensor, "force"}.intersection(names):
-            given[f"{kind}_unit"] = _unit(table, names[kind], given.get(f"{kind}_unit"))
+            given[f"{kind}_unit"] = _unit(table, kind, names[kind], given.get(f"{kind}_unit"))
         signals = {
             kind: joined([_signal(table, name, kind == sensor)[:, None] for name in columns])
             for kind, columns in names.items()
@@ -130,13 +134,18 @@ def _others(table: Table) -> dict[str, list[str]]:
     return {kind: names for kind, names in _OTHERS.items() if names[0] in table}
 
 
-def _unit(table: Table, names: Sequence[str], stated: str | None) -> str:
+def _unit(table: Table, kind: str, names: Sequence[str], stated: str | None) -> str:
     """Return the unit that a setting states, or the names of the columns: "piezo_index (mV)"."""
     given = [stated, *map(table.units.get, names)]
     units = [*dict.fromkeys(unit for unit in given if unit is not None)]
     if len(units) > 1:
         raise FileError(
             f"{table.path}: '{names[0]}' has the units {' and '.join(units)}: give one unit"
+        )
+    if not units and kind in _UNSTATED:
+        raise FileError(
+            f"{table.path} does not state the unit of '{names[0]}': write it after the name, such "
+            f"as '{names[0]} ({_UNSTATED[kind]})', or add a column '{kind}_unit'"
         )
     return units[0] if units else "V"
 
@@ -255,7 +264,19 @@ def _rate_of_time(
     error = rounding / (step * len(steps))
     if not len(jumps) and error > _RATE_KNOWN:  # jitter
         error = 0.0
-    return check_rate(f"{table.path}: the rate of time_s", 1 / step), error
+    return _checked_rate(table, 1 / step), error
+
+
+def _checked_rate(table: Table, rate: float) -> float:
+    """Check the rate of ``time_s``. The error names the unit that would give a usual rate."""
+    origin = f"{table.path}: the rate of time_s"
+    for unit, factor in (("ms", 1e3), ("us", 1e6)):
+        if not LOWEST_RATE <= rate <= HIGHEST_RATE and 1e3 <= rate * factor <= 1e5:
+            raise FileError(
+                f"{origin} is {rate:g} Hz: if its times are in {unit}, name the column "
+                f"'time_{unit}'"
+            )
+    return check_rate(origin, rate)
 
 
 CSV = Importer("csv", "a .csv file", import_csv, suffixes=(".csv",), options=("rate",))

@@ -238,7 +238,8 @@ def _parsed(table: Table, name: str) -> list[Any] | None:
     unit, factors = table.units.get(name), _UNITS.get(name, {})
     factor = 1.0 if unit is None else factors.get(unit.lower())
     if factor is None:
-        known = f"the unit {next(iter(factors))}" if factors else "numbers without a unit"
+        usual = QUANTITIES[name].unit if name in QUANTITIES else next(iter(factors), "")
+        known = f"the unit {usual}" if usual else "numbers without a unit"
         raise FileError(
             f"{table.path}: '{name}' has the unit {quote(unit)}: give {known}, and correct the "
             "name of the column"

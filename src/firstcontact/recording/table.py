@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from firstcontact.core import FileError, InputError
 from firstcontact.core.files import files_below, open_regular, read_regular
+from firstcontact.core.quantity import MODULUS, STIFFNESS
 from firstcontact.core.text import counted, parse_float
 from firstcontact.recording.settings import LAYOUT
 from firstcontact.recording.untrusted import quote
@@ -38,6 +39,13 @@ _WITH_UNIT = re.compile(
 #: Units of time, s. Columns named "time" or "onset" are converted to "time_s" and "onset_s".
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "\u00b5s": 1e-6, "\u03bcs": 1e-6}
 _TIMES = ("time", "onset")
+#: Names of columns with a unit, and ours.
+_WITH_UNITS = {
+    "t": "time",
+    "timestamp": "time",
+    "stiffness": STIFFNESS.name,
+    **dict.fromkeys(("modulus", "youngs_modulus", "young's_modulus", "e_modulus"), MODULUS.name),
+}
 
 
 class Table(dict[str, Sequence[Any]]):
@@ -116,6 +124,7 @@ def read_columns(path: Path, *marks: str) -> Table:
         if not written and not any(map(_text, cells)):
             continue
         name, unit = (written, "") if is_export else _name_and_unit(written)
+        name = _WITH_UNITS.get(name, name) if unit else name
         if unit in _SECONDS and name in _TIMES:
             name, cells, unit = f"{name}_s", [_scaled(c, _SECONDS[unit]) for c in cells], ""
         if name in given:

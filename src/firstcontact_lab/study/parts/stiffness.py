@@ -234,6 +234,14 @@ def time_table(results: SubjectResults) -> Table | None:
         f"RMSE of the {quantity.title} by time after the contact, as a factor, and in "
         f"{quantity.unit}. Each of {found.sessions} sessions was held out in turn."
     )
+    if placed := found.placed:
+        side = "before" if placed.contact_ms < 0 else "after"
+        caption += (
+            f" The package's detector found {placed.found} of {placed.pinches} contacts, "
+            f"{placed.placed} within 3 ms of the label. Their median is "
+            f"{abs(placed.contact_ms):.2g} ms {side} the label, and that of the decisions "
+            f"{placed.decision_ms:.2g} ms after it."
+        )
     return Table(caption, ["", *(f"{ms} ms" for ms in found.by_time)], lines)
 
 

@@ -69,7 +69,7 @@ class BenchSource(Source):
     descriptor = Descriptor(fingertip_layout(), "docs/write_check.py", "simulated fingertip")
 
     def __init__(self, condition: str, seed: int, fault: str = "") -> None:
-        self._bench = BenchStream(condition, seed, fault)
+        self.bench = BenchStream(condition, seed, fault)
         self._filter = DeviceFilter()
         self._rng = np.random.default_rng([seed, 1])
         self._sample = self._lost = 0
@@ -87,18 +87,18 @@ class BenchSource(Source):
         """Return the next samples, frame by frame, unless there is no time."""
         if not timeout:
             return []
-        data = self._filter.update(self._bench.read(FRAME * READ))
+        data = self._filter.update(self.bench.read(FRAME * READ))
         markers, self._markers = tuple(self._markers), []
         arrivals = []
         for k in range(0, len(data), FRAME):
             block = Block(data[k : k + FRAME], self._sample)
             self._sample += FRAME
-            if self._bench.link.loses():
+            if self.bench.link.loses():
                 self._lost += FRAME
                 continue
             # A healthy link delays a frame by half a millisecond on average (assumption).
             ready = self._sample / FINGERTIP_RATE + self._rng.exponential(5e-4)
-            arrivals.append(Arrival(block, self._bench.link.release(ready), markers))
+            arrivals.append(Arrival(block, self.bench.link.release(ready), markers))
             markers = ()
         return arrivals
 
@@ -107,7 +107,7 @@ class BenchSource(Source):
 
     def order(self, text: str) -> None:
         """Give the tester a task, and answer as the twin does."""
-        self._bench.obey(text.removeprefix("tester:").strip())
+        self.bench.obey(text.removeprefix("tester:").strip())
         self._markers = [Marker(self._sample, f"twin: told {text}")]
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The compiled kernels, built from their sources, and NumPy in place of them."""
+"""The compiled kernels, built from their sources."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import shutil
 import subprocess
 import sysconfig
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -15,7 +13,7 @@ from types import ModuleType
 
 import pytest
 
-from firstcontact.core import InputError, installation
+from firstcontact.core import installation
 
 FIRMWARE = Path(__file__).parents[1] / "firmware" / "core"
 ROOMS = Path(installation.__file__).parents[1]
@@ -57,19 +55,3 @@ def compiled_kernels() -> ModuleType:
         module = module_from_spec(spec)
         loader.exec_module(module)
     return module
-
-
-@contextmanager
-def using(module: ModuleType | str | None) -> Iterator[None]:
-    """Use these kernels within the block, NumPy if None, or fail with a message."""
-
-    def load(name: str) -> ModuleType | None:
-        if isinstance(module, str):
-            raise InputError(module)
-        return module
-
-    usual, installation._load_compiled = installation._load_compiled, load  # type: ignore[assignment]
-    try:
-        yield
-    finally:
-        installation._load_compiled = usual

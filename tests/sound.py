@@ -77,9 +77,14 @@ def local_sound(folder: Path, samples: NDArray[np.int16], **settings: int) -> It
     previous = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     sound = portaudio()
-    try:
+
+    def search() -> None:
+        # sounddevice has no other way to find devices again.
         sound._terminate()
         sound._initialize()
+
+    try:
+        search()
         yield sound
     finally:
         for name, value in previous.items():
@@ -87,8 +92,7 @@ def local_sound(folder: Path, samples: NDArray[np.int16], **settings: int) -> It
                 del os.environ[name]
             else:
                 os.environ[name] = value
-        sound._terminate()
-        sound._initialize()
+        search()
 
 
 def ramp(samples: int) -> NDArray[np.int16]:

@@ -32,7 +32,7 @@ def test_a_fault_of_the_circuit_is_found(fault: str) -> None:
 )
 def test_corners_must_answer_as_the_middle(factor: float, is_good: bool) -> None:
     source = script.BenchSource("paper-rig", 5000)
-    source._bench.bench = replace(source._bench.bench, corners=np.full(2, factor))
+    source.bench.bench = replace(source.bench.bench, corners=np.full(2, factor))
     _, verdicts = check_fingertips(source, drift=0)
     assert [v.is_good for v in verdicts if v.check == "places"] == [is_good] * 2
 

@@ -55,7 +55,7 @@ def test_install_command_names_the_path_of_a_clone():
 
 
 def test_install_command_of_a_copy_names_a_clone(tmp_path, monkeypatch):
-    monkeypatch.setattr(installation, "_CLONE", tmp_path)
+    monkeypatch.setattr(installation, "CLONE", tmp_path)
     assert "'.[plot]'" in install_command("plot")
 
 
@@ -105,11 +105,11 @@ def test_only_a_checkout_refuses_a_module_of_other_sources(
     os.utime(binary, (1, 1))
     if in_checkout:
         (tmp_path / "pyproject.toml").write_text(CHECKOUT)
-    monkeypatch.setattr(installation, "_CLONE", tmp_path)
+    monkeypatch.setattr(installation, "CLONE", tmp_path)
     module = ModuleType("_compiled")
     module.__file__ = str(binary)
     monkeypatch.setitem(sys.modules, "package._compiled", module)
-    load = installation._load_compiled.__wrapped__  # the cached function
+    load = installation.load_compiled.__wrapped__  # the cached function
     with nullcontext() if is_used else pytest.raises(InputError, match="sources"):
         assert load("package._compiled") is module
 

@@ -222,7 +222,7 @@ def test_other_rate_is_measured_and_resampled(tmp_path: Path) -> None:
 
 def test_device_name_has_port_baud_and_columns() -> None:
     source = from_name("csv:/dev/ttyUSB0@230400#a,b", SourceOptions())
-    assert (source.port, source._baud, source._named) == ("/dev/ttyUSB0", 230400, ("a", "b"))
+    assert (source.port, source.baud, source.named) == ("/dev/ttyUSB0", 230400, ("a", "b"))
     assert source_kind("csv:/dev/ttyUSB0").name == "csv"
     with pytest.raises(InputError, match="csv:"):
         from_name("csv:", SourceOptions())

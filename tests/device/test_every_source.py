@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
@@ -16,8 +17,8 @@ from lsl_outlet import sending
 from printing_board import PrintingBoard
 from scipy.io import wavfile
 
-from compiled_kernels import using
 from firstcontact.core import Block, InputError, fingertip_layout
+from firstcontact.core.installation import load_compiled
 from firstcontact.device import SOURCES, Arrival, SourceKind, open_source
 from firstcontact.device.opening import SourceOptions, source_kind
 from firstcontact.device.replay import ReplaySource
@@ -171,6 +172,8 @@ def test_invalid_speeds_are_refused(name: str, recording: Path, speed: float) ->
     assert refusal.value.parameter == "speed"
 
 
-def test_a_twin_without_compiled_code_is_refused() -> None:
-    with using("nothing compiled"), pytest.raises(InputError, match="nothing compiled"):
+def test_a_twin_without_compiled_code_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "firstcontact.twin._compiled", None)
+    load_compiled.cache_clear()
+    with pytest.raises(InputError, match="compiled functions"):
         open_source("twin")

@@ -16,7 +16,14 @@ import forked
 from firstcontact.core import Block, Channel, ChannelKind, Finger, InputError, Label, Layout
 from firstcontact.device import Arrival
 from firstcontact.device.recorder import QUEUED, Recorder
-from firstcontact.recording import Header, Marker, PinchMark, Recording, read_recording
+from firstcontact.recording import (
+    Header,
+    Marker,
+    PinchMark,
+    Recording,
+    RecordingWriter,
+    read_recording,
+)
 
 LAYOUT = Layout(
     (
@@ -148,19 +155,8 @@ def test_a_file_at_its_limit_stops_the_recording_with_an_error(tmp_path):
     assert any("not closed" in s for s in recording.skipped)
 
 
-def hold_up(recorder, works_again):
-    """Let the recorder write nothing before an event."""
-    write = recorder._write
-
-    def late(writer, piece):
-        works_again.wait()
-        write(writer, piece)
-
-    recorder._write = late
-
-
 @pytest.mark.parametrize("is_stopped", [True, False])
-def test_a_caller_can_wait_for_a_slow_disk(tmp_path, is_stopped):
+def test_a_caller_can_wait_for_a_slow_disk(tmp_path, monkeypatch, is_stopped):
     recorder = Recorder()
     works_again, asked = threading.Event(), threading.Event()
     path = tmp_path / "a.mcap"
@@ -170,7 +166,13 @@ def test_a_caller_can_wait_for_a_slow_disk(tmp_path, is_stopped):
         asked.set()
         return is_stopped
 
-    hold_up(recorder, works_again)
+    write = RecordingWriter.write
+
+    def write_late(writer, block):
+        works_again.wait()
+        write(writer, block)
+
+    monkeypatch.setattr(RecordingWriter, "write", write_late)
     recorder.put(arrivals(0, [500] * 200))
     waiting = threading.Thread(target=recorder.wait, args=(stopped,))
     waiting.start()

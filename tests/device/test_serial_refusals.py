@@ -94,7 +94,7 @@ def test_silent_port_is_refused(device: ScriptedDevice) -> None:
 
 def test_device_lost_during_opening_is_refused(device: ScriptedDevice) -> None:
     def hears(data: bytes) -> bytes:
-        device._terminal.unplug()
+        device.unplug()
         return b""
 
     device.script.hears = hears

@@ -53,14 +53,14 @@ class Patch:
 def intact_image(model: str = "network") -> tuple[bytes, list[Field]]:
     """Return an intact image with a random model, and all its arrays."""
     arrays: list[Field] = []
-    put = image._Writer.put
+    put = image.ArrayWriter.put
 
     def put_and_note(self: Any, values: Any, kind: str) -> None:
         arrays.append(Field(16 + len(self.data), f"<{kind}", np.size(values)))
         put(self, values, kind)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(image._Writer, "put", put_and_note)
+        patch.setattr(image.ArrayWriter, "put", put_and_note)
         data = random_image(3, DetectorKind.THRESHOLD, model, text='{"model":"a"}').data
     return data, arrays
 

@@ -28,13 +28,12 @@ from firstcontact.device.protocol import FrameType
 from firstcontact.device.responder import Responder
 from firstcontact.device.stamped_samples import StampedSamples
 from firstcontact.recording import Header, RecordingWriter, read_recording
-from firstcontact.streaming import Pipeline
+from firstcontact.streaming import Pipeline, Update
 from firstcontact.streaming._hand_predictions import HandPredictions
-from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.events import Ask
 from firstcontact.streaming.json_lines import JsonLinesSink
-from firstcontact.streaming.page._server import Commands
-from firstcontact.streaming.page._state import State
+from firstcontact.streaming.page.server import Commands
+from firstcontact.streaming.page.state import State
 from firstcontact.streaming.text import TextSink
 from prediction_payloads import contact_payload, estimate_payload
 

@@ -109,12 +109,6 @@ def await_lines(log: Path, *last: str) -> list[str]:
     pytest.fail(f"{lines}")
 
 
-def process_id(hand: SeparateHand) -> int:
-    """Return the number of the hand's process."""
-    assert hand._child is not None
-    return hand._child.pid
-
-
 @contextmanager
 def watched(pid: int) -> Iterator[int]:
     """Open a descriptor that becomes readable when the process ends."""
@@ -141,7 +135,7 @@ def test_its_process_tells_the_last_positions(tmp_path: Path) -> None:
 
 def test_orders_keep_their_order_and_the_end_releases(tmp_path: Path) -> None:
     log = tmp_path / "log"
-    with file_hand(log) as hand, watched(process_id(hand)) as process:
+    with file_hand(log) as hand, watched(hand.pid) as process:
         hand.send(CLOSE)
         hand.send(Command(0.0, 1.5))
         hand.release()
@@ -201,13 +195,13 @@ def test_release_may_take_longer_than_other_orders(tmp_path: Path) -> None:
 
 def test_killed_or_suspended_process_is_noticed(tmp_path: Path) -> None:
     with file_hand(tmp_path / "log") as hand:
-        os.kill(process_id(hand), signal.SIGKILL)
+        os.kill(hand.pid, signal.SIGKILL)
         assert "process of the hand 'file'" in refused(hand, CLOSE)
         hand.release()
         with pytest.raises(HandError, match="nothing confirms"):
             hand.close()
-    with file_hand(tmp_path / "log") as hand, watched(process_id(hand)) as process:
-        os.kill(process_id(hand), signal.SIGSTOP)
+    with file_hand(tmp_path / "log") as hand, watched(hand.pid) as process:
+        os.kill(hand.pid, signal.SIGSTOP)
         assert "does not answer" in refused(hand, CLOSE)
         hand.release()
         with pytest.raises(HandError, match="nothing confirms"):
@@ -220,7 +214,7 @@ def test_killed_or_suspended_process_is_noticed(tmp_path: Path) -> None:
 def test_process_ignores_signals_to_the_program(number: signal.Signals, tmp_path: Path) -> None:
     log = tmp_path / "log"
     with file_hand(log) as hand:
-        os.kill(process_id(hand), number)
+        os.kill(hand.pid, number)
         hand.send(CLOSE)
         await_lines(log, "0.02 2.0")
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from importlib.metadata import EntryPoint, entry_points
 from io import StringIO
 
 import pytest
@@ -22,9 +23,15 @@ def _quick_training(small_searches: None) -> Iterator[None]:
 @pytest.fixture(scope="module")
 def own_estimators() -> Iterator[None]:
     """Hide estimators of other packages, because whole studies would train them."""
+
+    def without_estimators(group: str) -> Iterable[EntryPoint]:
+        return () if group == ESTIMATORS.group else entry_points(group=group)
+
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ESTIMATORS, "_plugins", {})
+        patch.setattr("firstcontact.core.registry.entry_points", without_estimators)
+        ESTIMATORS.reload()
         yield
+    ESTIMATORS.reload()
 
 
 @pytest.fixture(scope="module")

@@ -35,9 +35,7 @@ def install(tmp_path, monkeypatch):
     site.mkdir()
     monkeypatch.syspath_prepend(site)
     for registry in REGISTRIES:
-        monkeypatch.setattr(registry, "_plugins", None)
-        monkeypatch.setattr(registry, "failed", {})
-        monkeypatch.setattr(registry, "_loaded", {})
+        registry.reload()
 
     def make(code, name="bad", entry="ENTRY", groups=""):
         module = f"misbehaving_{next(_numbers)}"
@@ -54,6 +52,8 @@ def install(tmp_path, monkeypatch):
     yield make
     for module in [name for name in sys.modules if name.startswith("misbehaving_")]:
         del sys.modules[module]
+    for registry in REGISTRIES:
+        registry.reload()
 
 
 @pytest.fixture

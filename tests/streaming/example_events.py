@@ -27,7 +27,7 @@ from firstcontact.streaming import (
     Update,
 )
 from firstcontact.streaming.events import Ask, Estimate
-from firstcontact.streaming.page._state import State
+from firstcontact.streaming.page.state import State
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "fw 1", "piezo", "linke Händ", "twin")
 RATE = DESCRIPTOR.layout.rate

@@ -93,8 +93,8 @@ def test_a_viewer_gets_every_sample_grid_and_event() -> None:
             FoxgloveSink(sink.url.removeprefix("ws://"))
         viewer = Viewer(sink.url)
         sink.open(DESCRIPTOR)
-        viewer.subscribe(len(sink._events) + 3)
-        while not all(c.has_sinks() for c in [sink._samples, *sink._events.values()]):
+        viewer.subscribe(len(sink.events) + 3)
+        while not all(c.has_sinks() for c in [sink.samples, *sink.events.values()]):
             pass
         sink.take(update)
         samples = len(update.arrivals[0].block.data)
@@ -134,7 +134,7 @@ def test_names_that_ros_refuses_are_replaced(name: str) -> None:
     sink = FoxgloveSink("127.0.0.1:0")
     sink.open(replace(DESCRIPTOR, layout=replace(DESCRIPTOR.layout, channels=channels)))
     sink.close()
-    text = sink._samples.schema().data.decode()
+    text = sink.samples.schema().data.decode()
     assert re.findall(r"float32 (\w+)\n?", text) == [f"column_{k}" for k in range(COLUMNS)]
 
 
@@ -188,8 +188,8 @@ def test_the_layouts_name_what_exists() -> None:
     sink.open(DESCRIPTOR)
     sink.close()
     fields = {f"/samples.{name}" for name in DESCRIPTOR.layout.column_names}
-    fields |= {f"/{topic}" for topic in sink._events} | {"/force/index", "/force/thumb"}
-    for topic, channel in sink._events.items():
+    fields |= {f"/{topic}" for topic in sink.events} | {"/force/index", "/force/thumb"}
+    for topic, channel in sink.events.items():
         properties = json.loads(channel.schema().data)["properties"]
         fields |= {f"/{topic}.{name}" for name in properties}
         inner = properties.get("contact", {}).get("properties", {})

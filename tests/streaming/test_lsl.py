@@ -21,7 +21,7 @@ from firstcontact.streaming import Update
 from firstcontact.streaming.json_lines import FailedLine, json_line, marker_line
 from firstcontact.streaming.lsl import LslSink
 
-pytest.importorskip("pylsl")
+pylsl = pytest.importorskip("pylsl")
 
 #: Longest wait for a stream to be found and for what it carries, s.
 PATIENCE = 30.0
@@ -115,7 +115,7 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     try:
         listener = Listener(name, samples=1710, events=len(EVENTS) + 2)
         listener.require()
-        now = sink._lsl.local_clock() - sink._shift
+        now = pylsl.local_clock() - sink.shift
         blocks = [numbered(k, 10, host=now + (k + 9) / 4936) for k in range(0, 110, 10)]
         for block in blocks:
             sink.take(Update((block,)))
@@ -136,7 +136,7 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     times = np.array(got["times"])
     np.testing.assert_allclose(np.diff(times), 1 / layout.rate, atol=1e-6)
     # The first sample came now, on this clock that both processes share.
-    shift = sink._shift
+    shift = sink.shift
     assert times[0] == pytest.approx(now + shift, abs=1e-3)
 
     texts = [

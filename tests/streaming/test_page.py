@@ -17,7 +17,7 @@ from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
 from firstcontact.device import Health
 from firstcontact.streaming import ContactWithdrawn, Update
 from firstcontact.streaming.events import Ask
-from firstcontact.streaming.page import _server
+from firstcontact.streaming.page import server
 from firstcontact.streaming.page.sink import PageSink
 from page_browser import needs_browser, text, until
 
@@ -182,7 +182,7 @@ def test_a_page_that_hangs_no_longer_holds_the_hand_closed(
 ) -> None:
     """The page must report by itself that it is alive, because the browser answers pings."""
     silence = 2.5  # a browser on a busy machine may report late
-    monkeypatch.setattr(_server, "SILENCE", silence)
+    monkeypatch.setattr(server, "SILENCE", silence)
     with closing(Fed(asks=(Ask.CLOSE, Ask.OPEN))) as fed:
         chromium.get(fed.sink.url)
         closes = chromium.find_element("id", "close-hand")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from page_feed import LAYOUT, RATE
 
 from firstcontact.core import Block, Contact, Finger
-from firstcontact.streaming.page._traces import AFTER, BEFORE, Closeup, Columns
+from firstcontact.streaming.page.traces import AFTER, BEFORE, Closeup, Columns
 
 VOLT = LAYOUT.channels[0].scale
 ZERO = LAYOUT.channels[0].offset

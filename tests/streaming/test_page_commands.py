@@ -13,8 +13,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.streaming.events import Ask
-from firstcontact.streaming.page import _server
-from firstcontact.streaming.page._server import HERE
+from firstcontact.streaming.page import server
+from firstcontact.streaming.page.server import HERE
 from firstcontact.streaming.page.sink import PageSink
 from page_browser import PATIENCE
 from processes import until
@@ -78,7 +78,7 @@ def test_the_hand_opens_despite_many_requests(page: PageSink, requests: Requests
 def test_a_viewer_that_falls_silent_no_longer_holds_the_hand_closed(
     page: PageSink, requests: Requests
 ) -> None:
-    assert _server.SILENCE + _server.TICK < 2.0
+    assert server.SILENCE + server.TICK < 2.0
     with view(page) as sleeping, view(page) as watching:
         for viewer in (sleeping, watching):
             viewer.send('{"do": "close"}')
@@ -102,7 +102,7 @@ def test_a_viewer_that_says_that_it_is_there_holds_the_hand_closed(
     with view(page) as viewer:
         viewer.send('{"do": "close"}')
         assert answer(viewer)["ok"]
-        until = time.monotonic() + 1.5 * _server.SILENCE
+        until = time.monotonic() + 1.5 * server.SILENCE
         while time.monotonic() < until:
             viewer.send(HERE)
             pause.wait(0.025)

@@ -8,7 +8,7 @@ from firstcontact.core import Label
 from firstcontact.device.twin_words import lost_text
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming import PinchDone
-from firstcontact.streaming.page._state import PinchRows
+from firstcontact.streaming.page.state import PinchRows
 
 
 def pinch(feed: Feed) -> PinchDone:

@@ -21,6 +21,7 @@ from firstcontact.device.protocol import MARKER_BYTES
 from firstcontact.streaming import Update
 from firstcontact.streaming.page.sink import PageSink
 from page_browser import PATIENCE, UPGRADE
+from processes import until
 
 HEAD = "".join(f"{k.replace('_', '-')}: {v}\r\n" for k, v in UPGRADE.items())
 #: Asks for the socket.
@@ -180,7 +181,7 @@ def test_viewers_that_never_read_cost_nothing(page: PageSink) -> None:
 def test_a_deaf_viewer_is_let_go_and_its_place_is_free(
     page: PageSink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firstcontact.streaming.page._server.PATIENCE", 0.5)
+    monkeypatch.setattr("firstcontact.streaming.page.server.PATIENCE", 0.5)
     feed = Feed()
     page.take(feed.update())
     line = deaf(page)
@@ -205,8 +206,8 @@ def test_a_deaf_viewer_is_let_go_and_its_place_is_free(
 def test_viewers_that_never_read_give_their_places_to_others(
     page: PageSink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firstcontact.streaming.page._server.GRACE", 0.1)
-    monkeypatch.setattr("firstcontact.streaming.page._server.PATIENCE", 10 * PATIENCE)
+    monkeypatch.setattr("firstcontact.streaming.page.server.GRACE", 0.1)
+    monkeypatch.setattr("firstcontact.streaming.page.server.PATIENCE", 10 * PATIENCE)
     with ExitStack() as stack:
         for _ in range(16):
             stack.enter_context(deaf(page))
@@ -235,11 +236,10 @@ def test_a_page_whose_thread_died_says_so(monkeypatch: pytest.MonkeyPatch) -> No
     async def dies(*_: object) -> None:
         raise RuntimeError("no loop")
 
-    monkeypatch.setattr("firstcontact.streaming.page._server.PageServer.run", dies)
-    sink = PageSink(port=0)
+    monkeypatch.setattr("firstcontact.streaming.page.server.PageServer.run", dies)
+    sink, threads = PageSink(port=0), set(threading.enumerate())
     sink.open(DESCRIPTOR)
-    assert sink._thread is not None
-    sink._thread.join()
+    until(lambda: set(threading.enumerate()) <= threads)
     with pytest.raises(RuntimeError, match="RuntimeError: no loop"):
         sink.take(Update())
     sink.close()

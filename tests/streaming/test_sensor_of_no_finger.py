@@ -11,7 +11,7 @@ from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, Vibr
 from firstcontact.device import Arrival, Descriptor, Health
 from firstcontact.streaming import ContactEvent, Update
 from firstcontact.streaming.json_lines import JsonLinesSink
-from firstcontact.streaming.page._state import State
+from firstcontact.streaming.page.state import State
 from firstcontact.streaming.text import pinch_line
 from firstcontact.testing.synthetic import closing
 

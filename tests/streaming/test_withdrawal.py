@@ -29,7 +29,7 @@ from firstcontact.streaming import (
 )
 from firstcontact.streaming.events import Estimate
 from firstcontact.streaming.grasping import Grasping
-from firstcontact.streaming.page._state import State
+from firstcontact.streaming.page.state import State
 
 LAYOUT = fingertip_layout()
 CLICK = 400

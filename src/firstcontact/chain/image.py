@@ -271,7 +271,7 @@ def build_image(
     text
         Description of the model for the firmware, as JSON in ASCII.
     """
-    w = _Writer()
+    w = ArrayWriter()
     w.put([rate], "f8")
     needed = 0 if model is None else model.before + model.moments[-1]
     needed += model.lookahead if isinstance(model, WindowConstants) else 0
@@ -301,7 +301,7 @@ def work_memory(image: Image, channels: int) -> int:
     return int(chain_extension().memory(image.handle, channels))
 
 
-class _Writer:
+class ArrayWriter:
     """Writer of arrays, each padded to 8 bytes."""
 
     def __init__(self) -> None:
@@ -345,7 +345,7 @@ def _timing(rate: float, after: float, detector: DetectorConstants, needed: int)
     ]
 
 
-def _put_model(w: _Writer, m: ModelConstants, rate: float) -> None:
+def _put_model(w: ArrayWriter, m: ModelConstants, rate: float) -> None:
     baseline, guard = samples_in(BASELINE, rate), samples_in(BASELINE_GUARD, rate)
     sizes = [m.before, guard, baseline, len(m.moments), len(m.stages), len(m.rigs), len(m.fade), 0]
     w.put(sizes, "i4")
@@ -371,7 +371,7 @@ def _put_model(w: _Writer, m: ModelConstants, rate: float) -> None:
         _put_rig(w, rig)
 
 
-def _put_svm(w: _Writer, m: SvmConstants) -> None:
+def _put_svm(w: ArrayWriter, m: SvmConstants) -> None:
     vectors = m.vectors.astype(np.float64)
     edges = len(m.half_widths) - 1
     sizes = [m.guard, m.baseline, m.least, len(vectors), len(m.classes), edges, m.is_logarithmic, 0]
@@ -385,14 +385,14 @@ def _put_svm(w: _Writer, m: SvmConstants) -> None:
         w.put(values, "f8")
 
 
-def _put_matrix(w: _Writer, matrix: Matrix) -> None:
+def _put_matrix(w: ArrayWriter, matrix: Matrix) -> None:
     rows, columns = matrix.weight.shape
     w.put([rows, columns], "i4")
     w.put(np.pad(matrix.weight, ((0, 0), (0, -columns % 4))), "i2")
     w.put(matrix.scale, "f4")
 
 
-def _put_rig(w: _Writer, r: RigConstants) -> None:
+def _put_rig(w: ArrayWriter, r: RigConstants) -> None:
     process = r.process
     pinches = 0 if process is None else process.known.shape[2]
     w.put([r.finger, r.has_level, r.reference is not None, r.usual_speed > 0, pinches, 0], "i4")

@@ -14,7 +14,6 @@ from hashlib import sha256
 from importlib import import_module, metadata
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from firstcontact.core._errors import InputError
@@ -31,7 +30,7 @@ PACKAGES = (
     "matplotlib",
 )
 #: Root of the clone that holds this file, unless the package is installed as a copy.
-_CLONE = Path(__file__).parents[3]
+CLONE = Path(__file__).parents[3]
 
 
 def require_extra(entry: Any) -> None:
@@ -57,8 +56,8 @@ def missing_modules(modules: Iterable[str]) -> list[str]:
 def install_command(extra: str) -> str:
     """Return the command that installs an extra of this package."""
     pip = [sys.executable, "-m", "pip", "install"]
-    if (_CLONE / "pyproject.toml").is_file():
-        return shlex.join([*pip, "-e", f"{_CLONE}[{extra}]"])
+    if (CLONE / "pyproject.toml").is_file():
+        return shlex.join([*pip, "-e", f"{CLONE}[{extra}]"])
     return f"{shlex.join([*pip, f'.[{extra}]'])} (in a clone of firstcontact)"
 
 
@@ -81,13 +80,9 @@ def installed_versions() -> dict[str, str]:
     return versions
 
 
+@cache
 def load_compiled(name: str) -> Any:
     """Return a module of compiled functions, such as ``firstcontact.twin._compiled``."""
-    return _load_compiled(name)
-
-
-@cache
-def _load_compiled(name: str) -> ModuleType:
     try:
         module = import_module(name)
     except ImportError as error:
@@ -96,15 +91,15 @@ def _load_compiled(name: str) -> ModuleType:
             "headers of Python (Debian: gcc libc6-dev python3-dev), then this package again"
         ) from error
     # Only in a checkout can sources change after the build.
-    if (project := _CLONE / "pyproject.toml").is_file():
+    if (project := CLONE / "pyproject.toml").is_file():
         tree = tomllib.loads(project.read_text(encoding="utf-8"))
         for extension in tree["tool"]["setuptools"]["ext-modules"]:
             if extension["name"] != name:
                 continue
-            files = [_CLONE / file for file in (*extension["sources"], *extension["depends"])]
+            files = [CLONE / file for file in (*extension["sources"], *extension["depends"])]
             digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
             *folders, _ = extension["name"].split(".")
-            binary = _CLONE.joinpath("src", *folders, Path(str(module.__file__)).name)
+            binary = CLONE.joinpath("src", *folders, Path(str(module.__file__)).name)
             if binary.exists() and digest.encode() not in binary.read_bytes():
                 raise InputError(
                     "the compiled functions of this package are not those of its C sources: "

@@ -154,6 +154,13 @@ class Registry(Mapping[str, E], Generic[E]):
         if name not in self.names:
             self._included.append(name)
 
+    def reload(self) -> None:
+        """Forget loaded and included entries, and find plug-ins that were installed meanwhile."""
+        with self._lock:
+            self._plugins = None
+            for entries in (self._loaded, self._included, self.failed):
+                entries.clear()
+
     def calling(self, name: str) -> AbstractContextManager[None]:
         """Return a context manager in which to call methods of the entry with this name.
 

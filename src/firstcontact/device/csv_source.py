@@ -130,7 +130,8 @@ class CsvSource(ThreadedSource):
     ) -> None:
         super().__init__(f"csv:{port}")
         self.port = port
-        self._named, self._baud, self._rate, self._measured = columns, baud, rate, measured
+        self.named, self.baud = columns, baud
+        self._rate, self._measured = rate, measured
         self._unit, self._units = unit, [COUNTS]
         self._port: SerialTransport | None = None
         self._lines = LineReader()
@@ -138,7 +139,7 @@ class CsvSource(ThreadedSource):
         self._header: tuple[str, ...] = ()
 
     def _open(self) -> Descriptor:
-        self._port = SerialTransport(self.port, self._baud)
+        self._port = SerialTransport(self.port, self.baud)
         try:
             self._columns, rate = self._identify(self._port)
         except LinkError as error:
@@ -184,7 +185,7 @@ class CsvSource(ThreadedSource):
                 began = began if lines else now  # buffered lines arrive together
                 lines += new
                 arrivals.add(now - began, len(lines))
-        columns = identify_columns(lines, self._lines.header, self._named, self.name)
+        columns = identify_columns(lines, self._lines.header, self.named, self.name)
         self._header = self._lines.header if len(self._lines.header) == columns.width else ()
         rate = arrivals.rate()
         if columns.counter is not None:
@@ -299,7 +300,7 @@ class CsvSource(ThreadedSource):
         self._note(connected=False)
         self._shut()
         self._lines.restart()
-        self._port = reopen(self._port, self._closing, self._baud)
+        self._port = reopen(self._port, self._closing, self.baud)
 
     def _check_columns(self, lines: list[tuple[float, ...]]) -> None:
         """Refuse a board that came back with other columns."""

@@ -61,6 +61,11 @@ class SeparateHand(Hand):
         self._child: Child | None = None
         self._unanswered: deque[float] = deque()  # latest time of the answer to each order
 
+    @property
+    def pid(self) -> int:
+        """Number of the hand's process, which must be open."""
+        return self._opened().pid
+
     def send(self, command: Command) -> None:
         child = self._opened()
         self._read_answers(child)

@@ -81,12 +81,12 @@ class FoxgloveSink:
         )
         text = "\n".join(fields).encode()
         schema = self._sdk.Schema(name="firstcontact/msg/Sample", encoding="ros2msg", data=text)
-        self._samples = self._channel("/samples", schema=schema, message_encoding="cdr")
-        self._events = {}
+        self.samples = self._channel("/samples", schema=schema, message_encoding="cdr")
+        self.events = {}
         for kind in (*get_args(Event), MarkerLine, FailedLine):
             tag = str(kind.__struct_config__.tag)
             schema = {"title": tag, **_schema(inspect.type_info(kind))}
-            self._events[tag] = self._channel(f"/{tag}", schema=schema)
+            self.events[tag] = self._channel(f"/{tag}", schema=schema)
         self._grids = []
         for finger in (*Finger, None):
             columns = layout.columns(ChannelKind.FORCE, finger)
@@ -113,14 +113,14 @@ class FoxgloveSink:
         block = arrival.block
         if len(block.data):
             stamps = self._nanoseconds(self._clock.stamps(block, arrival.host))
-            if self._samples.has_sinks():
+            if self.samples.has_sinks():
                 rows = np.empty(len(block.data), self._row)
                 rows["cdr"] = np.void(_CDR)
                 rows["sample"] = np.arange(block.first_sample, block.end)
                 rows["epoch"] = block.epoch
                 rows["values"] = self._layout.physical(block.data, self._columns)
                 for stamp, row in zip(stamps.tolist(), rows, strict=True):
-                    self._samples.log(row.tobytes(), log_time=stamp)
+                    self.samples.log(row.tobytes(), log_time=stamp)
             for place, (channel, columns) in enumerate(self._grids):
                 if channel.has_sinks():
                     force = self._layout.physical(block.data, columns).mean(axis=0)
@@ -149,7 +149,7 @@ class FoxgloveSink:
 
     def _log(self, line: msgspec.Struct, host: float) -> None:
         tag = str(line.__struct_config__.tag)
-        self._events[tag].log(json_line(line), log_time=int(self._nanoseconds(host)))
+        self.events[tag].log(json_line(line), log_time=int(self._nanoseconds(host)))
 
     def _nanoseconds(self, host: Any) -> Any:
         """Return times of the host's monotonic clock as nanoseconds since 1970."""

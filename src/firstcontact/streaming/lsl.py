@@ -43,7 +43,7 @@ class LslSink:
         self._columns = tuple(range(layout.width))
         self._clock = DeviceClock(layout.rate)
         # Both clocks of this machine count seconds, but they may begin at different times.
-        self._shift = self._lsl.local_clock() - time.monotonic()
+        self.shift = self._lsl.local_clock() - time.monotonic()
         samples = self._info(
             "samples", "Tactile", layout.width, layout.rate, self._lsl.cf_float32, descriptor
         )
@@ -75,7 +75,7 @@ class LslSink:
     def _send(self, arrival: Arrival) -> None:
         block = arrival.block
         if len(block.data):
-            stamps = self._clock.stamps(block, arrival.host) + self._shift
+            stamps = self._clock.stamps(block, arrival.host) + self.shift
             values = self._layout.physical(block.data, self._columns)
             self._samples.push_chunk(values.astype(np.float32), stamps.tolist())
         for marker in arrival.markers:
@@ -83,7 +83,7 @@ class LslSink:
             self._push(marker_line(marker), at)
 
     def _push(self, text: str, host: float) -> None:
-        self._newest = max(self._newest, host + self._shift)
+        self._newest = max(self._newest, host + self.shift)
         self._events.push_sample([text], self._newest)
 
     def _info(

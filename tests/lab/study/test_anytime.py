@@ -119,9 +119,11 @@ def test_a_regressor_of_the_user_is_scored_on_the_same_held_out_pinches(
 ) -> None:
     (tmp_path / "their_regressors.py").write_text(REGRESSOR, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(ESTIMATORS, "_included", [])
-    ESTIMATORS.include("their_regressors:Sealed")
-    scores = score(blocks + objects)
+    try:
+        ESTIMATORS.include("their_regressors:Sealed")
+        scores = score(blocks + objects)
+    finally:
+        ESTIMATORS.reload()
     theirs = scores.other_estimators["their_regressors:Sealed"]
     usual = outcome.results[ANYTIME]
     assert replace(scores, other_estimators=usual.other_estimators) == usual

@@ -50,10 +50,10 @@ def loudness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: loudness\nVersion: 1.0\n")
     (info / "entry_points.txt").write_text("[firstcontact_lab.parts]\nloudness = loudness:PART\n")
     monkeypatch.syspath_prepend(site)
-    monkeypatch.setattr(PARTS, "_plugins", None)
-    monkeypatch.setattr(PARTS, "_loaded", {})
     importlib.invalidate_caches()
+    PARTS.reload()
     yield
+    PARTS.reload()
     sys.modules.pop("loudness", None)
     FIELDS.pop("loudness", None)
 

@@ -14,8 +14,8 @@ from firstcontact.device import Descriptor
 from firstcontact.models import Model
 from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.outputs import OutputKind, OutputOptions
-from firstcontact.streaming.page._server import PageServer
-from firstcontact.streaming.page._state import State
+from firstcontact.streaming.page.server import PageServer
+from firstcontact.streaming.page.state import State
 from firstcontact.streaming.page.serving import TOKEN_LENGTH, Guard, is_loopback, listen, load
 from firstcontact.streaming.session import LiveSession
 

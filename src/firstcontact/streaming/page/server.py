@@ -22,8 +22,8 @@ from firstcontact.core import InputError
 from firstcontact.core.records import read_record
 from firstcontact.device.protocol import marker_text
 from firstcontact.streaming.events import Ask
-from firstcontact.streaming.page._state import State
 from firstcontact.streaming.page.serving import Guard, answer, plain, serve_page
+from firstcontact.streaming.page.state import State
 
 if TYPE_CHECKING:
     from firstcontact.streaming.session import LiveSession

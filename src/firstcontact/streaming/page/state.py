@@ -32,7 +32,7 @@ from firstcontact.streaming.events import (
     ObjectEstimate,
     PinchDone,
 )
-from firstcontact.streaming.page._traces import SECONDS, Closeup, Columns, finger_place
+from firstcontact.streaming.page.traces import SECONDS, Closeup, Columns, finger_place
 from firstcontact.streaming.text import hand_line
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from firstcontact.models import Model
 from firstcontact.streaming._sinks import Update
 from firstcontact.streaming.outputs import OutputKind, OutputOptions
 from firstcontact.streaming.page.server import PageServer
-from firstcontact.streaming.page.state import State
 from firstcontact.streaming.page.serving import TOKEN_LENGTH, Guard, is_loopback, listen, load
+from firstcontact.streaming.page.state import State
 from firstcontact.streaming.session import LiveSession
 
 

@@ -11,6 +11,7 @@ from ._estimate import Estimate as Estimate
 from .calibration import Calibration as Calibration
 from .calibration import ForceCurve as ForceCurve
 from .calibration import VibrationCalibration as VibrationCalibration
+from .dataset import Dataset as Dataset
 from .layout import Channel as Channel
 from .layout import ChannelKind as ChannelKind
 from .layout import Finger as Finger
@@ -23,10 +24,8 @@ from .layout import fingertip_layout as fingertip_layout
 from .physics import Command as Command
 from .pinch import ClosingSpeed as ClosingSpeed
 from .pinch import Contact as Contact
-from .pinch import Dataset as Dataset
 from .pinch import Label as Label
 from .pinch import Pinch as Pinch
 from .pinch import Role as Role
-from .quantity import Quantity as Quantity
 from .records import Record as Record
 from .registry import Registry as Registry

@@ -14,12 +14,7 @@ from firstcontact.core.layout import FINGERTIP_WINDOW
 from firstcontact.core.quantity import SHORE_A, Quantity
 from firstcontact.core.text import counted, percent
 from firstcontact.jobs import Runner
-from firstcontact.models.interval import (
-    Interval,
-    conformal_interval,
-    held_out_coverage,
-    refusal,
-)
+from firstcontact.models.interval import Interval, conformal_interval, held_out_coverage, refusal
 from firstcontact.models.registry import ESTIMATORS, find_estimator, make_estimator
 from firstcontact.models.scores import (
     ClassificationScores,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -14,7 +14,6 @@ from firstcontact.contact import DETECTORS, Detector, make_detector
 from firstcontact.contact.detector_file import is_pretrained
 from firstcontact.core import ArgumentError, Dataset, InputError
 from firstcontact.core.display import Progress, progress_steps
-from firstcontact.core.installation import require_extra
 from firstcontact.core.physics import is_same_rate
 from firstcontact.core.quantity import PHYSICAL, QUANTITIES, Quantity
 from firstcontact.core.records import LONGEST_NAME, to_tree
@@ -29,10 +28,10 @@ from firstcontact.models.alignment import (
 )
 from firstcontact.models.anytime import AnytimeModel
 from firstcontact.models.card import Digests, Target, TrainingData, TrainingRecord, pinch_digests
-from firstcontact.models.estimator import AnytimeEstimator, Estimator, EstimatorInfo
+from firstcontact.models.estimator import AnytimeEstimator, Estimator
 from firstcontact.models.model import Model, require_dataset, shipped_model
 from firstcontact.models.model_file import SavedPredictor, pretrained
-from firstcontact.models.registry import ESTIMATORS, find_estimator
+from firstcontact.models.registry import find_estimator
 from firstcontact.models.rig.combined import CombinedEstimator
 from firstcontact.models.rig.network_estimator import NetworkEstimator
 from firstcontact.models.training import (
@@ -45,14 +44,14 @@ from firstcontact.models.training import (
     scores_in_words,
     train_final_model,
 )
+from firstcontact.models.training_plan import Plan, check_seed, has_shore_a, make_plan
 from firstcontact.models.values import Task
 from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.recording.settings import check_rate
-from firstcontact.signal import resample_dataset, samples_in
+from firstcontact.signal import resample_dataset
 
 #: Estimator of :func:`adapt`, and of :func:`train` besides the window models.
 RIG_ESTIMATOR: type[NetworkEstimator] = CombinedEstimator
-MOST_SEEDS = 1 << 32
 
 _log = logging.getLogger("firstcontact.models")
 
@@ -132,7 +131,7 @@ def train(
     >>> model.predict(data[:3]).estimator
     'svm'
     """
-    plan = _make_plan(estimator, task, windows, level, rate, seed)
+    plan = make_plan(estimator, task, windows, level, rate, seed)
     recorded = training_pinches(data)
     dataset, notes = _resampled(recorded, plan.model_rate(recorded))
     plan.check_sizes(dataset.layout.rate)
@@ -156,76 +155,8 @@ def train(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Plan:
-    """Checked options of one training."""
-
-    estimator: object
-    kind: type[EstimatorInfo]
-    task: Task
-    durations: tuple[float, ...]
-    level: float
-    rate: float | None
-    seed: int
-    #: True if the user chose an estimator, a task or windows, which then predict by default.
-    is_explicit: bool
-
-    @property
-    def learns_windows(self) -> bool:
-        return issubclass(self.kind, Estimator)
-
-    def model_rate(self, data: Dataset) -> float | None:
-        """Return the rate to resample to, Hz. The network and the detector share one stream."""
-        if self.rate is None and (_has_shore_a(data) or not self.learns_windows):
-            return pretrained().rate
-        if self.rate is None and data.quantity in PHYSICAL:
-            return min(pretrained().rate, data.layout.rate)
-        return self.rate
-
-    def check_sizes(self, rate: float) -> None:
-        """Refuse two windows with the same number of samples at this rate, Hz."""
-        sizes = [samples_in(length, rate) for length in self.durations]
-        if len(set(sizes)) < len(sizes):
-            raise ArgumentError(
-                f"two lengths of windows have the same number of samples at {rate:g} Hz: leave one "
-                "of them out",
-                parameter="windows",
-            )
-
-
-def _make_plan(
-    estimator: object,
-    task: Task | str,
-    windows: float | Sequence[float],
-    level: float,
-    rate: float | None,
-    seed: int,
-) -> _Plan:
-    """Check the options of a training. The InputError names the parameter."""
-    durations: list[float] = np.atleast_1d(windows).tolist()
-    is_explicit = estimator is not None or task != Task.REGRESSION or durations != [DURATION]
-    estimator = ESTIMATORS.default if estimator is None else estimator
-    kind = find_estimator(estimator)
-    require_extra(kind)
-    check_windows(durations)
-    check_seed(seed)
-    if not 0.5 <= level <= 0.99:
-        raise ArgumentError(
-            "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
-        )
-    if rate is not None:
-        check_rate("rate", rate)
-    if task not in tuple(Task):
-        raise ArgumentError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
-    if not issubclass(kind, Estimator):
-        _check_network(task, durations, level, rate)
-        durations = []
-    lengths = tuple(sorted(durations))
-    return _Plan(estimator, kind, Task(task), lengths, level, rate, seed, is_explicit)
-
-
 def _train_windows(
-    plan: _Plan, dataset: Dataset, aligned: Alignment, runner: Runner, step: Callable[[int], object]
+    plan: Plan, dataset: Dataset, aligned: Alignment, runner: Runner, step: Callable[[int], object]
 ) -> tuple[list[SavedPredictor], list[str]]:
     """Train a model for each window length. Return predictors, and sentences on their scores."""
     is_scaled = plan.task is Task.REGRESSION
@@ -257,29 +188,11 @@ class UnknownRigError(ArgumentError):
     """Error for pinches from which no any-time model can be made."""
 
 
-def _check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Refuse options that the network does not support. The InputError names the parameter."""
-    base = pretrained()
-    is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
-    refusals = {
-        "task": (task != Task.REGRESSION, "regression"),
-        "windows": (tuple(windows) != (DURATION,), "predictions from 2 to 15 ms after a contact"),
-        "level": (level != base.level, f"intervals of the level {base.level:g}"),
-        "rate": (is_other_rate, f"samples at {base.rate:g} Hz"),
-    }
-    for parameter, (is_refused, supported) in refusals.items():
-        if is_refused:
-            raise ArgumentError(
-                f"the network supports only {supported}: leave out the {parameter}",
-                parameter=parameter,
-            )
-
-
 def _fit_anytime(
-    plan: _Plan, dataset: Dataset, aligned: Alignment
+    plan: Plan, dataset: Dataset, aligned: Alignment
 ) -> tuple[list[SavedPredictor], list[str]]:
     """Make the any-time model of pinches with Shore A labels, and notes on it."""
-    if plan.learns_windows and not _has_shore_a(dataset):
+    if plan.learns_windows and not has_shore_a(dataset):
         return [], []
     kind = plan.kind if issubclass(plan.kind, AnytimeEstimator) else RIG_ESTIMATOR
     try:
@@ -303,7 +216,7 @@ def _fitted(
             f"{dataset.layout.rate:g} Hz: train at the network's rate",
             parameter="data",
         )
-    if not _has_shore_a(dataset):
+    if not has_shore_a(dataset):
         raise UnknownRigError(
             "no pinch has a Shore A, which the network needs: record with --shore-a, or with a "
             "plan that has a column shore, or import labels with a column shore_a",
@@ -329,10 +242,6 @@ def _closing_notes(predictors: Sequence[SavedPredictor], digests: Digests) -> li
             "scores may be too good: train without copies"
         )
     return notes
-
-
-def _has_shore_a(dataset: Dataset) -> bool:
-    return bool(np.isfinite(dataset.shore_a).any())
 
 
 def train_detector(
@@ -429,20 +338,6 @@ def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
         "pinches": sum(p.first is not None for p in dataset.pinches),
         "sessions": sorted({str(s) for s in dataset.sessions}),
     }
-
-
-def check_windows(windows: Sequence[float]) -> None:
-    """Refuse impossible window lengths, s. InputError names the parameter."""
-    if not windows or not all(0.001 <= length <= 1.0 for length in windows):
-        raise ArgumentError(
-            "the lengths of windows must lie between 1 ms and 1 s", parameter="windows"
-        )
-
-
-def check_seed(seed: int) -> None:
-    """Refuse a random seed outside scikit-learn's range. InputError names the parameter."""
-    if not 0 <= seed < MOST_SEEDS:
-        raise ArgumentError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
 
 
 def training_pinches(data: Dataset) -> Dataset:

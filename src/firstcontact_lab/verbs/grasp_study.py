@@ -27,7 +27,7 @@ class GraspStudy:
 
     def run(self) -> None:
         from firstcontact.jobs import worker_count
-        from firstcontact.models.training_runs import check_seed
+        from firstcontact.models.training_plan import check_seed
 
         require_modules("study", "matplotlib", "jinja2")
         check_seed(self.seed)

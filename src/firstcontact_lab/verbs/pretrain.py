@@ -31,7 +31,7 @@ class Pretrain:
     def run(self) -> None:
         from firstcontact.core import ArgumentError
         from firstcontact.jobs import parallel, worker_count
-        from firstcontact.models.training_runs import check_seed
+        from firstcontact.models.training_plan import check_seed
 
         if self.rigs < 10 or self.epochs < 1:
             raise ArgumentError("--rigs must be 10 or more, and --epochs 1 or more")

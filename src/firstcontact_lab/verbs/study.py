@@ -43,7 +43,7 @@ class Study:
     def run(self) -> None:
         from firstcontact.jobs import worker_count
         from firstcontact.models import ESTIMATORS
-        from firstcontact.models.training_runs import check_seed
+        from firstcontact.models.training_plan import check_seed
         from firstcontact_lab.study.part import StudySettings
         from firstcontact_lab.study.parts.in_force import read_delays
 

@@ -58,7 +58,7 @@ class Train:
         from firstcontact.cli.output import print_losses
         from firstcontact.core.files import replacing_folder
         from firstcontact.models.model_file import check_replaceable
-        from firstcontact.models.training_runs import check_windows
+        from firstcontact.models.training_plan import check_windows
         from firstcontact.recording import load_dataset
         from firstcontact.recording.settings import check_rate
 

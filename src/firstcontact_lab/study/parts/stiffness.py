@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from firstcontact.contact.detector_file import pretrained_detector
-from firstcontact.core import Contact, Dataset, Quantity, Record
+from firstcontact.core import Contact, Dataset, Record
 from firstcontact.core.display import GREY, INK
-from firstcontact.core.quantity import PHYSICAL, QUANTITIES, SHORE_A
+from firstcontact.core.quantity import PHYSICAL, QUANTITIES, SHORE_A, Quantity
 from firstcontact.core.text import percent
 from firstcontact.jobs import Runner
 from firstcontact.models import Task, Touches

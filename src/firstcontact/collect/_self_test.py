@@ -132,8 +132,8 @@ DRIFT_TIME = 300.0
 #: Longest delay of 99 % of the samples, s. The second finger touches 16 ms after the first.
 DELAY = 0.016
 #: Longest decay of a tap, s. That of the mount's design is 2 m / c = 1.6 ms. A soft tool stays on
-#: the pad for longer, which makes up to 4.3 ms in simulated hands with seeds below 160.
-DECAY = 0.0045
+#: the pad for longer, which makes up to 4.7 ms in simulated hands.
+DECAY = 0.005
 #: Number of clipped taps, in spite of as many requests to tap more gently, that prove a fault. One
 #: is enough in a finger that is also ``ALIKE`` times as loud as the other.
 CLIPPED_TAPS = 5

@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 import firstcontact as fc
+from firstcontact.collect.guide import Item
+from firstcontact.contact import make_detector
 from firstcontact.device import open_source
+from firstcontact.jobs import worker_count
+from firstcontact.models.registry import model_class
 
 
 def damaged_model(folder: Path) -> Path:
@@ -34,7 +38,11 @@ CASES: dict[str, tuple[type[fc.InputError], Callable[[Path], object]]] = {
     "seconds": (fc.ArgumentError, lambda folder: next(fc.live(fc.open(), seconds=-1))),
     "speed": (fc.ArgumentError, lambda folder: fc.open(speed=0.0)),
     "positions": (fc.ArgumentError, lambda folder: fc.closing_speed(np.arange(3.0), [0.0], at=1.0)),
+    "workers": (fc.ArgumentError, lambda folder: worker_count(-1)),
+    "pinches": (fc.ArgumentError, lambda folder: fc.simulate(folder, pinches_per_block=-1)),
+    "names": (fc.ArgumentError, lambda folder: Item("x" * 500, 1)),
     "no file": (fc.FileError, lambda folder: fc.load(folder / "none")),
+    "not empty": (fc.FileError, lambda folder: fc.simulate(damaged_recording(folder).parent)),
     "damaged file": (fc.FileError, lambda folder: fc.load(damaged_recording(folder))),
     "no table": (fc.FileError, lambda folder: fc.import_recordings(folder / "none.csv", folder)),
     "no port": (fc.DeviceError, lambda folder: opened(str(folder / "ttyACM7"))),
@@ -42,6 +50,9 @@ CASES: dict[str, tuple[type[fc.InputError], Callable[[Path], object]]] = {
     "no unit": (fc.DeviceError, lambda folder: opened(f"csv:{folder}/ttyACM7=")),
     "no model": (fc.ModelError, lambda folder: fc.load_model(folder / "none")),
     "damaged model": (fc.ModelError, lambda folder: fc.load_model(damaged_model(folder))),
+    "no predictor": (fc.ModelError, lambda folder: fc.Model().predict(fc.sample("strikes"))),
+    "kind": (fc.ModelError, lambda folder: model_class("none", of_windows=True)),
+    "untrained": (fc.ModelError, lambda folder: make_detector("svm").constants(4936.0)),
     "no detector": (fc.ModelError, lambda folder: fc.Model().own_detector),
 }
 

@@ -50,10 +50,10 @@ class Touches:
 
     #: Length of the signal before the contact, s. It contains the noise of the moving motor.
     BEFORE: ClassVar[float] = 0.040
-    #: First and last time after the contact at which the network predicts, and step between, s.
-    SHORTEST: ClassVar[float] = 0.002
+    #: Times after the contact at which the network predicts, and the first and last of them, s.
+    TIMES: ClassVar[tuple[float, ...]] = tuple(n / 1000 for n in range(2, 16))
+    SHORTEST: ClassVar[float] = TIMES[0]
     LONGEST: ClassVar[float] = FINGERTIP_WINDOW
-    STEP: ClassVar[float] = 0.001
     #: Times after the contact at which predictions are scored, ms.
     SCORED_MS: ClassVar[tuple[int, ...]] = (2, 3, 5, 8, 15)
 
@@ -136,8 +136,7 @@ class Touches:
     @classmethod
     def moments(cls, rate: float) -> tuple[int, ...]:
         """Return the numbers of samples after a contact with which the network predicts."""
-        first, last = round(cls.SHORTEST / cls.STEP), round(cls.LONGEST / cls.STEP)
-        return tuple(samples_in(n * cls.STEP, rate) for n in range(first, last + 1))
+        return tuple(samples_in(time, rate) for time in cls.TIMES)
 
     @property
     def answerable(self) -> NDArray[np.bool_]:

@@ -52,7 +52,7 @@ class RigModel(AnytimeModel):
     rate = FINGERTIP_RATE
     lengths = Touches.moments(FINGERTIP_RATE)
     before = samples_in(Touches.BEFORE, FINGERTIP_RATE)
-    moments = tuple(n / 1000 for n in range(2, round(1000 * Touches.LONGEST) + 1))
+    moments = Touches.TIMES
     #: Smallest number of valid samples for a prediction.
     shortest: ClassVar[int] = Touches.lengths(FINGERTIP_RATE)[0]
 

@@ -88,7 +88,7 @@ def test_the_same_seed_gives_the_same_files(
 @pytest.mark.parametrize(
     ("labels", "sentence"),
     [
-        ({"shore_a": None}, "no pinch has a label 'shore_a'"),
+        ({"shore_a": None}, "no pinch has a label shore_a"),
         ({"role": Role.TEST}, 'all pinches have role "test"'),
         ({}, "too few"),
     ],

@@ -39,6 +39,7 @@ CASES: dict[str, tuple[type[fc.InputError], Callable[[Path], object]]] = {
     "speed": (fc.ArgumentError, lambda folder: fc.open(speed=0.0)),
     "positions": (fc.ArgumentError, lambda folder: fc.closing_speed(np.arange(3.0), [0.0], at=1.0)),
     "workers": (fc.ArgumentError, lambda folder: worker_count(-1)),
+    "rate": (fc.ArgumentError, lambda folder: fc.train(fc.sample("strikes"), rate=20.0)),
     "pinches": (fc.ArgumentError, lambda folder: fc.simulate(folder, pinches_per_block=-1)),
     "names": (fc.ArgumentError, lambda folder: Item("x" * 500, 1)),
     "no file": (fc.FileError, lambda folder: fc.load(folder / "none")),

@@ -16,7 +16,7 @@ from firstcontact.models.model_file import pretrained
 from firstcontact.models.registry import ESTIMATORS, find_estimator
 from firstcontact.models.training import DURATION
 from firstcontact.models.values import Task
-from firstcontact.recording.settings import check_rate
+from firstcontact.recording.settings import given_rate
 from firstcontact.signal import samples_in
 
 #: Number of random seeds.
@@ -81,7 +81,7 @@ def make_plan(
             "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
         )
     if rate is not None:
-        check_rate("rate", rate)
+        given_rate(rate)
     if task not in tuple(Task):
         raise ArgumentError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
     if not issubclass(kind, Estimator):

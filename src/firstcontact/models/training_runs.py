@@ -47,7 +47,7 @@ from firstcontact.models.training import (
 from firstcontact.models.training_plan import Plan, check_seed, has_shore_a, make_plan
 from firstcontact.models.values import Task
 from firstcontact.models.windows.window_predictor import WindowPredictor
-from firstcontact.recording.settings import check_rate
+from firstcontact.recording.settings import given_rate
 from firstcontact.signal import resample_dataset
 
 #: Estimator of :func:`adapt`, and of :func:`train` besides the window models.
@@ -353,7 +353,7 @@ def training_pinches(data: Dataset) -> Dataset:
 
 def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
     """Resample pinches if their rate differs. Return them with a note on the resampling."""
-    check_rate("data: the rate", dataset.layout.rate)
+    given_rate(dataset.layout.rate, "data")
     resampled = dataset if rate is None else resample_dataset(dataset, rate)
     return resampled, list(resampled.notes[len(dataset.notes) :])
 

@@ -31,6 +31,7 @@ from firstcontact.recording.settings import (
     check_samples,
     check_vibration,
     find_sensor,
+    given_rate,
     joined,
     read_layout,
 )
@@ -191,7 +192,7 @@ def _rate(table: Table, bounds: Bounds, written: str | None, option: float | Non
     """Return the rate. Check that ``--rate``, ``sample_rate_hz`` and ``time_s`` agree on it."""
     rates: list[tuple[str, float]] = []
     if option is not None:
-        rates.append(("--rate", check_rate("--rate", option)))
+        rates.append(("--rate", given_rate(option)))
     if written is not None:
         rates.append(("sample_rate_hz", check_rate(f"{table.path}: sample_rate_hz", written)))
     # Relative uncertainty of the times' rate.

@@ -19,6 +19,7 @@ from firstcontact.core import (
     VibrationSensor,
     finger_name,
 )
+from firstcontact.core.given import given_number
 from firstcontact.core.layout import TAXELS
 from firstcontact.core.records import read_record
 from firstcontact.core.text import parse_float
@@ -54,8 +55,14 @@ def _number(value: Any) -> float:
         return math.nan
 
 
+def given_rate(rate: float, parameter: str = "rate") -> float:
+    """Return a sampling rate that a caller gave, Hz. The error names its parameter."""
+    remedy = f"a sampling rate from {LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz"
+    return given_number(rate, parameter, LOWEST_RATE, HIGHEST_RATE, remedy)
+
+
 def check_rate(origin: str, rate: Any) -> float:
-    """Return a sampling rate, Hz. Raise an InputError outside of 500 Hz to 1 MHz."""
+    """Return a sampling rate in a file, Hz. Raise an InputError outside of 500 Hz to 1 MHz."""
     value = _number(rate)
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise FileError(

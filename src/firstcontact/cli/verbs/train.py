@@ -60,14 +60,14 @@ class Train:
         from firstcontact.models.model_file import check_replaceable
         from firstcontact.models.training_plan import check_windows
         from firstcontact.recording import load_dataset
-        from firstcontact.recording.settings import check_rate
+        from firstcontact.recording.settings import given_rate
 
         windows = [1e-3 * ms for ms in self.window_ms]
         check_windows(windows)
         windows = [] if self.detector_only else windows
         former = check_replaceable(self.out, windows, network=not self.detector_only)
         if self.rate is not None:
-            check_rate("--rate", self.rate)
+            given_rate(self.rate)
         dataset = load_dataset(self.data)
         print_losses(dataset)
         with on_cluster(self.cluster), replacing_folder(self.out) as making:

@@ -16,35 +16,30 @@ from firstcontact.models.model_file import pretrained, read_card
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
 from saved import load_network
-from trainings import LAYOUT, recordings, run
+from trainings import LAYOUT, run
 
 
 @pytest.fixture(scope="module")
-def blocks(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return recordings(tmp_path_factory.mktemp("adapt") / "blocks")
-
-
-@pytest.fixture(scope="module")
-def rig(blocks: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def rig(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a model conditioned on the rig of the block recordings. No test may change it."""
     out = tmp_path_factory.mktemp("rig") / "rig"
-    assert run("adapt", blocks, "--out", out, "--seed", "3") == 0
+    assert run("adapt", data, "--out", out, "--seed", "3") == 0
     return out
 
 
-def only(data: Path, out: Path, selected: Any) -> Path:
+def only(recorded: Path, out: Path, selected: Any) -> Path:
     """Write the pinches whose label meets a condition into a folder."""
-    pinches = [p for p in load_dataset(data).pinches if selected(p.label)]
+    pinches = [p for p in load_dataset(recorded).pinches if selected(p.label)]
     out.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), out, Header(LAYOUT, "synthetic"))
     return out
 
 
 def test_recordings_make_a_model_that_knows_the_rig(
-    blocks: Path, tmp_path: Path, capsys: Any
+    data: Path, tmp_path: Path, capsys: Any
 ) -> None:
     out = tmp_path / "rig"
-    assert run("adapt", blocks, "--out", out) == 0
+    assert run("adapt", data, "--out", out) == 0
     output = capsys.readouterr().out
     assert "3 Shore A levels" in output
     assert "held-out pinches" in output
@@ -57,7 +52,7 @@ def test_recordings_make_a_model_that_knows_the_rig(
     assert 50 <= part.record.pinches <= 60
     assert any(name.startswith("held out") for name in part.record.scores)
     assert load_detector(out).name
-    dataset = load_dataset(blocks)
+    dataset = load_dataset(data)
     touches, which = Touches.cut(dataset, [p.first for p in dataset.pinches])
     mine, unknown = (
         np.nanmean(np.abs(model.predict_touches(touches).value - dataset.shore_a[which]))
@@ -66,8 +61,8 @@ def test_recordings_make_a_model_that_knows_the_rig(
     assert mine < unknown
 
 
-def test_the_same_seed_gives_the_same_bytes(blocks: Path, rig: Path, tmp_path: Path) -> None:
-    assert run("adapt", blocks, "--out", tmp_path / "again", "--seed", "3") == 0
+def test_the_same_seed_gives_the_same_bytes(data: Path, rig: Path, tmp_path: Path) -> None:
+    assert run("adapt", data, "--out", tmp_path / "again", "--seed", "3") == 0
     for file in ("model.json", "weights.safetensors"):
         assert (rig / file).read_bytes() == (tmp_path / "again" / file).read_bytes()
 
@@ -90,15 +85,15 @@ def test_without_recordings_the_rig_is_unknown(tmp_path: Path, capsys: Any) -> N
 
 
 def test_what_cannot_be_used_is_refused_and_nothing_written(
-    blocks: Path, tmp_path: Path, capsys: Any
+    data: Path, tmp_path: Path, capsys: Any
 ) -> None:
     cases = {
         "one": (lambda label: label.shore_a == 29.0, "2 values of Shore A"),
         "tests": (lambda label: label.object == "apple", 'role "test"'),
     }
     for name, (selected, why) in cases.items():
-        data = only(blocks, tmp_path / name, selected)
-        assert run("adapt", data, "--out", tmp_path / "no") == 2
+        selection = only(data, tmp_path / name, selected)
+        assert run("adapt", selection, "--out", tmp_path / "no") == 2
         errors = capsys.readouterr().err
         assert why in errors
         assert name in errors
@@ -106,17 +101,17 @@ def test_what_cannot_be_used_is_refused_and_nothing_written(
         assert not (tmp_path / "no").exists()
     assert run("adapt", tmp_path / "nowhere", "--out", tmp_path / "no") == 2
     assert run("adapt", "--detector-type", "svm", "--out", tmp_path / "no") == 2
-    assert run("adapt", blocks, "--seed", "-1", "--out", tmp_path / "no") == 2
+    assert run("adapt", data, "--seed", "-1", "--out", tmp_path / "no") == 2
     assert not (tmp_path / "no").exists()
 
 
-def test_a_training_is_not_torn_apart(blocks: Path, rig: Path, tmp_path: Path, capsys: Any) -> None:
+def test_a_training_is_not_torn_apart(data: Path, rig: Path, tmp_path: Path, capsys: Any) -> None:
     """The window models require their own detector. Another detector is refused."""
     trained = tmp_path / "trained"
-    assert run("train", blocks, "--out", trained, "--estimator", "peak") == 0
+    assert run("train", data, "--out", trained, "--estimator", "peak") == 0
     original = {path.name: path.read_bytes() for path in trained.iterdir()}
     capsys.readouterr()
-    assert run("adapt", blocks, "--out", trained) == 2
+    assert run("adapt", data, "--out", trained) == 2
     errors = capsys.readouterr().err
     assert "another folder" in errors
     assert str(trained) in errors

@@ -12,11 +12,6 @@ from trainings import recordings, run
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return recordings(tmp_path_factory.mktemp("detector") / "pinches")
-
-
-@pytest.fixture(scope="module")
 def model(data: Path) -> Path:
     assert run("train", data, "--estimator", "peak", "--out", data.parent / "model") == 0
     return data.parent / "model"

@@ -14,11 +14,6 @@ from trainings import LAYOUT, recordings, resampled, run
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return recordings(tmp_path_factory.mktemp("train") / "pinches")
-
-
-@pytest.fixture(scope="module")
 def svm(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return an SVM trained on the pinches. No test may change it."""
     return trained(data, tmp_path_factory.mktemp("svm") / "m")

@@ -18,11 +18,6 @@ from trainings import LAYOUT, load_card, recordings, run, touch
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return recordings(tmp_path_factory.mktemp("train") / "pinches")
-
-
-@pytest.fixture(scope="module")
 def trained(data: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Folders of two trainings, whose windows begin at "known" and at "detected" contacts."""
     folder = tmp_path_factory.mktemp("trained")

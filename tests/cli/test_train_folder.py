@@ -28,11 +28,6 @@ FITTED = ("--detector-type", "logistic")
 
 
 @pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return recordings(tmp_path_factory.mktemp("train") / "pinches")
-
-
-@pytest.fixture(scope="module")
 def other(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return recordings(tmp_path_factory.mktemp("other") / "pinches", seed=1)
 

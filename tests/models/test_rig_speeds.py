@@ -19,7 +19,6 @@ from ringing import ringing
 
 KNOWN, SHORE_A, _ = ringing(60)
 NEVER = np.zeros(1, np.bool_)
-ALWAYS = np.ones(1, np.bool_)
 NOTHING = np.zeros(1)
 
 errors = st.floats(0.02, 1.0)

@@ -185,6 +185,9 @@ def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium:
     press(chromium, " ")
     assert label("eraser") == "40"
     until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
+    press(chromium, " ")
+    assert label("spring", Keys.TAB, "15", Keys.TAB, "N") == "15"
+    until(chromium, lambda d: "spring, 15 N/mm" in text(d, "what"))
 
 
 @needs_browser

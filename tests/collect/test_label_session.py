@@ -20,6 +20,7 @@ from firstcontact.collect._label_marks import Action, Mark, Marks, Status
 from firstcontact.collect.label_result import Labeller
 from firstcontact.collect.label_session import Session, open_recordings
 from firstcontact.core import ClosingSpeed, InputError, Label, Role
+from firstcontact.core.quantity import QUANTITIES
 from firstcontact.recording import import_path, load_dataset, read_recording
 
 BY = Labeller("Ada", "2026-01-02", "a test")
@@ -68,6 +69,19 @@ def test_labels_go_into_a_new_recording(tmp_path: Path, capsys: pytest.CaptureFi
     assert "6 accepted (1 of them moved), 1 rejected, 1 not looked at; 1 onset added" in output
     assert "moved by +2.00 ms by Ada" in output
     assert "added by Ada" in output
+
+
+@pytest.mark.parametrize("name", ["modulus_mpa", "stiffness_n_per_mm"])
+def test_a_label_may_state_another_quantity(tmp_path: Path, name: str) -> None:
+    labelling = session(tmp_path)
+    send(labelling, do="label", number=0, object="spring", **{name: 15})
+    for number in range(3):
+        send(labelling, do="accept", number=number)
+    assert labelling.obey('{"ask": "finish"}')["finished"]
+    labelling.close()
+    dataset = load_dataset(tmp_path / "out" / "taps.mcap")
+    assert dataset.quantity is QUANTITIES[name]
+    assert dataset.levels(dataset.quantity).tolist() == [15] * 3
 
 
 def test_crash_keeps_every_confirmed_label(tmp_path: Path) -> None:
@@ -203,6 +217,7 @@ def test_undo_reverts_the_last_action_and_order_follows_time(actions: list[Actio
         '{"do": "move", "number": 0, "sample": 99999999}',
         '{"do": "move", "number": 0, "sample": -1}',
         '{"do": "label", "number": 0, "shore_a": 101}',
+        '{"do": "label", "number": 0, "stiffness_n_per_mm": 0}',
         '{"do": "undo"}',
         '{"ask": "signal", "recording": 9}',
         '{"ask": "signal", "half": 1e9}',

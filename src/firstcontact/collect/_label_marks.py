@@ -10,12 +10,13 @@ from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from operator import attrgetter
 from pathlib import Path
-from typing import IO, Annotated, Literal
+from typing import IO, Annotated, Any, Literal
 
 from msgspec import Meta
 
-from firstcontact.core import ArgumentError, FileError, InputError
+from firstcontact.core import ArgumentError, FileError, InputError, Label
 from firstcontact.core.files import read_regular
+from firstcontact.core.quantity import MODULUS, PHYSICAL, SHORE_A, STIFFNESS
 from firstcontact.core.records import Name, read_record
 from firstcontact.recording.messages import LAST_SAMPLE
 
@@ -46,6 +47,13 @@ class Mark:
     status: Status = Status.FOUND
     object: str = ""
     shore_a: float | None = None
+    modulus_mpa: float | None = None
+    stiffness_n_per_mm: float | None = None
+
+
+def measured(label: Label | Mark | Action) -> dict[str, Any]:
+    """Return the quantities that a label states, by the names of its fields."""
+    return {quantity.name: getattr(label, quantity.name) for quantity in PHYSICAL}
 
 
 Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
@@ -59,7 +67,9 @@ class Action:
     number: Whole = 0
     sample: Whole = 0
     object: Name = ""
-    shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
+    shore_a: Annotated[float, Meta(ge=SHORE_A.least, le=SHORE_A.most)] | None = None
+    modulus_mpa: Annotated[float, Meta(ge=MODULUS.least, le=MODULUS.most)] | None = None
+    stiffness_n_per_mm: Annotated[float, Meta(ge=STIFFNESS.least, le=STIFFNESS.most)] | None = None
 
 
 class Marks:
@@ -86,7 +96,7 @@ class Marks:
                 run, recording = None, mark.recording
             run = self._runs.get(mark.number, run)
             if run is not None:
-                mark = replace(mark, object=run.object, shore_a=run.shore_a)
+                mark = replace(mark, object=run.object, **measured(run))
             ordered.append(mark)
         return ordered
 

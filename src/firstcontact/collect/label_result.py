@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from firstcontact.collect._label_marks import Mark, Status
+from firstcontact.collect._label_marks import Mark, Status, measured
 from firstcontact.core import Block, Contact, FileError, Label
 from firstcontact.core.files import creating
 from firstcontact.core.text import counted
@@ -155,12 +155,10 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
         labelled = replace(
             label,
             object=named,
-            shore_a=group[0].shore_a,
+            **measured(group[0]),
             hardness_rank=label.hardness_rank if label.object in ("", named) else None,
             specimen=label.specimen if label.object == named else named,
             shape=label.shape if label.object in ("", named) else "",
-            modulus_mpa=label.modulus_mpa if label.object in ("", named) else None,
-            stiffness_n_per_mm=label.stiffness_n_per_mm if label.object in ("", named) else None,
         )
         yield PinchMark(
             number, begin, end, block.epoch, labelled, contacts, motor, closing_speed=speed

@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from msgspec import Meta
 
-from firstcontact.collect._label_marks import MOST, Action, Journal, Mark, Marks, Opened, Whole
+from firstcontact.collect._label_marks import (
+    MOST,
+    Action,
+    Journal,
+    Mark,
+    Marks,
+    Opened,
+    Whole,
+    measured,
+)
 from firstcontact.collect.label_result import Labeller, is_inside, write_labelled
 from firstcontact.contact.finder import find_onsets
 from firstcontact.core import ArgumentError, ChannelKind, FileError, InputError, Label, finger_name
@@ -59,7 +68,7 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
                 mark = Mark(len(out), number, place, onset.column, sample, sample)
                 pinch = next((p for p in recording.pinches if is_inside(p, block, sample)), None)
                 label = Label() if pinch is None else pinch.label
-                out.append(replace(mark, object=label.object, shore_a=label.shore_a))
+                out.append(replace(mark, object=label.object, **measured(label)))
     if not out:
         names = ", ".join(r.path.name for r in recordings[:3])
         raise FileError(

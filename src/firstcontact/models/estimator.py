@@ -76,8 +76,8 @@ class Estimator(EstimatorInfo, ABC):
         X
             Windows in V, shape (n, samples, channels).
         y
-            Shore A, or another real target, shape (n,). For classification its distinct values are
-            the classes.
+            Target, on the scale of its quantity, shape (n,). For classification its distinct values
+            are the classes.
         groups
             Session of each window, (n,), or None. Choose hyper-parameters on held-out sessions.
         seed
@@ -162,7 +162,7 @@ def training_spec(
             f"and sessions of shape {sessions}: give one of each per window"
         )
     if not np.isfinite(y).all():
-        raise ArgumentError("some pinches have no target: leave out the pinches without a Shore A")
+        raise ArgumentError("some pinches have no target: leave out the pinches without a label")
     classes = tuple(float(c) for c in np.unique(y)) if task is Task.CLASSIFICATION else ()
     if len(classes) == 1:
         raise ArgumentError("classification needs 2 or more classes: add pinches of another object")

@@ -33,7 +33,7 @@ class Train:
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False
     """Train only the contact detector. It needs true contacts, not Shore A."""
     task: Annotated[Literal["regression", "classification"], Option(group="model")] = "regression"
-    """Task: predict any Shore A value, or one of the values in training."""
+    """Task: predict any value of the label, or one of the values in training."""
     contacts: Annotated[Literal["detected", "known"], Option(advanced=True, group="data")] = (
         "detected"
     )
@@ -45,7 +45,7 @@ class Train:
     seed: Annotated[int, Option(group="training")] = 0
     """Random seed of the folds, the search for settings and the training."""
     rate: Annotated[float | None, Option(advanced=True, group="data")] = None
-    """Sampling rate of the model, Hz; by default 4936 with Shore A labels."""
+    """Sampling rate of the model, Hz; by default 4936 with physical labels."""
     workers: Annotated[int, Option(advanced=True, group="training")] = 1
     """Number of processes; 0 takes all cores."""
     cluster: Annotated[str | None, Option(advanced=True, group="training")] = None

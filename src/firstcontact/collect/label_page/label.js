@@ -81,10 +81,11 @@ function draw() {
   element("name").textContent = recording.name;
   element("place").textContent = `onset ${state.at + 1} of ${state.marks.length}, ${(mark.sample / recording.rate).toFixed(3)} s`;
   for (const status of ["accepted", "rejected", "found"]) element(status).textContent = count(status);
-  const finger = recording.channels[mark.column].finger, shore = mark.shore_a === null ? "" : `, ${mark.shore_a} Shore A`;
+  const finger = recording.channels[mark.column].finger, [quantity, value] = levelOf(mark);
+  const level = value === null ? "" : `, ${value} ${UNITS[quantity]}`;
   const moved = mark.found === null ? ", added" : mark.found === mark.sample ? ""
     : `, moved by ${(1000 * (mark.sample - mark.found) / recording.rate).toFixed(2)} ms`;
-  element("what").textContent = `${mark.object || "unknown object"}${shore}: ${finger}, ${mark.status === "found" ? "undecided" : mark.status}${moved}`;
+  element("what").textContent = `${mark.object || "unknown object"}${level}: ${finger}, ${mark.status === "found" ? "undecided" : mark.status}${moved}`;
   document.body.dataset.shown = `${mark.number} ${mark.status} ${mark.sample}`;
 }
 
@@ -163,19 +164,28 @@ function addNext() {
   tell("Touch the place of the new onset in the signal.", true);
 }
 
-// Each object's Shore A, as it was given last.
-const hardness = () => new Map(state.marks.filter((m) => m.object).map((m) => [m.object, m.shore_a]));
+const UNITS = { shore_a: "Shore A", modulus_mpa: "MPa", stiffness_n_per_mm: "N/mm" };
 
-function fillShore(shore) {
-  element("shore").value = shore === null || shore === undefined ? "" : shore;
+// Quantity and value of an onset's label; null where it is not known.
+function levelOf(mark) {
+  const quantity = Object.keys(UNITS).find((name) => mark[name] !== null);
+  return quantity ? [quantity, mark[quantity]] : ["shore_a", null];
+}
+
+// Each object's level, as it was given last.
+const levels = () => new Map(state.marks.filter((m) => m.object).map((m) => [m.object, levelOf(m)]));
+
+function fillLevel([quantity, value] = [element("quantity").value, null]) {
+  element("shore").value = value ?? "";
+  if (value !== null) element("quantity").value = quantity;
   element("shore").dataset.typed = "";
 }
 
 function openForm() {
   form.hidden = false;
   element("object").value = current().object;
-  fillShore(current().shore_a);
-  element("objects").replaceChildren(...[...hardness().keys()].map((name) => new Option(name)));
+  fillLevel(levelOf(current()));
+  element("objects").replaceChildren(...[...levels().keys()].map((name) => new Option(name)));
   element("object").focus();
   element("object").select();
 }
@@ -187,17 +197,19 @@ function closeForm() {
 
 form.addEventListener("submit", (event) => {
   event.preventDefault();
-  const text = element("shore").value.trim().replace(",", "."), shore = text === "" ? null : Number(text);
-  if (shore !== null && !(shore >= 0 && shore <= 100)) return tell("Shore A goes from 0 to 100.", false);
-  act({ do: "label", object: element("object").value.trim(), shore_a: shore });
+  const text = element("shore").value.trim().replace(",", "."), value = text === "" ? null : Number(text);
+  const quantity = element("quantity").value, [least, most] = quantity === "shore_a" ? [0, 100] : [1e-4, 1e6];
+  if (value !== null && !(value >= least && value <= most)) return tell(`${UNITS[quantity]} goes from ${least} to ${most}.`, false);
+  act({ do: "label", object: element("object").value.trim(), [quantity]: value });
   closeForm();
 });
 
-// The Shore A follows the object, until somebody types one: that of another object must not stay.
+// The level follows the object, until somebody types one: that of another object must not stay.
 element("object").addEventListener("input", () => {
-  if (!element("shore").dataset.typed) fillShore(hardness().get(element("object").value.trim()));
+  if (!element("shore").dataset.typed) fillLevel(levels().get(element("object").value.trim()));
 });
 element("shore").addEventListener("input", () => { element("shore").dataset.typed = "yes"; });
+element("quantity").addEventListener("keydown", (event) => { if (event.key === "Enter") { event.preventDefault(); form.requestSubmit(); } });
 
 const rate = () => state.recordings[current().recording].rate;
 const KEYS = {

@@ -25,7 +25,7 @@ class PageSink:
 
     The constructor opens the port, so that a busy port is reported early; 0 selects a free one. On
     other addresses than loopback, a token is generated if none is given. ``landmarks`` are the
-    Shore A of objects on the page's scale.
+    values of objects on the page's scale.
     """
 
     name = "page"

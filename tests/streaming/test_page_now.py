@@ -110,6 +110,28 @@ def test_card_and_row_show_the_estimate_in_force_and_a_later_one_as_a_detail(
     assert "later 44 after 34.1 ms" in cells[6]
 
 
+@needs_browser
+def test_a_stiffness_is_shown_in_its_unit_on_a_scale_of_decades(
+    page: PageSink, chromium: Any
+) -> None:
+    springs = [
+        replace(e, quantity="stiffness_n_per_mm", value=14.7, low=8.0, high=27.0, modulus_mpa=None)
+        for e in ESTIMATES
+    ]
+    chromium.get(page.url)
+    events = (FIRST_EVENT, *springs, pinch(*springs[:-1]))
+    page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
+    until(chromium, lambda d: text(d, "unit") == "N/mm")
+    assert text(chromium, "value") == "14.7"
+    assert text(chromium, "interval").startswith("between 8.00 and 27.0")
+    ticks = chromium.execute_script(
+        "return [...document.querySelectorAll('#scale text')].map((t) => t.textContent)"
+    )
+    assert {"1", "10", "100"} <= set(ticks)
+    (row,) = chromium.find_elements("css selector", "#rows tr")
+    assert "14.7" in row.text
+
+
 def test_the_page_gets_the_devices_own_estimate_until_the_next_contact() -> None:
     own = page_state(FIRST_EVENT, pinch(ANSWER), HAND)["on_hand"]
     assert (own["final"]["available"], own["final"]["compute"]) == (OF_HAND.available, 441e-6)

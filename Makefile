@@ -87,6 +87,10 @@ grasp: $(VENV)/.study ## what stiffness is worth to a hand, on the twin (4 minut
 quick-grasp: $(VENV)/.study ## the same, small (half a minute): firstcontact-study/quick-grasp/report.html
 	$(BIN)/firstcontact grasp-study --quick --out $(OUT)/quick-grasp
 
+.PHONY: continuum
+continuum: $(VENV)/.study ## touches of the twin against finite elements (3 minutes): firstcontact-study/continuum/report.html
+	$(BIN)/firstcontact study --parts continuum --out $(OUT)/continuum
+
 # CMSIS names the unpacked sources of the package cmsisdsp, whose machine is then counted, too.
 CMSIS ?=
 .PHONY: embedded quick-embedded

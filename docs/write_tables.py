@@ -163,6 +163,7 @@ def tables(results: Path) -> dict[str, str]:
         ("generalise", "structure"),
         ("random_rigs", "random_rigs"),
         ("closing_speed", "closing_speed"),
+        ("continuum", "continuum"),
     ):
         if (results / f"{file}.json").is_file():
             made[name] = part_tables(name, read_subjects(results / f"{file}.json"))
@@ -224,6 +225,7 @@ def main() -> None:
     parser.add_argument("--generalise", type=Path, help="results.json of `make generalise`")
     parser.add_argument("--random-rigs", type=Path, help="results.json of that study part")
     parser.add_argument("--closing-speed", type=Path, help="results.json of that study part")
+    parser.add_argument("--continuum", type=Path, help="results.json of `make continuum`")
     parser.add_argument("--real", type=Path, help="results.json of the impacts of `make real`")
     parser.add_argument("--strikes", type=Path, help="results.json of its strikes")
     parser.add_argument("--sets", type=Path, help="results.json of `make real`")
@@ -237,6 +239,7 @@ def main() -> None:
         ("generalise", options.generalise),
         ("random_rigs", options.random_rigs),
         ("closing_speed", options.closing_speed),
+        ("continuum", options.continuum),
         ("real", options.real),
         ("strikes", options.strikes),
         ("grasp", options.grasp),

@@ -1,0 +1,1 @@
+"""Continuum model of a touch, to check the twin: bodies of finite elements, and their motion."""

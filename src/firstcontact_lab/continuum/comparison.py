@@ -1,0 +1,112 @@
+"""Touches of the twin beside touches of the continuum model, with the same finger and object."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.twin import TwinObject
+from firstcontact.twin.mechanics import (
+    BUFFER,
+    OUTPUTS,
+    STATES,
+    FingerParameters,
+    ObjectParameters,
+    Piece,
+    contact_stiffness,
+    integrate_all,
+)
+from firstcontact_lab.continuum.bodies import SIZE, Body, Material, cylinder, shell, sphere
+from firstcontact_lab.continuum.touch import DURATION, INTERVAL, touch
+
+Values = NDArray[np.float64]
+#: Density of silicone, kg/m³; area and thickness of the pad, m² and m (paper).
+SILICONE, PAD_AREA, PAD_THICKNESS = 1100.0, 300e-6, 3e-3
+#: Wall of a tennis ball with its felt, m, and the first word of its name.
+WALL, HOLLOW = 6.5e-3, "tennis"
+#: Stiffness of the pad on all its dimples, N/m.
+ON_DIMPLES = 4.5e4
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Voltages of the twin and of the finite elements, by time from the contact."""
+
+    times: Values
+    twin: Values
+    elements: Values
+
+    @property
+    def peak(self) -> float:
+        """Relative difference of the twin's peak."""
+        return float(self.twin.max() / self.elements.max()) - 1
+
+    @property
+    def rms(self) -> float:
+        """RMS of the difference, relative to that of the elements' voltage."""
+        difference = np.linalg.norm(self.twin - self.elements)
+        return float(difference / np.linalg.norm(self.elements))
+
+
+def compare(kind: TwinObject, finger: FingerParameters, *, is_rigid: bool = False) -> Comparison:
+    """Compare touches of an object, with the pad on its dimples or with a rigid tip.
+
+    A rigid tip does not give way at the contact. Behind it is the twin's lumped pad.
+    """
+    if is_rigid:
+        finger = finger._replace(pad_modulus=1e15)
+        found = touch(finger, object_body(kind))
+    else:
+        found = touch(whole_pad(finger), object_body(kind), pad_body(finger))
+    times = np.arange(0.0, DURATION, INTERVAL)
+    volts = np.interp(times, found.times, found.volts)
+    return Comparison(times, twin_touch(kind.nominal, finger, times), volts)
+
+
+def object_body(kind: TwinObject, size: float = SIZE) -> Body:
+    """Return the finite elements of an object: a block, a solid sphere, or a hollow ball."""
+    o = kind.nominal
+    arms = ((o.arm_share, o.arm_relaxation),)
+    if math.isinf(o.radius) or o.radius > 1:
+        volume, slenderness = kind.mass / SILICONE, o.modulus / o.bulk_stiffness
+        length = math.sqrt(volume * slenderness)
+        radius = math.sqrt(volume / length / math.pi)
+        return cylinder(radius, length, Material(SILICONE, o.modulus, arms), size)
+    inner = o.radius - WALL if kind.name.startswith(HOLLOW) else 0.0
+    density = kind.mass / (4 / 3 * math.pi * (o.radius**3 - inner**3))
+    material = Material(density, o.modulus, arms)
+    return shell(o.radius, WALL, material, size) if inner else sphere(o.radius, material, size)
+
+
+def pad_body(finger: FingerParameters, size: float = SIZE) -> Body:
+    """Return the pad as a disc of its area. Its silicone relaxes as that of a block."""
+    arms = ((ObjectParameters().arm_share, finger.pad_relaxation),)
+    material = Material(SILICONE, finger.pad_modulus, arms)
+    return cylinder(math.sqrt(PAD_AREA / math.pi), PAD_THICKNESS, material, size)
+
+
+def whole_pad(finger: FingerParameters) -> FingerParameters:
+    """Return the finger with the pad's numbers for all dimples in place of those near a touch."""
+    names = ("pad_stiffness", "pad_stiffening", "pad_arm_stiffness", "pad_damping")
+    factor = ON_DIMPLES / finger.pad_stiffness
+    return finger._replace(**{name: factor * getattr(finger, name) for name in names})
+
+
+def twin_touch(target: ObjectParameters, finger: FingerParameters, times: Values) -> Values:
+    """Return the twin's voltage while one finger touches a free object, without noise."""
+    target = target._replace(clamp_stiffness=0.0, clamp_damping=0.0)
+    state = np.zeros(STATES)
+    state[1:8:2] = finger.speed
+    out = np.empty((times.size, 2, OUTPUTS))
+    integrate_all([
+        Piece(
+            finger, finger, target, np.full(2, contact_stiffness(finger, target)),
+            np.array([0.0, math.inf]), times, np.zeros((2, 2)), 1.0, 1,
+            np.array([[finger.speed, 0.0]]), finger.drive_force, 0.0, 0.0, math.inf, math.inf, 1,
+            state, np.full(2, np.nan), np.full(2, np.nan), out,
+        )
+    ])  # fmt: skip
+    return out[:, 0, BUFFER].copy()

@@ -1,0 +1,165 @@
+"""Touches of the twin beside touches computed with finite elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from firstcontact.core import Record
+from firstcontact.core.display import INK
+from firstcontact.jobs import Runner
+from firstcontact.twin import find_object
+from firstcontact.twin.household import HouseholdObject
+from firstcontact.twin.mechanics import FingerParameters
+from firstcontact_lab.continuum.comparison import Comparison, compare
+from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, uri
+from firstcontact_lab.report.tables import Cell, Row, Table, matrix, number
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
+
+BLOCKS = {f"block {level}": float(level) for level in (10, 20, 29, 43, 60)}
+OBJECTS = (*BLOCKS, "apple 1", "orange 1", "avocado 1", "tennis ball 1")
+BRIEF = ("block 20", "block 60", "apple 1")
+DIMPLES, RIGID = "pad on dimples", "rigid tip"
+
+
+class TouchScores(Record, frozen=True, kw_only=True):
+    """Peak voltages of a touch, V, and differences of the twin from the elements, as shares."""
+
+    twin: float
+    elements: float
+    peak: float
+    rms: float
+
+
+class Continuum(Record, frozen=True, kw_only=True):
+    """Scores by tip and object; power of Shore A in the blocks' peaks, and fit of a line (R²)."""
+
+    tips: dict[str, dict[str, TouchScores]]
+    powers: dict[str, float]
+    lines: dict[str, float]
+
+
+def continuum(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
+    """Compare touches by the nominal finger of the twin."""
+    if subject.name != "paper-rig":
+        return PartResult()
+    names = BRIEF if settings.brief else OBJECTS
+    jobs = [(tip, name) for tip in (DIMPLES, RIGID) for name in names]
+    touches = dict(zip(jobs, runner.map(_compare, jobs), strict=True))
+    by_tip = {tip: {name: touches[tip, name] for name in names} for tip in (DIMPLES, RIGID)}
+    scores = {
+        tip: {name: _scores(comparison) for name, comparison in found.items()}
+        for tip, found in by_tip.items()
+    }
+    series = {
+        f"elements, {tip}": {n: s.elements for n, s in found.items()}
+        for tip, found in scores.items()
+    }
+    series["twin"] = {name: s.twin for name, s in scores[DIMPLES].items()}
+    fitted = {name: fits(peaks) for name, peaks in series.items()}
+    results = Continuum(
+        tips=scores,
+        powers={name: power for name, (power, _) in fitted.items()},
+        lines={name: line for name, (_, line) in fitted.items()},
+    )
+    figures = [_figure(tip, found) for tip, found in by_tip.items()]
+    return PartResult([CONTINUUM(results)], figures)
+
+
+def _compare(job: tuple[str, str]) -> Comparison:
+    tip, name = job
+    found = find_object(name)
+    kind = found.kind if isinstance(found, HouseholdObject) else found
+    return compare(kind, FingerParameters(), is_rigid=tip == RIGID)
+
+
+def _scores(comparison: Comparison) -> TouchScores:
+    return TouchScores(
+        twin=float(comparison.twin.max()),
+        elements=float(comparison.elements.max()),
+        peak=comparison.peak,
+        rms=comparison.rms,
+    )
+
+
+def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
+    """Return the power of Shore A with which the blocks' peaks grow, and R² of a straight line."""
+    shore = np.array([BLOCKS[name] for name in peaks if name in BLOCKS])
+    volts = np.array([peak for name, peak in peaks.items() if name in BLOCKS])
+    power = np.polyfit(np.log(shore), np.log(volts), 1)[0]
+    return float(power), float(np.corrcoef(shore, volts)[0, 1] ** 2)
+
+
+def _figure(tip: str, touches: Mapping[str, Comparison]) -> Figure:
+    rows = -(-len(touches) // 2)
+    with canvas(rows, 2, (6.2, 0.4 + 1.6 * rows), sharex=True, sharey=True) as (figure, axes):
+        for ax in axes.flat[len(touches) :]:
+            ax.set_visible(False)
+        for ax, (name, touch) in zip(axes.flat, touches.items(), strict=False):
+            ax.plot(1e3 * touch.times, touch.elements, color=INK, lw=1.1, label="elements")
+            ax.plot(1e3 * touch.times, touch.twin, "--", color="#D55E00", label="twin")
+            ax.set_title(f"{name}: {_percent(touch.peak)}")
+        for ax in axes[-1]:
+            ax.set_xlabel("Time after contact (ms)")
+        for ax in axes[:, 0]:
+            ax.set_ylabel("Piezo (V)")
+        axes[0, 0].legend()
+        image = uri(figure)
+    caption = "In the titles: difference of the twin's peak from that of the elements."
+    return Figure(tip.replace(" ", "-"), f"Twin and finite elements, {tip}", caption, image)
+
+
+def _percent(share: float) -> str:
+    return f"{number(100 * share, 1, '+')} %"
+
+
+CONTINUUM = Field.optional("continuum", Continuum)
+_ROWS: Sequence[Row[TouchScores]] = (
+    Row("peak of the twin, V", lambda s: s.twin, "p"),
+    Row("peak of the elements, V", lambda s: s.elements, "p"),
+    Row("difference of the peaks", lambda s: _percent(s.peak)),
+    Row("RMS of the difference", lambda s: s.rms, "share"),
+)
+
+
+def _tables(results: SubjectResults) -> list[Table | None]:
+    found = results[CONTINUUM]
+    if found is None:
+        return []
+    tables: list[Table | None] = [
+        matrix(
+            f"Touches with {'a ' if tip == RIGID else 'the '}{tip}.",
+            _ROWS,
+            [(Cell(name), scores, False) for name, scores in touches.items()],
+        )
+        for tip, touches in found.tips.items()
+    ]
+    claim: Sequence[Row[str]] = (
+        Row("power of Shore A", lambda name: found.powers[name], "rho"),
+        Row("straight line with an intercept, R²", lambda name: found.lines[name], "p"),
+    )
+    caption = "Peak amplitude of the blocks over Shore A. The soft pad lowers the power."
+    return [*tables, matrix(caption, claim, [(Cell(name), name, False) for name in found.powers])]
+
+
+def _text(subjects: Subjects) -> str:
+    return (
+        "One finger of the twin touches a free object, without noise. The same finger touches the "
+        "same object as a continuum: axisymmetric finite elements, explicit in time. Hertz's law, "
+        "the two masses of an object and the loss law are thereby checked; drive, mount and sensor "
+        "are the same on both sides. The rigid tip leaves out what the pad adds."
+    )
+
+
+PART = Part(
+    "continuum",
+    "Twin and finite elements",
+    [Step("touches with finite elements", continuum, late=True, cost=40)],
+    _text,
+    _tables,
+    needs=(),
+    by_default=False,
+)

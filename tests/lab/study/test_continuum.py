@@ -1,0 +1,37 @@
+"""Part of the study that compares touches of the twin with finite elements."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firstcontact.core import Dataset
+from firstcontact.jobs import Serial
+from firstcontact_lab.study.part import StudySettings, Subject
+from firstcontact_lab.study.parts.continuum import CONTINUUM, DIMPLES, PART, continuum, fits
+
+
+def test_power_and_line_of_peaks_are_those_of_a_curve() -> None:
+    levels = (10, 20, 29, 43, 60)
+    power, line = fits({f"block {s}": 0.2 * s**0.5 for s in levels} | {"apple 1": 9.0})
+    assert power == pytest.approx(0.5)
+    assert line < 1
+    power, line = fits({f"block {s}": 0.2 + 0.01 * s for s in levels})
+    assert power < 0.6
+    assert line == pytest.approx(1.0)
+
+
+def test_part_shows_each_touch_and_the_claim(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("firstcontact_lab.study.parts.continuum.BRIEF", ("block 10", "block 20"))
+    subject = Subject("paper-rig", Dataset((), "twin"))
+    result = continuum(subject, StudySettings(brief=True), Serial())
+    found = result.results[CONTINUUM]
+    assert found is not None
+    scores = found.tips[DIMPLES]["block 20"]
+    assert scores.peak == pytest.approx(scores.twin / scores.elements - 1)
+    assert np.sign(scores.rms) > 0
+    assert [figure.key for figure in result.figures] == ["pad-on-dimples", "rigid-tip"]
+    tables = PART.made_tables(result.results)
+    assert [len(table.lines) for table in tables] == [2, 2, 3]
+    other = continuum(Subject("everyday", Dataset((), "twin")), StudySettings(), Serial())
+    assert other.results[CONTINUUM] is None

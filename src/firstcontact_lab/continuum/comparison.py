@@ -19,16 +19,15 @@ from firstcontact.twin.mechanics import (
     contact_stiffness,
     integrate_all,
 )
+from firstcontact.twin.pad import ON_DIMPLES
 from firstcontact_lab.continuum.bodies import SIZE, Body, Material, cylinder, shell, sphere
 from firstcontact_lab.continuum.touch import DURATION, INTERVAL, touch
 
 Values = NDArray[np.float64]
 #: Density of silicone, kg/m³; area and thickness of the pad, m² and m (paper).
 SILICONE, PAD_AREA, PAD_THICKNESS = 1100.0, 300e-6, 3e-3
-#: Wall of a tennis ball with its felt, m, and the first word of its name.
-WALL, HOLLOW = 6.5e-3, "tennis"
-#: Stiffness of the pad on all its dimples, N/m.
-ON_DIMPLES = 4.5e4
+#: Wall of a tennis ball with its felt, m.
+WALL = 6.5e-3
 
 
 @dataclass(frozen=True)
@@ -69,13 +68,16 @@ def compare(kind: TwinObject, finger: FingerParameters, *, is_rigid: bool = Fals
 def object_body(kind: TwinObject, size: float = SIZE) -> Body:
     """Return the finite elements of an object: a block, a solid sphere, or a hollow ball."""
     o = kind.nominal
-    arms = ((o.arm_share, o.arm_relaxation),)
+    arms = ((o.arm_share, o.arm_relaxation), (o.slow_share, o.slow_relaxation))
     if math.isinf(o.radius) or o.radius > 1:
-        volume, slenderness = kind.mass / SILICONE, o.modulus / o.bulk_stiffness
+        volume, slenderness = (
+            kind.mass / SILICONE,
+            o.modulus * (1 + o.slow_share) / o.bulk_stiffness,
+        )
         length = math.sqrt(volume * slenderness)
         radius = math.sqrt(volume / length / math.pi)
         return cylinder(radius, length, Material(SILICONE, o.modulus, arms), size)
-    inner = o.radius - WALL if kind.name.startswith(HOLLOW) else 0.0
+    inner = o.radius - WALL if math.isfinite(o.dent_stiffness) else 0.0
     density = kind.mass / (4 / 3 * math.pi * (o.radius**3 - inner**3))
     material = Material(density, o.modulus, arms)
     return shell(o.radius, WALL, material, size) if inner else sphere(o.radius, material, size)

@@ -96,7 +96,9 @@ class _Motion:
         self._elastic = volume + self._shear
         self._matrix = bmat([[self._elastic, self._shear]]).tocsr()
         self._masses = np.repeat(body.masses, 2)
-        self._arms = [(*arm, np.zeros(self._masses.size)) for arm in body.material.arms]
+        self._arms = [
+            (*arm, np.zeros(self._masses.size)) for arm in body.material.arms if arm[0] > 0
+        ]
         self._state = np.zeros(2 * self._masses.size)
         #: Displacements a moment ahead, and elongations of the arms, times their shares.
         self.ahead, self._relaxing = np.split(self._state, 2)

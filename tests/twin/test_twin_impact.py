@@ -13,6 +13,7 @@ from firstcontact.twin.mechanics import (
     STATES,
     FingerParameters,
     ObjectParameters,
+    contact_arms,
     contact_stiffness,
 )
 
@@ -118,3 +119,15 @@ def test_arms_follow_the_closed_form_of_a_held_indentation() -> None:
     force, held = out[:, 0, CONTACT_FORCE], times - times[0]
     expected = 1 + 0.5 * np.exp(-held / 4e-3) + 2 * np.exp(-held / 0.1)
     assert force / force[0] == pytest.approx(expected / 3.5, rel=0.02)
+
+
+def test_contact_relaxes_as_pad_and_object_in_series() -> None:
+    p, rubber = FingerParameters(), ObjectParameters()
+    assert contact_arms(p, rubber).arm_share == pytest.approx(rubber.arm_share)
+    fruit = rubber._replace(modulus=p.pad_modulus, arm_share=1.0, slow_share=2.0)
+    touched = contact_arms(p, fruit)
+    # Half of the contact is the pad, whose silicone stays 1 within a second, and has 1.25 at once.
+    assert touched.slow_share == pytest.approx(2 / (1 + 1 / 3) - 1)
+    assert touched.arm_share == pytest.approx(2 / (1 / 1.25 + 1 / 4) - 1.5)
+    rigid = contact_arms(p._replace(pad_modulus=1e15), fruit)
+    assert rigid[-5:] == pytest.approx(fruit[-5:])

@@ -23,6 +23,7 @@ from firstcontact.twin.mechanics import (
     ObjectParameters,
     Piece,
     Timing,
+    contact_arms,
     contact_stiffness,
     integrate_all,
 )
@@ -198,7 +199,7 @@ class PinchRun:
         touched: NDArray[np.float64], limit: float, damping: float,
     ) -> Piece:  # fmt: skip
         return Piece(
-            *self._fingers, self._held, self._stiffness, self._approach.touch,
+            *self._fingers, self._relaxing, self._stiffness, self._approach.touch,
             self.times[begin:stop], self._noise.points, self._noise.dt,
             self._substeps, speeds, self._reference.force, damping,
             self.nominal_speed if self._placed else 0.0, limit,
@@ -208,6 +209,7 @@ class PinchRun:
 
     def _set_object(self, target: ObjectParameters) -> None:
         self._held = target
+        self._relaxing = contact_arms(self._fingers[0], target)
         self._stiffness = np.array([contact_stiffness(p, target) for p in self._fingers])
 
     def _obey(self, command: Command | None, sample: int) -> None:

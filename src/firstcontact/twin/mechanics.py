@@ -136,6 +136,10 @@ class ObjectParameters(NamedTuple):
         )
 
 
+#: Share of the pad's own arm at the contact, as that of a block.
+PAD_ARM = ObjectParameters().arm_share
+
+
 class Timing(NamedTuple):
     """Contact times, s from the first sample."""
 
@@ -238,6 +242,22 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
     """Return the Hertz stiffness of the finger against the object, N/m^1.5."""
     radius = 1 / (1 / p.tip_radius + 1 / o.radius)
     return hertz_stiffness(contact_modulus(p.pad_modulus, o.modulus), radius)
+
+
+def contact_arms(p: FingerParameters, o: ObjectParameters) -> ObjectParameters:
+    """Return the object with the arms of its contact, as shares of the contact's stiffness.
+
+    The pad gives way at the contact, too. Its silicone relaxes as that of a block. So a contact
+    relaxes less than fruit, and as a block does.
+    """
+
+    def stiffness(pad: float, target: float) -> float:
+        return contact_modulus(pad * p.pad_modulus, target * o.modulus)
+
+    slowest, slow = stiffness(1, 1), 1 + o.slow_share
+    middle, all_arms = stiffness(1, slow), stiffness(1 + PAD_ARM, slow + o.arm_share)
+    fast_share = (all_arms - middle) / slowest
+    return o._replace(arm_share=fast_share, slow_share=middle / slowest - 1)
 
 
 #: Function that integrates pieces of different pinches, side by side in the lanes of a vector unit.

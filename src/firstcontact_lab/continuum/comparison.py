@@ -16,6 +16,7 @@ from firstcontact.twin.mechanics import (
     FingerParameters,
     ObjectParameters,
     Piece,
+    contact_arms,
     contact_stiffness,
     integrate_all,
 )
@@ -99,7 +100,7 @@ def whole_pad(finger: FingerParameters) -> FingerParameters:
 
 def twin_touch(target: ObjectParameters, finger: FingerParameters, times: Values) -> Values:
     """Return the twin's voltage while one finger touches a free object, without noise."""
-    target = target._replace(clamp_stiffness=0.0, clamp_damping=0.0)
+    target = contact_arms(finger, target)._replace(clamp_stiffness=0.0, clamp_damping=0.0)
     state = np.zeros(STATES)
     state[1:8:2] = finger.speed
     out = np.empty((times.size, 2, OUTPUTS))

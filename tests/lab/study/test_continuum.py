@@ -8,7 +8,14 @@ import pytest
 from firstcontact.core import Dataset
 from firstcontact.jobs import Serial
 from firstcontact_lab.study.part import StudySettings, Subject
-from firstcontact_lab.study.parts.continuum import CONTINUUM, DIMPLES, PART, continuum, fits
+from firstcontact_lab.study.parts.continuum import (
+    CONTINUUM,
+    DIMPLES,
+    PART,
+    continuum,
+    fits,
+    loss_biases,
+)
 
 
 def test_power_and_line_of_peaks_are_those_of_a_curve() -> None:
@@ -32,6 +39,12 @@ def test_part_shows_each_touch_and_the_claim(monkeypatch: pytest.MonkeyPatch) ->
     assert np.sign(scores.rms) > 0
     assert [figure.key for figure in result.figures] == ["pad-on-dimples", "rigid-tip"]
     tables = PART.made_tables(result.results)
-    assert [len(table.lines) for table in tables] == [2, 2, 3]
+    assert [len(table.lines) for table in tables] == [2, 2, 3, 3]
     other = continuum(Subject("everyday", Dataset((), "twin")), StudySettings(), Serial())
     assert other.results[CONTINUUM] is None
+
+
+def test_loss_reads_an_object_harder() -> None:
+    biases = loss_biases(("orange 1", "block 29"))
+    assert biases["orange 1"].none < biases["orange 1"].fast < biases["orange 1"].both
+    assert biases["block 29"].fast == biases["block 29"].both == pytest.approx(0, abs=0.5)

@@ -9,10 +9,11 @@ import numpy as np
 from firstcontact.core import Record
 from firstcontact.core.display import INK
 from firstcontact.jobs import Runner
-from firstcontact.twin import find_object
-from firstcontact.twin.household import HouseholdObject
-from firstcontact.twin.mechanics import FingerParameters
-from firstcontact_lab.continuum.comparison import Comparison, compare
+from firstcontact.twin.mechanics import FingerParameters, ObjectParameters
+from firstcontact.twin.objects import OBJECTS as OBJECTS_BY_NAME
+from firstcontact.twin.objects import block
+from firstcontact_lab.continuum.comparison import Comparison, compare, twin_touch
+from firstcontact_lab.continuum.touch import DURATION, INTERVAL
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
@@ -21,6 +22,9 @@ from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subj
 
 BLOCKS = {f"block {level}": float(level) for level in (10, 20, 29, 43, 60)}
 OBJECTS = (*BLOCKS, "apple 1", "orange 1", "avocado 1", "tennis ball 1")
+FRUIT = ("apple 1", "orange 1", "avocado 1")
+#: Shore A of the blocks on whose peaks fruit is read.
+READ = range(5, 96, 5)
 BRIEF = ("block 20", "block 60", "apple 1")
 DIMPLES, RIGID = "pad on dimples", "rigid tip"
 
@@ -34,12 +38,21 @@ class TouchScores(Record, frozen=True, kw_only=True):
     rms: float
 
 
+class LossBias(Record, frozen=True, kw_only=True):
+    """Shore A of the block with the same peak minus Shore A of the object, by its arms."""
+
+    none: float
+    fast: float
+    both: float
+
+
 class Continuum(Record, frozen=True, kw_only=True):
     """Scores by tip and object; power of Shore A in the blocks' peaks, and fit of a line (R²)."""
 
     tips: dict[str, dict[str, TouchScores]]
     powers: dict[str, float]
     lines: dict[str, float]
+    loss: dict[str, LossBias]
 
 
 def continuum(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
@@ -64,6 +77,7 @@ def continuum(subject: Subject, settings: StudySettings, runner: Runner) -> Part
         tips=scores,
         powers={name: power for name, (power, _) in fitted.items()},
         lines={name: line for name, (_, line) in fitted.items()},
+        loss=loss_biases(FRUIT),
     )
     figures = [_figure(tip, found) for tip, found in by_tip.items()]
     return PartResult([CONTINUUM(results)], figures)
@@ -71,9 +85,7 @@ def continuum(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 
 def _compare(job: tuple[str, str]) -> Comparison:
     tip, name = job
-    found = find_object(name)
-    kind = found.kind if isinstance(found, HouseholdObject) else found
-    return compare(kind, FingerParameters(), is_rigid=tip == RIGID)
+    return compare(OBJECTS_BY_NAME[name], FingerParameters(), is_rigid=tip == RIGID)
 
 
 def _scores(comparison: Comparison) -> TouchScores:
@@ -91,6 +103,30 @@ def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
     volts = np.array([peak for name, peak in peaks.items() if name in BLOCKS])
     power = np.polyfit(np.log(shore), np.log(volts), 1)[0]
     return float(power), float(np.corrcoef(shore, volts)[0, 1] ** 2)
+
+
+def loss_biases(names: Sequence[str]) -> dict[str, LossBias]:
+    """Return how much harder than it is the peak of one touch reads each object."""
+    finger = FingerParameters()
+    times = np.arange(0.0, DURATION, INTERVAL)
+
+    def peak(target: ObjectParameters) -> float:
+        return float(twin_touch(target, finger, times).max())
+
+    peaks = [peak(block(level).nominal) for level in READ]
+    biases = {}
+    for name in names:
+        kind = OBJECTS_BY_NAME[name]
+        versions = {
+            "none": kind.nominal._replace(arm_share=0.0, slow_share=0.0),
+            "fast": kind.nominal._replace(slow_share=0.0),
+            "both": kind.nominal,
+        }
+        biases[name] = LossBias(**{
+            arms: float(np.interp(peak(target), peaks, READ)) - kind.shore_a
+            for arms, target in versions.items()
+        })  # fmt: skip
+    return biases
 
 
 def _figure(tip: str, touches: Mapping[str, Comparison]) -> Figure:
@@ -125,6 +161,13 @@ _ROWS: Sequence[Row[TouchScores]] = (
 )
 
 
+_LOSS_ROWS: Sequence[Row[LossBias]] = (
+    Row("without loss", lambda b: b.none, "bias"),
+    Row("with the fast arm", lambda b: b.fast, "bias"),
+    Row("with both arms", lambda b: b.both, "bias"),
+)
+
+
 def _tables(results: SubjectResults) -> list[Table | None]:
     found = results[CONTINUUM]
     if found is None:
@@ -142,7 +185,10 @@ def _tables(results: SubjectResults) -> list[Table | None]:
         Row("straight line with an intercept, R²", lambda name: found.lines[name], "p"),
     )
     caption = "Peak amplitude of the blocks over Shore A. The soft pad lowers the power."
-    return [*tables, matrix(caption, claim, [(Cell(name), name, False) for name in found.powers])]
+    tables.append(matrix(caption, claim, [(Cell(name), name, False) for name in found.powers]))
+    caption = "Shore A that the peak of one touch reads too hard on the blocks' peaks, by the loss."
+    loss = [(Cell(name), bias, False) for name, bias in found.loss.items()]
+    return [*tables, matrix(caption, _LOSS_ROWS, loss)]
 
 
 def _text(subjects: Subjects) -> str:

@@ -39,7 +39,7 @@ CPU_TORCH ?= https://download.pytorch.org/whl/cpu
 torch  = $(call fetch,cpu) --extra-index-url $(CPU_TORCH) --timeout 10 --retries 1 2>/dev/null || $(call fetch,cuda)
 # Beside the others: it is as large as they are together. Neither outlives a failure or Ctrl-C.
 both   = $(call fetch,$(1)) & others=$$!; trap wait EXIT; trap "kill $$others; exit 130" INT TERM; { $(torch); } && wait $$others
-PINS  := setup.py pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/twin/c/*) $(wildcard src/firstcontact/device/c/*) $(wildcard src/firstcontact/chain/c/*) $(wildcard firmware/core/fc_c*)
+PINS  := setup.py pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/twin/c/*) $(wildcard src/firstcontact/device/c/*) $(wildcard src/firstcontact/chain/c/*) $(wildcard src/firstcontact/c/*/*)
 
 $(BIN)/pip:
 	$(PYTHON) -m venv $(VENV)

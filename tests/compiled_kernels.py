@@ -15,7 +15,6 @@ import pytest
 
 from firstcontact.core import installation
 
-FIRMWARE = Path(__file__).parents[1] / "firmware" / "core"
 ROOMS = Path(installation.__file__).parents[1]
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 #: Optimised less than where it is installed: the same bits in less than half the time.
@@ -40,13 +39,13 @@ def compiled_kernels() -> ModuleType:
             "-isystem",
             header,
             "-I",
-            ROOMS / "chain" / "c",
+            ROOMS / "c" / "python",
             *sorted((ROOMS / "twin" / "c").glob("*.c")),
-            ROOMS / "chain" / "c" / "arrays.c",
+            ROOMS / "c" / "python" / "arrays.c",
         ]
         subprocess.run([*command, "-lm", "-o", library], check=True)
         frames = ROOMS / "device" / "c" / "frames.c"
-        folders = ["-isystem", header, "-I", FIRMWARE, "-I", ROOMS / "chain" / "c"]
+        folders = ["-isystem", header, "-I", ROOMS / "c/wire", "-I", ROOMS / "c/python"]
         checked = [compiler, *STRICT, "-fsyntax-only", *folders, frames]
         subprocess.run(checked, check=True)
         loader = ExtensionFileLoader("_compiled", str(library))

@@ -37,8 +37,11 @@ STRICT = (
 ANSWER = np.dtype(
     [("value", "f8"), ("low", "f8"), ("high", "f8"), ("status", "i4"), ("instructions", "u4")]
 )
-#: The chain's own C files.
-CHAIN = Path(str(files("firstcontact.chain") / "c"))
+#: C code that computer, firmware and exported library share.
+SHARED = Path(str(files("firstcontact") / "c"))
+#: Files of the chain, and their folders as options of the compiler.
+CHAIN = [*sorted((SHARED / "chain").glob("*.c")), SHARED / "wire/fc_crc32.c"]
+INCLUDE = [f"-I{SHARED / folder}" for folder in ("chain", "wire")]
 
 #: Record of streams.c for each event, and for each stream.
 EVENT = np.dtype(
@@ -121,7 +124,7 @@ class Program:
 
 def chain_program(main: str, folder: Path) -> Program:
     """Return a measuring program with the chain's own C files."""
-    return Program(main, folder, {}, [*map(str, sorted(CHAIN.glob("fc_*.c"))), f"-I{CHAIN}"])
+    return Program(main, folder, {}, [*map(str, CHAIN), *INCLUDE])
 
 
 @cache

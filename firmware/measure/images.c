@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "fc_chain.h"
+#include "fc_crc32.h"
 
 #if defined(__SANITIZE_ADDRESS__)
 #include <sanitizer/asan_interface.h>
@@ -88,7 +89,7 @@ static uint32_t next(uint32_t whole)
         (void)machine_read(bytes + patch[0], patch[1]);
     }
     if (told[0] >= HEAD) {
-        const uint32_t sum = fc_image_checksum(bytes + HEAD, told[0] - HEAD);
+        const uint32_t sum = fc_crc32(bytes + HEAD, told[0] - HEAD);
         memcpy(bytes + 8, told, sizeof *told);
         memcpy(bytes + 12, &sum, sizeof sum);
     }

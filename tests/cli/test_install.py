@@ -81,8 +81,9 @@ def test_the_wheel_has_the_kernels_and_only_the_c_sources_that_are_exported(
     sources = {Path(name) for name in contents(wheel) if name.endswith((".c", ".h", ".ino"))}
     exported = ROOT / "src" / "firstcontact" / "export" / "c"
     expected = {Path("firstcontact/export/c", path.name) for path in exported.iterdir()}
-    chain = ROOT / "src" / "firstcontact" / "chain" / "c"
-    expected |= {Path("firstcontact/chain/c", path.name) for path in chain.glob("fc_*")}
+    shared = ROOT / "src"
+    expected |= {path.relative_to(shared) for path in shared.glob("firstcontact/c/chain/*")}
+    expected |= {Path("firstcontact/c/wire", f"fc_crc32.{suffix}") for suffix in "ch"}
     assert sources == expected
     compiled = {f"firstcontact/{room}/_compiled.abi3.so" for room in ("chain", "device", "twin")}
     assert {name for name in contents(wheel) if name.endswith(".so")} == compiled

@@ -11,9 +11,6 @@ from pathlib import Path
 import building
 import pytest
 
-ROOT = Path(__file__).parents[2]
-CHAIN = ROOT / "src/firstcontact/chain/c"
-SOURCES = sorted(CHAIN.glob("fc_*.c"))
 #: What both build C with, but for what tells one processor from another.
 ARDUINO = ("-std=gnu11", "-O2", "-ffunction-sections", "-fdata-sections")
 
@@ -22,10 +19,10 @@ def code(folder: Path, *options: str) -> str:
     """Return the Cortex-M7 instructions of all files."""
     folder.mkdir()
     text = []
-    for source in SOURCES:
+    for source in building.CHAIN:
         to = folder / f"{source.stem}.o"
         building.run(
-            [f"{building.ARM}gcc", *ARDUINO, *building.M7, *options, f"-I{CHAIN}", "-c",
+            [f"{building.ARM}gcc", *ARDUINO, *building.M7, *options, *building.INCLUDE, "-c",
              str(source), "-o", str(to)]
         )  # fmt: skip
         listing = building.run([f"{building.ARM}objdump", "-d", str(to)])

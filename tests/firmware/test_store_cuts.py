@@ -81,9 +81,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> c.CDLL:
     """Build fc_store with the core."""
     to = tmp_path_factory.mktemp("store") / "store.so"
     predictor, core = FIRMWARE / "predictor", FIRMWARE / "core"
-    kernels = FIRMWARE.parent / "src/firstcontact/export/c"
-    files = [predictor / "fc_store.c", *sorted(core.glob("*.c"))]
-    includes = [f"-I{path}" for path in (predictor, core, kernels)]
+    wire = building.SHARED / "wire"
+    files = [predictor / "fc_store.c", *sorted(core.glob("*.c")), *sorted(wire.glob("*.c"))]
+    includes = [f"-I{path}" for path in (predictor, core, wire)]
     building.run(
         ["gcc", *building.WARN, *building.PLAIN, "-shared", "-fPIC", *includes,
          *map(str, files), "-o", str(to)]

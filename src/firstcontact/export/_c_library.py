@@ -74,8 +74,9 @@ def write(model: Model, out: Path) -> list[str]:
     source, example = out / "src", out / "examples" / "cycles"
     source.mkdir()
     example.mkdir(parents=True)
-    own, chain = (files(f"firstcontact.{room}") / "c" for room in ("export", "chain"))
-    shared = [entry for entry in chain.iterdir() if entry.name.startswith("fc_")]
+    own, code = files("firstcontact.export") / "c", files("firstcontact") / "c"
+    shared = [code / "wire" / f"fc_crc32.{suffix}" for suffix in "ch"]
+    shared += [entry for entry in (code / "chain").iterdir() if entry.name.startswith("fc_")]
     for entry in [own / "fc_flash.h", *shared]:
         (source / entry.name).write_text(entry.read_text(encoding="utf-8"), encoding="utf-8")
     names = [f"detector: {detector.name}"]

@@ -1,14 +1,12 @@
-/* Python module of the wire: decoding of consecutive samples frames, with the COBS and CRC of the
+/* Python module of the wire: decoding of consecutive samples frames, with the code of the
    firmware. The Python code of the package is the reference. */
 #include <string.h>
 
 #include "arrays.h"
-#include "fc_cobs.h"
-#include "fc_crc32.h"
+#include "fc_protocol.h"
 
-/* Type of a samples frame; bytes before its samples, and of its CRC; longest frame without
-   zeros. */
-enum { SAMPLES = 0x02, HEAD = 14, CRC = 4, LONGEST = 16384 };
+/* Bytes of a payload before its samples; longest stuffed frame. */
+enum { SAMPLES_HEAD = 9, LONGEST = 16384 };
 
 /* State of a stream, and size of a sample, bytes. */
 typedef struct {
@@ -16,28 +14,24 @@ typedef struct {
     size_t size;
 } expected;
 
-static uint32_t word(const uint8_t *at)
+/* Decode a frame. Return the number of bytes of samples in it; 0 if it is any other frame. */
+static size_t samples_in(uint8_t *wire, size_t n, const expected *next, fc_frame *frame)
 {
-    return at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
-}
-
-/* Return the number of bytes of samples in a frame without its COBS; 0 if it is any other frame. */
-static size_t samples_in(const uint8_t *frame, ptrdiff_t n, const expected *next)
-{
-    if (n <= HEAD + CRC || frame[0] != SAMPLES || word(frame + 1) != next->counter
-        || word(frame + 5) != next->sample || word(frame + 9) != next->overflow)
+    if (fc_frame_decode(wire, n, frame) != 0 || frame->type != FC_SAMPLES
+        || frame->counter != next->counter || frame->n <= SAMPLES_HEAD
+        || fc_get_u32(frame->payload) != next->sample
+        || fc_get_u32(frame->payload + 4) != next->overflow)
         return 0;
-    const size_t size = (size_t)n - HEAD - CRC;
-    if (size != frame[13] * next->size || word(frame + n - CRC) != fc_crc32(frame, (size_t)n - CRC))
-        return 0;
-    return size;
+    const size_t size = frame->n - SAMPLES_HEAD;
+    return size == frame->payload[SAMPLES_HEAD - 1] * next->size ? size : 0;
 }
 
 /* decode_samples(data, width, counter, sample, overflow): number of bytes used, number of frames,
    and their samples. Decoding stops at the first frame that does not have the expected numbers. */
 static PyObject *decode_samples(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
-    uint8_t frame[LONGEST];
+    uint8_t wire[LONGEST];
+    fc_frame frame;
     expected next;
     char *bytes;
     Py_ssize_t length;
@@ -60,14 +54,15 @@ static PyObject *decode_samples(PyObject *self, PyObject *const *args, Py_ssize_
     for (const uint8_t *zero; (zero = memchr(at, 0, (size_t)(end - at))) != NULL; at = zero + 1) {
         if (zero - at > LONGEST)
             break;
-        const size_t size = samples_in(frame, fc_cobs_unstuff(at, (size_t)(zero - at), frame), &next);
+        memcpy(wire, at, (size_t)(zero - at));
+        const size_t size = samples_in(wire, (size_t)(zero - at), &next, &frame);
         if (size == 0)
             break;
-        memcpy(samples + count, frame + HEAD, size);
+        memcpy(samples + count, frame.payload + SAMPLES_HEAD, size);
         count += size;
         frames++;
         next.counter++;
-        next.sample += frame[13];
+        next.sample += frame.payload[SAMPLES_HEAD - 1];
     }
     PyObject *const out = Py_BuildValue("nny#", (Py_ssize_t)(at - (const uint8_t *)bytes), frames,
                                         (char *)samples, (Py_ssize_t)count);

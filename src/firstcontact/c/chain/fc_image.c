@@ -2,22 +2,12 @@
 
 #include <string.h>
 
+#include "fc_crc32.h"
 #include "fc_math.h"
 
 static const char CUT[] = "the model is not complete";
 static const char WRONG[] = "the numbers of the model do not fit together";
 static const char OVERFLOWS[] = "the numbers of the model are too large";
-
-uint32_t fc_image_checksum(const uint8_t *bytes, size_t n)
-{
-    uint32_t sum = 0xffffffffu;
-    for (size_t k = 0; k < n; k++) {
-        sum ^= bytes[k];
-        for (int32_t bit = 0; bit < 8; bit++)
-            sum = (sum >> 1) ^ (0xedb88320u & (0u - (sum & 1u)));
-    }
-    return ~sum;
-}
 
 typedef struct {
     const uint8_t *bytes;
@@ -336,7 +326,7 @@ const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
         return "the image of the model has another version than this program reads";
     if (head[2] != n)
         return CUT;
-    if (head[3] != fc_image_checksum(bytes + sizeof head, n - sizeof head))
+    if (head[3] != fc_crc32(bytes + sizeof head, n - sizeof head))
         return "the image of the model is damaged: its checksum differs";
     cursor c = {bytes + sizeof head, n - sizeof head, false, false};
     const double *const rate = doubles(&c, 1);

@@ -38,7 +38,4 @@ typedef struct {
 /* Check and read an image at an address that is a multiple of 8. Return NULL, or the fault. */
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image);
 
-/* Return the checksum (CRC-32) of n bytes. */
-uint32_t fc_image_checksum(const uint8_t *bytes, size_t n);
-
 #endif

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import resource
 import select
 import signal
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 #: Of a machine that does much else at the same time, s: only a failing test waits so long.
@@ -34,6 +35,19 @@ def until(reached: Callable[[], object]) -> None:
             return
         tick.wait(0.01)
     raise AssertionError("it did not come about")
+
+
+@contextmanager
+def full_disk(size: int) -> Iterator[None]:
+    """Let the kernel refuse to write a file of this process beyond a size, as a full disk does."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
 
 
 def children(pid: int) -> list[int]:

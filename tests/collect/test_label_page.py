@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import resource
 import signal
 import subprocess
 import sys
@@ -22,6 +21,7 @@ from firstcontact.collect.label_result import Labeller
 from firstcontact.collect.label_session import LabelServer, Session, open_recordings
 from firstcontact.recording import load_dataset
 from page_browser import UPGRADE, ask, browsing, needs_browser, text, until
+from processes import full_disk
 
 
 class Labelling:
@@ -194,14 +194,9 @@ def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium:
 def test_failed_write_is_not_shown_as_a_label(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
     wait_for_counts(chromium, "10 undecided")
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    size = (labelling.out / "labels.jsonl").stat().st_size
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
-    try:
+    with full_disk((labelling.out / "labels.jsonl").stat().st_size):
         press(chromium, " ")
         until(chromium, lambda d: "cannot be written" in text(d, "said"))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     wait_for_counts(chromium, "0 accepted, 0 rejected, 10 undecided")
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import resource
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from firstcontact.collect.label_session import Session, open_recordings
 from firstcontact.core import ClosingSpeed, InputError, Label, Role
 from firstcontact.core.quantity import QUANTITIES
 from firstcontact.recording import import_path, load_dataset, read_recording
+from processes import full_disk
 
 BY = Labeller("Ada", "2026-01-02", "a test")
 
@@ -269,13 +269,8 @@ def test_action_is_undone_if_the_disk_is_full(tmp_path: Path) -> None:
     labelling = session(tmp_path)
     send(labelling, do="accept", number=0)
     state, journal = labelling.hello(), tmp_path / "out" / "labels.jsonl"
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (journal.stat().st_size + 5, limits[1]))
-    try:
-        with pytest.raises(InputError, match=r"labels\.jsonl"):
-            send(labelling, do="reject", number=1)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    with full_disk(journal.stat().st_size + 5), pytest.raises(InputError, match=r"labels\.jsonl"):
+        send(labelling, do="reject", number=1)
     assert labelling.hello() == state
     send(labelling, do="accept", number=2)
     labelling.close()

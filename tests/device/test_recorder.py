@@ -1,5 +1,4 @@
 import os
-import resource
 import signal
 import subprocess
 import tempfile
@@ -24,6 +23,7 @@ from firstcontact.recording import (
     RecordingWriter,
     read_recording,
 )
+from processes import full_disk, until
 
 LAYOUT = Layout(
     (
@@ -52,13 +52,6 @@ def check_numbers(recording: Recording) -> None:
     for stretch in recording.stretches:
         expected = numbered_block(stretch.first_sample, len(stretch.data)).data
         assert np.array_equal(stretch.data, expected)
-
-
-def await_status(recorder: Recorder, condition) -> None:
-    """Wait until the status meets a condition. Only the time limit of the test ends the wait."""
-    pause = threading.Event()
-    while not condition(recorder.status):
-        pause.wait(0.01)
 
 
 @given(st.lists(st.integers(1, 700), min_size=1, max_size=30), st.integers(0, 3))
@@ -120,7 +113,7 @@ def test_invalid_block_stops_only_the_recording(tmp_path):
         recorder.start(tmp_path / "a.mcap", HEADER)
         recorder.put(arrivals(0, [400]))
         recorder.put([Arrival(Block(np.zeros((5, 3), np.int16), 400), 0.0)])
-        await_status(recorder, lambda s: s.failed)
+        until(lambda: recorder.status.failed)
         recorder.put(arrivals(405, [100]))
         status = recorder.status
         assert "2 columns" in status.failed
@@ -132,18 +125,11 @@ def test_invalid_block_stops_only_the_recording(tmp_path):
 
 def test_a_file_at_its_limit_stops_the_recording_with_an_error(tmp_path):
     path, end = tmp_path / "a.mcap", 0
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, limits[1]))
-        with Recorder() as recorder:
-            recorder.start(path, HEADER)
-            while not recorder.status.failed:
-                recorder.put(arrivals(end, [64]))
-                end += 64
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, ignored)
+    with full_disk(40_000), Recorder() as recorder:
+        recorder.start(path, HEADER)
+        while not recorder.status.failed:
+            recorder.put(arrivals(end, [64]))
+            end += 64
     status = recorder.status
     assert str(path) in status.failed
     assert "make room" in status.failed

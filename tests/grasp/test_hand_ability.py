@@ -30,6 +30,7 @@ from firstcontact.grasp.ability import (
     AbilityHand,
 )
 from firstcontact.grasp.ability_package import SIMULATED
+from processes import until
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
 CLOSE = Command(0.05, 2.0)
@@ -72,31 +73,26 @@ def open_then_close(emulated: EmulatedAbility, hand: SafeHand) -> None:
 
 def test_the_simulated_hand_of_the_package_closes_stops_and_opens() -> None:
     ability = AbilityHand(SIMULATED)
-    tick = threading.Event()
 
-    def until(flexion: float, sign: int) -> None:
-        for _ in range(int(PATIENCE / 0.02)):
-            hand.alive()
-            if ability.felt is not None and sign * (ability.felt.position[0] - flexion) > 0:
-                return
-            tick.wait(0.02)
-        pytest.fail(f"{ability.felt}")
+    def is_beyond(flexion: float, sign: int) -> bool:
+        hand.alive()
+        return ability.felt is not None and sign * (ability.felt.position[0] - flexion) > 0
 
     with SafeHand(ability, silence=PATIENCE) as hand:
-        until(NEARLY_OPEN, -1)
+        until(lambda: is_beyond(NEARLY_OPEN, -1))
         hand.send(CLOSE)
-        until(30.0, 1)
+        until(lambda: is_beyond(30.0, 1))
         hand.send(Command(0.0, 2.0))
         positions: list[float] = []
         while len(positions) < 2 or positions[-1] != positions[-2]:
             assert ability.felt is not None
             positions.append(ability.felt.position[0])
-            tick.wait(0.2)
+            threading.Event().wait(0.2)
         assert positions[-1] < CLOSED - 1, "the hand closed fully"
         hand.release()
-        until(NEARLY_OPEN, -1)
+        until(lambda: is_beyond(NEARLY_OPEN, -1))
         hand.send(CLOSE)
-        until(20.0, 1)
+        until(lambda: is_beyond(20.0, 1))
         times, travels, _ = zip(*ability.positions(), strict=True)
         assert list(times) == sorted(times)
         assert max(travels) > min(travels)

@@ -7,7 +7,6 @@ import select
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import groupby
@@ -20,6 +19,7 @@ from firstcontact.core import Command, InputError
 from firstcontact.grasp import HandError, SafeHand
 from firstcontact.grasp.registry import make_hand
 from firstcontact.grasp.separate import MUTE, PROMPT, SeparateHand
+from processes import until
 
 CLOSE = Command(0.02, 2.0)
 #: Module with a hand that writes its orders into a file. 4 N make it fail, 3 N block.
@@ -98,15 +98,13 @@ def await_lines(log: Path, *last: str) -> list[str]:
 
     Equal lines in a row count as one: a hand without orders is released again and again.
     """
-    tick = threading.Event()
-    lines: list[str] = []
-    for _ in range(int(PATIENCE / 0.02)):
+
+    def lines() -> list[str]:
         text = log.read_text() if log.exists() else ""
-        lines = [line for line, _ in groupby(text.splitlines())]
-        if lines[-len(last) :] == list(last):
-            return lines
-        tick.wait(0.02)
-    pytest.fail(f"{lines}")
+        return [line for line, _ in groupby(text.splitlines())]
+
+    until(lambda: lines()[-len(last) :] == list(last))
+    return lines()
 
 
 @contextmanager
@@ -173,13 +171,10 @@ def test_driver_that_blocks_is_interrupted_and_opens_the_hand(tmp_path: Path) ->
 
 
 def test_release_that_blocks_is_interrupted_without_another_order(tmp_path: Path) -> None:
-    log, tick = tmp_path / "stuck", threading.Event()
+    log = tmp_path / "stuck"
     with SafeHand(file_hand(log), silence=PATIENCE) as hand:
         hand.release()
-        for _ in range(int(PATIENCE / 0.02)):
-            if hand.failure is not None:
-                break
-            tick.wait(0.02)
+        until(lambda: hand.failure is not None)
         assert "does not answer" in str(hand.failure)
         await_lines(log, "release", "close")
 

@@ -1,6 +1,5 @@
 import io
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from firstcontact.core import Block, Contact, Finger, InputError, Label, Pinch, 
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter, read_recording
 from firstcontact.recording._mcap import McapWriter
 from firstcontact.recording.messages import LONGEST_TEXT
+from processes import full_disk
 
 # Writes blocks of 37 samples as fast as it can and says after each what it handed over.
 WRITER = """
@@ -190,10 +190,8 @@ def test_a_killed_writer_loses_at_most_a_tenth_of_a_second(tmp_path, acknowledge
 
 
 def test_full_disk_stops_the_writer_and_keeps_complete_chunks(tmp_path, layout, counted):
-    limit = 40_000  # the kernel refuses the write beyond it, as a full disk does
+    limit = 40_000
     path = tmp_path / "full.mcap"
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     writer = RecordingWriter(path, Header(layout))
     sample_count = 0
 
@@ -203,16 +201,12 @@ def test_full_disk_stops_the_writer_and_keeps_complete_chunks(tmp_path, layout, 
             writer.write(counted(sample_count, 64))
             sample_count += 64
 
-    try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
+    with full_disk(limit):
         with pytest.raises(InputError, match=path.name):
             fill()
         with pytest.raises(InputError, match=r"\.mcap"):
             writer.write(counted(sample_count, 64))
         writer.close()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, ignored)
     assert path.stat().st_size == limit
     (stretch,) = read_recording(path).stretches
     assert stretch.end >= sample_count - 0.1 * layout.rate

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import resource
 import signal
 import subprocess
 import sys
@@ -22,6 +21,7 @@ from firstcontact.recording import load_dataset, read_recording
 from firstcontact.twin import BLOCKS, simulate
 from firstcontact.twin._simulate import plan_sessions
 from firstcontact.twin.draw import Condition
+from processes import full_disk
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -159,17 +159,9 @@ def test_killed_simulation_leaves_no_recordings(tmp_path: Path) -> None:
 
 
 def test_full_disk_is_refused_with_the_folder(tmp_path: Path) -> None:
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     out = tmp_path / "out"
-    try:
-        # The kernel refuses to write a file any longer than this, as a full disk does.
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
-        with pytest.raises(InputError, match=str(out)):
-            simulate(out, "paper-rig", 4, 0)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, ignored)
+    with full_disk(20_000), pytest.raises(InputError, match=str(out)):
+        simulate(out, "paper-rig", 4, 0)
     assert not list(tmp_path.iterdir())
 
 

@@ -264,7 +264,7 @@ static int32_t onset(const double *x, int32_t n, int32_t search)
     return best;
 }
 
-/* Return true if the newest samples of any channel deviate far from the mean. */
+/* Return true if any of the newest samples of a channel deviates far from its mean. */
 static bool is_awake(const fc_detector *d, const fc_past *past, int32_t channel)
 {
     for (int64_t k = past->end - d->constants->step; k < past->end; k++) {

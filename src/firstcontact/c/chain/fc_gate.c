@@ -4,8 +4,6 @@
 
 #include "fc_math.h"
 
-enum { LOST, REST, STARTING, OPEN };
-
 /* Fewest steps for which the motor has run when most of FC_GATE_STEPS steps are loud. */
 enum { HEARD_SINCE = FC_GATE_STEPS / 2 };
 
@@ -19,7 +17,7 @@ void fc_gate_restart(fc_gate *g, int64_t first, bool is_same_epoch)
     const int64_t past = (g->grid - first) % g->step;
     g->skipped = is_same_epoch ? (int32_t)(past < 0 ? past + g->step : past) : 0;
     g->grid = first + g->skipped;
-    g->state = LOST;
+    g->state = FC_GATE_LOST;
     g->is_open = g->is_due = g->has_unloaded = false;
     g->steps = g->since = 0;
     g->held = -FC_GATE_STEPS;
@@ -84,7 +82,7 @@ static void learn_unloaded(fc_gate *g)
     g->has_unloaded = true;
 }
 
-static void go(fc_gate *g, int32_t state)
+static void go(fc_gate *g, fc_gate_state state)
 {
     g->state = state;
     g->since = g->steps;
@@ -104,11 +102,11 @@ static fc_gate_turn decide(fc_gate *g)
 {
     const bool quiet = is_quiet(g);
     const bool may_open = !g->is_due || g->grid + g->step >= g->due;
-    if (g->state == LOST || g->state == OPEN) {
+    if (g->state == FC_GATE_LOST || g->state == FC_GATE_OPEN) {
         /* The steady state of the motor must be younger than the opening of the gate. */
         if (!quiet || !may_open || g->steps - g->since < FC_GATE_STEPS)
             return FC_GATE_STAYS;
-        go(g, REST);
+        go(g, FC_GATE_REST);
         if (g->is_by_hand)
             return reopen(g);
         const bool was_open = g->is_open;
@@ -116,15 +114,15 @@ static fc_gate_turn decide(fc_gate *g)
         return was_open ? FC_GATE_SHUTS : FC_GATE_STAYS;
     }
     if (quiet) {
-        if (g->state == STARTING) {
+        if (g->state == FC_GATE_STARTING) {
             g->refused += g->held >= g->since && g->steps - g->since >= FC_GATE_STEPS;
-            go(g, REST);
+            go(g, FC_GATE_REST);
         }
         learn_unloaded(g);
         return g->is_due && may_open ? reopen(g) : FC_GATE_STAYS;
     }
-    if (g->state == REST) {
-        go(g, STARTING);
+    if (g->state == FC_GATE_REST) {
+        go(g, FC_GATE_STARTING);
         g->since -= HEARD_SINCE;
         return FC_GATE_STAYS;
     }
@@ -133,7 +131,7 @@ static fc_gate_turn decide(fc_gate *g)
     const int64_t last = g->held > g->since ? g->held : g->since;
     if (!may_open || g->steps - last < FC_GATE_STEPS)
         return FC_GATE_STAYS;
-    go(g, OPEN);
+    go(g, FC_GATE_OPEN);
     return reopen(g);
 }
 

@@ -13,7 +13,9 @@ enum {
 
 typedef enum { FC_GATE_STAYS, FC_GATE_OPENS, FC_GATE_SHUTS, FC_GATE_SHUTS_AND_OPENS } fc_gate_turn;
 
-/* State of the gate. */
+/* What the gate knows of the motor: nothing since a gap; at rest; starting; running. */
+typedef enum { FC_GATE_LOST, FC_GATE_REST, FC_GATE_STARTING, FC_GATE_OPEN } fc_gate_state;
+
 typedef struct {
     int32_t channels, taxels;
     int32_t step;              /* length of a step, samples */
@@ -21,7 +23,7 @@ typedef struct {
     bool is_by_hand;           /* a person moves the sensor, and the gate opens at rest */
     double limit[FC_CHANNELS_MOST]; /* largest power at rest, V^2 */
 
-    int32_t state;
+    fc_gate_state state;
     bool is_open;
     int64_t steps, since, held; /* step counts: so far, at the start of the state, at the last load */
     int32_t refused;           /* number of motor starts under load since the gate last opened */

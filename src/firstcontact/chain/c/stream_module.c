@@ -330,10 +330,13 @@ static PyObject *take(PyObject *self, PyObject *const *args, Py_ssize_t n)
     fc_chain *const c = &h->chain;
     const int32_t channels = c->stream.channels, columns = channels + c->stream.taxels;
     const Py_ssize_t samples = view.len / (h->width * array_size(kind));
-    if (samples * h->width * array_size(kind) != view.len || first < 0
-        || !begin_call(h, args[4])) {
+    if (samples * h->width * array_size(kind) != view.len)
+        refuse("the samples do not have the width of the chain");
+    else if (first < 0)
+        refuse("the number of the first sample must be 0 or more");
+    if (PyErr_Occurred() || !begin_call(h, args[4])) {
         PyBuffer_Release(&view);
-        return refuse("the samples do not have the width of the chain");
+        return NULL;
     }
     if (!c->has_begun || first != c->next || epoch != h->epoch)
         fc_chain_restart(c, first, epoch == h->epoch);
@@ -395,7 +398,7 @@ static PyObject *state(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return NULL;
     const fc_chain *const c = &h->chain;
     return Py_BuildValue("(iiiiiLi)", fc_chain_due(c, (int32_t)most), c->is_open && !c->is_over,
-                         c->gate.refused, c->stream.has_floors && c->gate.state == 1,
+                         c->gate.refused, c->stream.has_floors && c->gate.state == FC_GATE_REST,
                          c->is_confirmed, (long long)c->next, c->is_open);
 }
 

@@ -1,7 +1,5 @@
 """Fitted detectors and a pinch with a click, shared by the tests of this folder."""
 
-from __future__ import annotations
-
 import pytest
 from clicks import make_pinch
 

@@ -1,7 +1,5 @@
 """Logistic detector: training, its 17 parameters, decisions, and transfer to another rig."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

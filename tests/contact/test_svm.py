@@ -1,7 +1,5 @@
 """SVM detector: training, its plain arrays, and refusals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

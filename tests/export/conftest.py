@@ -1,7 +1,5 @@
 """Path of the measuring scripts, which are stored with the firmware."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

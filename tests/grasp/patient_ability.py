@@ -1,7 +1,5 @@
 """Ability Hand for tests whose emulated hand may answer late on a busy machine."""
 
-from __future__ import annotations
-
 from firstcontact.grasp import ability
 
 #: Longest wait on a busy machine, s.

@@ -1,7 +1,5 @@
 """Closing speed from encoders of several rates, with a known step or with reported speeds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -55,7 +55,7 @@ class Quantity:
     most: float
     is_logarithmic: bool = False
     is_clipped: bool = True
-    units: Mapping[str, float] = field(default_factory=dict, hash=False, compare=False)
+    units: Mapping[str, float] = field(default_factory=dict, hash=False, compare=False, repr=False)
 
     @property
     def axis(self) -> str:

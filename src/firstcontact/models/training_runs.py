@@ -219,7 +219,8 @@ def _fitted(
     if not has_shore_a(dataset):
         raise UnknownRigError(
             "no pinch has a Shore A, which the network needs: record with --shore-a, or with a "
-            "plan that has a column shore, or import labels with a column shore_a",
+            "plan that has a column shore, or import labels with a column shore_a. For other "
+            "labels, train another estimator, such as svm",
             parameter="data",
         )
     labelled = LabelledTouches.cut(dataset, aligned.contacts)

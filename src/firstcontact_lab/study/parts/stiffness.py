@@ -23,9 +23,9 @@ from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult, missing
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import banded_line, canvas, uri
-from firstcontact_lab.report.tables import ABSENT, Cell, Line, Row, Table, optional
+from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table
 from firstcontact_lab.study.detection import trigger_delays
-from firstcontact_lab.study.part import Part, Step, StudySettings, Subject, Subjects
+from firstcontact_lab.study.part import Part, Step, StudySettings, Subject
 from firstcontact_lab.study.scores import learns_one_value
 
 #: Estimators that are scored, yardsticks last.
@@ -283,33 +283,6 @@ def level_table(results: SubjectResults) -> Table | None:
     return Table(caption, ["", *(f"{ms} ms" for ms in found.by_time)], lines)
 
 
-def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
-    def error(name: str) -> Row[SubjectResults]:
-        def by_time(found: StiffnessResults) -> str:
-            quantity = QUANTITIES[found.quantity]
-            each = (scores[name] for scores in found.by_time.values() if name in scores)
-            return " / ".join(quantity.error_words(s.errors.rmse).replace("x", "×") for s in each)
-
-        title, times = names.estimator(name).title, " / ".join(map(str, Touches.SCORED_MS))
-        label = f"Stiffness, {title}, session held out: RMSE, {times} ms"
-        return Row(label, optional(lambda results: results[STIFFNESS], by_time))
-
-    def contacts(results: SubjectResults) -> Placed | None:
-        found = results[STIFFNESS]
-        return None if found is None else found.placed
-
-    def placed(value: str) -> Row[SubjectResults]:
-        labels = {
-            "placed": ("Contacts of the package's detector within 3 ms of the label", "count"),
-            "contact_ms": ("– from the label to the contact, median", "ms"),
-            "decision_ms": ("– from the label to the decision, median", "ms"),
-        }
-        label, unit = labels[value]
-        return Row(label, optional(contacts, lambda found: getattr(found, value)), unit)
-
-    return [*map(placed, ("placed", "contact_ms", "decision_ms")), *map(error, SCORED)]
-
-
 TABLES = (time_table, interval_table, level_table)
 PART = Part(
     "stiffness",
@@ -321,6 +294,5 @@ PART = Part(
         "are scored on the logarithm, so that errors are factors. Each session is held out in turn."
     ),
     TABLES,
-    _rows,
     needs=("data",),
 )

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.chain.image import DetectorKind
-from firstcontact.core import Quantity
-from firstcontact.core.quantity import SHORE_A, STIFFNESS
+from firstcontact.core.quantity import SHORE_A, STIFFNESS, Quantity
 from firstcontact.models import Spec, Task
 from firstcontact.models.anytime import Hints
 from firstcontact.models.interval import Interval

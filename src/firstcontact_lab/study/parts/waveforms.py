@@ -107,6 +107,12 @@ def peak_power(results: SubjectResults) -> float | None:
     return float(np.polyfit(np.log(levels), np.log(means), 1)[0])
 
 
+def peak_line(results: SubjectResults) -> float | None:
+    """Return R² of a straight line with an intercept through the mean peaks; None if unknown."""
+    levels, means = _mean_peaks(results)
+    return float(np.corrcoef(levels, means)[0, 1] ** 2) if len(levels) > 2 else None
+
+
 def _mean_peaks(results: SubjectResults) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     peaks = results[PEAK] or {}
     levels = sorted(peaks, key=float)
@@ -130,9 +136,13 @@ PROPORTIONAL = Row[SubjectResults](
     note=_proportional,
 )
 
+LINE = Row[SubjectResults](
+    "Peak amplitude over Shore A, straight line with an intercept: R²", peak_line, "p"
+)
+
 PART = Part(
     "waveforms",
     "Signals after contact",
     [Step("waveforms", lambda subject, settings, runner: waveforms(subject))],
-    rows=lambda subjects: [PROPORTIONAL],
+    rows=lambda subjects: [PROPORTIONAL, LINE],
 )

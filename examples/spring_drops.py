@@ -35,5 +35,7 @@ def main(folder: Path, out: Path) -> None:
         )
 
 
-if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+if len(sys.argv) == 3:
+    main(*map(Path, sys.argv[1:]))
+else:
+    print("give the folder of drops, and the name of the arrays to write")

@@ -54,6 +54,8 @@ def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None
     assert correlation.n == 6
     assert correlation.exact
     assert order.classes_left_out()["svm"].n == len(ranks)
+    assert order.by_session is not None
+    assert order.by_session["svm"].n == len(ranks)
     left_out = order.classes_left_out()
     assert left_out
     # Materials and pinches of the three classes are as many: any constant is right for a third.

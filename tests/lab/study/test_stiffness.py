@@ -12,6 +12,7 @@ from firstcontact.jobs import Serial
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study.part import StudySettings, Subject
 from firstcontact_lab.study.parts.stiffness import STIFFNESS, TABLES, stiffness
+from firstcontact_lab.study.sets import stiffness_curves
 from toy_pinches import shore_dataset
 
 BRIEF = StudySettings(brief=True)
@@ -44,6 +45,8 @@ def test_errors_are_factors_with_sessions_and_inner_levels_held_out():
     tables = [make(outcome.results) for make in TABLES]
     assert all(table.lines for table in tables)
     assert [figure.key for figure in outcome.figures] == ["stiffness"]
+    assert stiffness_curves({"springs": outcome.results, "twin": outcome.results}) is not None
+    assert stiffness_curves({"twin": outcome.results, "others": NOTHING}) is None
 
 
 def test_one_session_is_left_out_with_its_reason():

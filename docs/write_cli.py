@@ -1,4 +1,4 @@
-"""Write docs/reference/cli.md from the help of each verb.
+"""Write the help of each command into docs/reference/cli.md.
 
 python docs/write_cli.py
 """
@@ -12,13 +12,7 @@ import sys
 from pathlib import Path
 
 PAGE = Path(__file__).parent / "reference" / "cli.md"
-HEAD = """\
-# Command line
-
-`docs/write_cli.py` writes this page from `--help-all`, and a test compares them.
-
-[Exit codes and logs](endings.md).
-"""
+START, END = "<!-- commands: docs/write_cli.py writes them from --help-all -->\n", "<!-- /commands -->\n"
 
 #: Program that prints the help of each verb as JSON, without installed plug-ins.
 HELP = """
@@ -39,17 +33,18 @@ json.dump({"": help_text("--help"), **texts}, sys.stdout)
 """
 
 
-def page() -> str:
-    """Return the page: the help of each verb, 96 columns wide, without colours."""
+def page(text: str) -> str:
+    """Return the page with the help of each verb, 96 columns wide, without colours."""
     environment = {**os.environ, "COLUMNS": "96", "NO_COLOR": "1", "TERM": "dumb"}
     process = subprocess.run(
         [sys.executable, "-c", HELP], capture_output=True, check=True, env=environment
     )
     overview, *texts = json.loads(process.stdout).items()
-    parts = [HEAD, f"```text\n{overview[1]}\n```\n"]
+    parts = [f"```text\n{overview[1]}\n```\n"]
     parts += [f"## {verb}\n\n```text\n{text}\n```\n" for verb, text in texts]
-    return "\n".join(parts)
+    head, _, rest = text.partition(START)
+    return "\n".join([head + START, *parts, END + rest.partition(END)[2]])
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

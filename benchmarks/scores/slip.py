@@ -1,7 +1,7 @@
 """Detections and false alarms of a slip detector on the twin: `python benchmarks/scores/slip.py`.
 
 The threshold is set so that the detector gives few false alarms in holds without slip by one hand
-(``SET_ON``). All results are for other hands. Slips are modelled (docs/explanation/slip.md), so
+(``SET_ON``). All results are for other hands. Slips are modelled (docs/explanation/grasping.md#slip-sounds), so
 these are twin results.
 """
 

@@ -134,7 +134,8 @@ def live(
     from firstcontact.device.source import require_source
     from firstcontact.grasp.hand import Begins
     from firstcontact.grasp.registry import find_hand
-    from firstcontact.streaming.live_session import live_session
+    from firstcontact.streaming.hand_plan import HandPlan
+    from firstcontact.streaming.live_session import SessionPlan, live_session
 
     require_source(source)
     for name, noun, bound in (
@@ -149,18 +150,16 @@ def live(
             f"`firstcontact live --hand {kind.name}` instead",
             parameter="hand",
         )
-    with live_session(
-        source,
-        model,
+    plan = SessionPlan(
+        model=model,
         estimator=estimator,
         calibration=calibration,
         real_time=real_time,
-        hand=hand,
-        hand_port=hand_port,
-        policy=policy,
+        hand=HandPlan(hand, hand_port, policy),
         recordings=Path() if record is None else given_path(record, "record"),
         shape="" if shape is None else str(shape),
-    ) as session:
+    )
+    with live_session(source, plan) as session:
         if record is not None:
             session.start_recording()
         for event in session.events(seconds=seconds, pinches=pinches):

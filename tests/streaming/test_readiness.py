@@ -44,7 +44,8 @@ import sys, time
 import firstcontact as fc
 from firstcontact.grasp import HANDS
 from firstcontact.models.model import shipped_model
-from firstcontact.streaming.live_session import live_session
+from firstcontact.streaming.hand_plan import HandPlan
+from firstcontact.streaming.live_session import SessionPlan, live_session
 
 def positions(hand):
     now = time.monotonic()
@@ -52,7 +53,8 @@ def positions(hand):
 
 HANDS["print"].positions = positions
 source = fc.open("twin", seed=1)
-with live_session(source, shipped_model(), opens=True, hand="print") as session:
+plan = SessionPlan(model=shipped_model(), hand=HandPlan("print"))
+with live_session(source, plan, opens=True) as session:
     loaded = set(sys.modules)
     (done,) = [e for e in session.events(pinches=1) if isinstance(e, fc.PinchDone)]
     print(*sorted(set(sys.modules) - loaded))

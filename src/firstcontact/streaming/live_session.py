@@ -7,10 +7,11 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
-from firstcontact.contact import SLIP_DETECTORS, Detector, SlipDetector, general_detector
+from firstcontact.contact import Detector, general_detector
 from firstcontact.core import (
     ArgumentError,
     Calibration,
@@ -21,144 +22,162 @@ from firstcontact.core import (
 from firstcontact.core.calibration import given_calibration
 from firstcontact.core.files import AnyPath
 from firstcontact.core.physics import is_same_rate
-from firstcontact.core.quantity import SHORE_A
 from firstcontact.device import Source
-from firstcontact.device.clock import TransportDelay
 from firstcontact.device.descriptor import DevicePredictor, skipped_model
 from firstcontact.device.noise_floor import measure_noise
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
-from firstcontact.grasp import HANDS, POLICIES, Hand, HandError, Policy, open_hand
-from firstcontact.grasp.hand import Begins
-from firstcontact.grasp.registry import find_hand, find_policy, live_policy, make_hand
+from firstcontact.grasp import HandError
 from firstcontact.models import Model, load_model
 from firstcontact.models.anytime import Predictor
 from firstcontact.streaming._pipeline import MeasureSpeed, Pipeline
 from firstcontact.streaming.grasping import Grasping
+from firstcontact.streaming.hand_plan import HandPlan
 from firstcontact.streaming.session import LiveSession
 from firstcontact.streaming.twin import default_model
 
 _log = logging.getLogger("firstcontact.streaming")
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SessionPlan:
+    """Wishes of the user about a live session. None means that the session chooses.
+
+    Attributes
+    ----------
+    model
+        Model, or its folder.
+    estimator
+        Name of the estimator in the model that predicts.
+    detector
+        Contact detector that replaces the detector of the model.
+    calibration
+        Calibration with the noise floors, or its file.
+    real_time
+        True if samples arrive in real time.
+    hand
+        Hand, its policy and its slip detector.
+    recordings
+        Folder for recordings.
+    shape
+        Shape that all objects share.
+    """
+
+    model: Model | AnyPath | None = None
+    estimator: str | None = None
+    detector: Detector | None = None
+    calibration: Calibration | AnyPath | None = None
+    real_time: bool | None = None
+    hand: HandPlan = field(default_factory=HandPlan)
+    recordings: Path = Path()
+    shape: str = ""
+
+
+class _Choice(NamedTuple):
+    """Model, detector and predictor of a session."""
+
+    model: Model | None
+    detector: Detector | None
+    predictor: Predictor | None
+
+
 @contextmanager
 def live_session(
     source: Source,
-    model: Model | AnyPath | None = None,
+    plan: SessionPlan,
     *,
-    estimator: str | None = None,
-    detector: Detector | None = None,
-    calibration: Calibration | AnyPath | None = None,
     measure: Callable[[Source], Calibration] = measure_noise,
-    real_time: bool | None = None,
     opens: bool = False,
-    hand: str | Hand | None = None,
-    hand_port: str | None = None,
-    policy: str | type[Policy] | Policy | None = None,
-    slip: str | None = None,
-    recordings: Path = Path(),
-    shape: str = "",
     notify: Callable[[str], None] = _log.info,
 ) -> Iterator[LiveSession]:
     """Open a live session in a context manager, which releases the hand at the end."""
     from threadpoolctl import threadpool_limits
 
-    if real_time is None:
-        real_time = source.speed == 1.0
-    is_live = real_time and not source.recorded
-    _check_hand(hand, hand_port, policy, slip, source.name, is_live=is_live)
-    floors = given_calibration(calibration)
-    is_given = model is not None
-    if isinstance(model, str | os.PathLike):
-        model = load_model(model, detector)
-    elif model is None:
-        model = default_model(source)
-    if detector is not None:
-        model = replace(model, detector=detector)  # it decides which estimators fit
+    real_time = source.speed == 1.0 if plan.real_time is None else plan.real_time
+    plan.hand.check(source.name, is_live=real_time and not source.recorded)
+    floors = given_calibration(plan.calibration)
+    model = _model(plan, source)
     try:
         with ExitStack() as stack:
             if opens:
                 stack.enter_context(source)
             # The matrices are small: threads that multiply them only wait for one another.
             stack.enter_context(threadpool_limits(1))
-            device = source.descriptor.predictor
-            used = model if is_given or device is None or model.folder is not None else None
-            predictor = None
-            if used is not None and used.predictors:
-                fitted = None if used.detector is None else used.detector.rate
-                predictor = used.default(estimator, fitted)
-            detector = detector if used is None else used.own_detector
-            for line in _remarks(source, used, predictor, estimator, is_given=is_given):
+            choice = _choose(plan, model, source)
+            for line in _remarks(source, choice, plan.estimator, is_given=plan.model is not None):
                 notify(line)
-            opened, source = source, _at_rate(source, detector, predictor, notify)
-            layout = source.descriptor.layout
-            pipeline = Pipeline(
-                layout,
-                detector or general_detector(layout),
-                predictor,
-                delay=source.descriptor.delay,
-                real_time=real_time,
-                # A hand that predicts does not, and its predictions are compared with these.
-                resettles=device is None,
-            )
-            if used is not None and predictor is not None:
-                pipeline.is_foreign = used.is_foreign(layout)
-            floors = floors or _device_floors(device)
+            used_source = _at_rate(source, choice, notify)
+            pipeline = _pipeline(source, used_source, choice, real_time=real_time)
+            floors = floors or _device_floors(source.descriptor.predictor)
             if floors is None:
                 # Without noise floors, each closing of a recording is an epoch.
-                floors = source.calibration if source.recorded else measure(source)
+                recorded = used_source.recorded
+                floors = used_source.calibration if recorded else measure(used_source)
             pipeline.calibrate(floors)
-            if isinstance(opened, ReplaySource):
-                pipeline.follow(opened.recording)
-            grasping = None
-            if hand is not None:
-                made = live_policy(policy or POLICIES.default)
-                _check_quantity(made, predictor)
-                grasping = Grasping(
-                    made,
-                    stack.enter_context(open_hand(hand, hand_port, source=source)),
-                    layout,
-                    # At another speed than real time, no delay can be known.
-                    transport=TransportDelay(layout.rate) if real_time else None,
-                    slip=None if slip is None else _slip_detector(slip),
-                )
-            pipeline.measure_speed = _speed_measurement(source, grasping)
-            name = "none" if predictor is None else predictor.name
-            _log.info(
-                "live at %g Hz: detector %s, predictor %s", layout.rate, pipeline.detector, name
-            )
+            if isinstance(source, ReplaySource):
+                pipeline.follow(source.recording)
+            grasping = plan.hand.open(stack, used_source, choice.predictor, real_time=real_time)
+            pipeline.measure_speed = _speed_measurement(used_source, grasping)
             yield LiveSession(
-                source,
+                used_source,
                 pipeline,
                 grasping,
-                recordings=recordings,
+                recordings=plan.recordings,
                 calibration=floors,
-                shape=shape,
-                model=used,
+                shape=plan.shape,
+                model=choice.model,
                 notify=notify,
             )
     except HandError as error:  # also when it is released
         raise ArgumentError(str(error), parameter="hand") from error
 
 
-def _check_quantity(policy: Policy, predictor: Predictor | None) -> None:
-    """Refuse a policy that uses estimates with a model that does not predict Shore A."""
-    if policy.deadline is not None and predictor and predictor.quantity is not SHORE_A:
-        raise ArgumentError(
-            f"{policy.name} uses estimates in Shore A, but the model predicts "
-            f"{predictor.quantity.axis}: choose a policy without estimates, or another model",
-            parameter="policy",
-        )
+def _model(plan: SessionPlan, source: Source) -> Model:
+    """Return the model that the plan names, or the default one for a source, open or not."""
+    model = plan.model
+    if isinstance(model, str | os.PathLike):
+        model = load_model(model, plan.detector)
+    elif model is None:
+        model = default_model(source)
+    # The detector decides which estimators fit.
+    return model if plan.detector is None else replace(model, detector=plan.detector)
+
+
+def _choose(plan: SessionPlan, model: Model, source: Source) -> _Choice:
+    """Choose what detects and predicts. A device that predicts needs a model of its own."""
+    is_own = source.descriptor.predictor is None or model.folder is not None
+    if plan.model is None and not is_own:
+        return _Choice(None, plan.detector, None)
+    predictor = None
+    if model.predictors:
+        fitted = None if model.detector is None else model.detector.rate
+        predictor = model.default(plan.estimator, fitted)
+    return _Choice(model, model.own_detector, predictor)
+
+
+def _pipeline(opened: Source, source: Source, choice: _Choice, *, real_time: bool) -> Pipeline:
+    """Return the pipeline for a source: the opened one, or the one that resamples it."""
+    layout = source.descriptor.layout
+    pipeline = Pipeline(
+        layout,
+        choice.detector or general_detector(layout),
+        choice.predictor,
+        delay=source.descriptor.delay,
+        real_time=real_time,
+        # A hand that predicts does not, and its predictions are compared with these.
+        resettles=opened.descriptor.predictor is None,
+    )
+    if choice.model is not None and choice.predictor is not None:
+        pipeline.is_foreign = choice.model.is_foreign(layout)
+    name = "none" if choice.predictor is None else choice.predictor.name
+    _log.info("live at %g Hz: detector %s, predictor %s", layout.rate, pipeline.detector, name)
+    return pipeline
 
 
 def _remarks(
-    source: Source,
-    model: Model | None,
-    predictor: Predictor | None,
-    estimator: str | None,
-    *,
-    is_given: bool,
+    source: Source, choice: _Choice, estimator: str | None, *, is_given: bool
 ) -> Iterator[str]:
+    model, _, predictor = choice
     if model is not None and model.folder is None and not is_given:
         yield (
             "no --model: the model of the package predicts, which does not know this rig. Its "
@@ -202,15 +221,10 @@ def _device_model(device: DevicePredictor, model: Model | None, estimator: str |
     return f"{line}, but {folder} holds {digest}: its predictions are compared, and will differ"
 
 
-def _at_rate(
-    source: Source,
-    detector: Detector | None,
-    predictor: Predictor | None,
-    notify: Callable[[str], None],
-) -> Source:
+def _at_rate(source: Source, choice: _Choice, notify: Callable[[str], None]) -> Source:
     stated = source.descriptor.layout.rate
-    trained = None if detector is None else detector.rate
-    rate = trained or (stated if predictor is None else predictor.rate)
+    trained = None if choice.detector is None else choice.detector.rate
+    rate = trained or (stated if choice.predictor is None else choice.predictor.rate)
     # A trained detector takes its own rate only. Without one, a rate that differs by no more than
     # a clock's error counts as the same.
     if stated == rate or (trained is None and is_same_rate(stated, rate)):
@@ -238,72 +252,3 @@ def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpee
     hand, rate = grasping.hand, source.descriptor.layout.rate
     hand.closing_speed(0.0, math.nan)  # imports what it needs before the first contact
     return lambda sample, epoch, host: hand.closing_speed(sample / rate, host)
-
-
-def _check_hand(
-    hand: str | Hand | None,
-    hand_port: str | None,
-    policy: str | type[Policy] | Policy | None,
-    slip: str | None,
-    device: str,
-    *,
-    is_live: bool,
-) -> None:
-    """Refuse a hand that cannot be driven with these options or this source."""
-    if policy is not None:
-        find_policy(policy)
-    if slip is not None:
-        _check_slip(slip, hand, find_policy(policy or POLICIES.default))
-    if hand is None:
-        if policy is not None or hand_port is not None:
-            noun, parameter = ("port", "hand_port") if policy is None else ("policy", "policy")
-            raise ArgumentError(
-                f"the {noun} has no effect without a hand: name a hand, or leave the {noun} out",
-                parameter=parameter,
-            )
-        return
-    kind = find_hand(hand)
-    if isinstance(kind, Hand) and hand_port is not None:
-        raise ArgumentError(
-            "a hand that is given as an object has its own port: leave the port out",
-            parameter="hand_port",
-        )
-    if kind.needs_live_samples(hand_port) and not is_live:
-        port = kind.simulated_port
-        instead = "" if port is None else f", or hand_port={port!r}"
-        raise ArgumentError(
-            f"the hand {kind.name!r} moves, so it needs a source with live samples: use the hand "
-            f"{HANDS.default!r}{instead} with a recording",
-            parameter="hand",
-        )
-    if kind.of_source not in (None, device):
-        raise ArgumentError(
-            f"the hand {kind.name!r} works only with the source {kind.of_source!r}: use this "
-            "source or another hand",
-            parameter="hand",
-        )
-    if isinstance(kind, type) and kind.of_source is None:
-        make_hand(kind, hand_port)  # opens nothing: a missing package is reported now
-
-
-def _check_slip(slip: str, hand: str | Hand | None, policy: type[Policy] | Policy) -> None:
-    """Refuse a slip detector unless the hand closes on request and the policy has a reflex."""
-    SLIP_DETECTORS.find(slip)
-    if hand is None or Begins.US not in find_hand(hand).begins:
-        raise ArgumentError(
-            "only a hand that closes on request can react to slips: name such a hand, or leave the "
-            "slip detector out",
-            parameter="slip",
-        )
-    if not policy.has_reflex():
-        raise ArgumentError(
-            f"the policy {policy.name} does not react to slips: leave the slip detector out, or "
-            "name a policy with a slip reflex",
-            parameter="slip",
-        )
-
-
-def _slip_detector(name: str) -> SlipDetector:
-    kind = SLIP_DETECTORS.find(name)
-    with SLIP_DETECTORS.calling(name):
-        return kind()

@@ -95,7 +95,8 @@ class Live:
         from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import load_detector
-        from firstcontact.streaming.live_session import live_session
+        from firstcontact.streaming.hand_plan import HandPlan
+        from firstcontact.streaming.live_session import SessionPlan, live_session
 
         source = open_source(
             self.device,
@@ -105,24 +106,19 @@ class Live:
             objects=self.objects,
         )
         has_policy = self.hand is not None or self.policy != POLICIES.default
+        policy = self.policy if has_policy else None
+        plan = SessionPlan(
+            model=self.model,
+            estimator=self.estimator,
+            detector=None if self.detector is None else load_detector(self.detector),
+            calibration=self.calibration,
+            hand=HandPlan(self.hand, self.hand_port, policy, self.slip),
+            recordings=self.recordings,
+            shape=self.shape,
+        )
         with (
             stopping() as stop,
-            live_session(
-                source,
-                self.model,
-                estimator=self.estimator,
-                detector=None if self.detector is None else load_detector(self.detector),
-                calibration=self.calibration,
-                measure=_measure,
-                opens=True,
-                hand=self.hand,
-                hand_port=self.hand_port,
-                policy=self.policy if has_policy else None,
-                slip=self.slip,
-                recordings=self.recordings,
-                shape=self.shape,
-                notify=_say,
-            ) as session,
+            live_session(source, plan, measure=_measure, opens=True, notify=_say) as session,
         ):
             sinks = make_sinks(
                 outputs,

@@ -27,9 +27,9 @@ class Record:
     """Name of the object that is pinched."""
     shore_a: Annotated[float | None, Option(group="object")] = None
     """Shore A of the object; not needed for the simulated hand."""
-    modulus_mpa: Annotated[float | None, Option(group="object")] = None
+    modulus_mpa: Annotated[float | None, Option(advanced=True, group="object")] = None
     """Young's modulus of the object, MPa, instead of its Shore A."""
-    stiffness_n_per_mm: Annotated[float | None, Option(group="object")] = None
+    stiffness_n_per_mm: Annotated[float | None, Option(advanced=True, group="object")] = None
     """Stiffness of the object, N/mm, instead of its Shore A."""
     specimen: Annotated[str, Option(advanced=True, group="object")] = ""
     """Name of this physical piece; the object's name by default."""

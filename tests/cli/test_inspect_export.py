@@ -9,6 +9,7 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.core import (
+    Block,
     Contact,
     Dataset,
     Finger,
@@ -18,7 +19,7 @@ from firstcontact.core import (
     Role,
     fingertip_layout,
 )
-from firstcontact.recording import Header, RecordingWriter, write_dataset
+from firstcontact.recording import Header, Marker, RecordingWriter, write_dataset
 from firstcontact.recording.dataset import pause_between
 
 
@@ -91,6 +92,18 @@ def test_inspect_says_what_is_in_a_recording(recordings, capsys):
         "skipped     nothing",
     ):
         assert words in output
+
+
+def test_inspect_counts_many_markers_and_lists_them_if_asked(tmp_path, dataset, capsys):
+    path = tmp_path / "marked.mcap"
+    with RecordingWriter(path, Header(layout=dataset.layout, source="synthetic")) as writer:
+        writer.write(Block(np.zeros((500, dataset.layout.width), np.int16)))
+        for sample in range(40):
+            writer.marker(Marker(sample, f"object {sample}"))
+    assert main(["inspect", str(path)]) == 0
+    assert "object 3" not in capsys.readouterr().out
+    assert main(["inspect", str(path), "--markers"]) == 0
+    assert capsys.readouterr().out.count("object") == 40
 
 
 def test_inspect_sums_up_a_folder(recordings, dataset, capsys):

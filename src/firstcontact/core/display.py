@@ -37,7 +37,7 @@ def progress_steps(
     elif progress:
         from tqdm import tqdm
 
-        with tqdm(total=total, unit=unit, desc=title) as bar:
+        with tqdm(total=total, unit=unit, desc=title, disable=None) as bar:  # no bar in a pipe
             yield bar.update
     else:
         yield lambda finished: None

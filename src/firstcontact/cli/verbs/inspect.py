@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from firstcontact.core import Calibration, Dataset, Label, Layout
     from firstcontact.recording import PinchMark, Recording
 
+#: Largest number of markers that are listed unasked.
+FEW = 10
+
 
 @dataclass(frozen=True)
 class Inspect:
@@ -25,6 +28,8 @@ class Inspect:
     """File for a drawing of one pinch: .png, .svg or .pdf."""
     pinch: int = 0
     """Number of the pinch to draw, from 0."""
+    markers: bool = False
+    """List all markers of a recording, not only their number if there are many."""
 
     def run(self) -> None:
         from firstcontact.core import ArgumentError
@@ -39,7 +44,7 @@ class Inspect:
                 print(line)
             return
         recording = read_recording(self.path)
-        for line in _lines(recording):
+        for line in _lines(recording, self.markers):
             print(line)
         if self.plot is not None:
             self._plot(recording, self.plot)
@@ -83,7 +88,7 @@ def _summary(data: Dataset) -> Iterator[str]:
         yield f"note        {note}"
 
 
-def _lines(recording: Recording) -> Iterator[str]:
+def _lines(recording: Recording, every_marker: bool) -> Iterator[str]:
     header, layout = recording.header, recording.header.layout
     yield f"recording   {recording.path}"
     yield f"source      {header.source}"
@@ -107,7 +112,10 @@ def _lines(recording: Recording) -> Iterator[str]:
         f"samples     {recording.samples} in {counted(len(recording.stretches), 'stretch')} of "
         f"{counted(epochs, 'epoch')}, {recording.duration:.3f} s"
     )
-    for marker in recording.markers:
+    is_long = len(recording.markers) > FEW and not every_marker
+    if is_long:
+        yield f"markers     {len(recording.markers)}: --markers lists them"
+    for marker in () if is_long else recording.markers:
         yield f"marker      sample {marker.sample}: {marker.text}"
     yield f"pinches     {len(recording.pinches)}"
     for mark in recording.pinches:

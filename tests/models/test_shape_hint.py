@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import firstcontact as fc
-from firstcontact.core import InputError
+from firstcontact.core import InputError, Role
 from firstcontact.core.physics import LEAST, MOST, parse_radius, radius_text
 from firstcontact.models import Touches
 from firstcontact.twin.objects import OBJECTS
@@ -47,15 +48,20 @@ def known_shape(name: str) -> str:
     return f"{1000 * radius:g} mm" if radius < 1 else "flat"
 
 
+def with_shapes(data: fc.Dataset, shape: Callable[[str], str]) -> fc.Dataset:
+    """Return pinches whose labels state the shapes of their objects, given by name."""
+    labels = (replace(p.label, shape=shape(p.label.object)) for p in data)
+    return replace(data, pinches=tuple(map(lambda p, at: replace(p, label=at), data, labels)))
+
+
 def test_shapes_in_labels_are_inputs_of_the_network(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:
     folder = tmp_path_factory.mktemp("shapes") / "pinches"
     data = fc.simulate(folder, pinches_per_block=8, pinches_per_object=2, seed=5)
-    pinches = tuple(
-        replace(p, label=replace(p.label, shape=known_shape(p.label.object))) for p in data
-    )
-    shaped = replace(data, pinches=pinches)
+    assert all(p.label.shape == ("" if p.label.role is Role.TEST else "flat") for p in data)
+    shaped = with_shapes(data, known_shape)
+    data = with_shapes(data, lambda name: "")
     learnt = (np.arange(len(data)) % 2 == 0) & ~data.test
     model = fc.adapt(shaped[learnt])
     # Blocks without a shape condition the model in the same way.
@@ -79,3 +85,22 @@ def test_shapes_in_labels_are_inputs_of_the_network(
     flat = ~data.test & ~learnt & np.isfinite(plain.value)
     errors = [np.abs(p.value - data.shore_a)[flat].mean() for p in (predictions, plain)]
     assert errors[0] < errors[1]
+
+
+def test_objects_of_the_training_are_evaluated_as_flat_blocks(tmp_path: Path) -> None:
+    data = fc.simulate(tmp_path / "pinches", pinches_per_block=8, pinches_per_object=0, seed=6)
+    unknown = with_shapes(data, lambda name: "")
+    model, bare = fc.adapt(data), fc.adapt(unknown)
+    assert {n: a.tolist() for n, a in model.predictors[0].to_arrays().items()} == {
+        n: a.tolist() for n, a in bare.predictors[0].to_arrays().items()
+    }
+
+    def bias(pinches: fc.Dataset) -> float:
+        (evaluation,) = fc.evaluate(model, pinches, contacts="known")
+        return evaluation.groups[0].bias[0.005]
+
+    assert bias(unknown) == bias(data)
+    # A round object yields more than a flat one, so with the same signal it must be harder.
+    test = tuple(replace(p, label=replace(p.label, role=Role.TEST)) for p in unknown)
+    assert bias(replace(unknown, pinches=test)) > bias(data)
+    assert bias(with_shapes(data, lambda name: "20 mm")) > bias(data)

@@ -107,14 +107,19 @@ class GroupScores:
         """Root mean square errors. Each key is a time after the contact, s. Empty for classes."""
         return {at: s.rmse for at, s in self.scores.items() if isinstance(s, RegressionScores)}
 
+    @property
+    def bias(self) -> Mapping[float, float]:
+        """Mean errors. Each key is a time after the contact, s. Empty for classes."""
+        return {at: s.bias for at, s in self.scores.items() if isinstance(s, RegressionScores)}
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evaluation(Drawable):
     """Scores of one predictor of a model.
 
-    :attr:`rmse`, :attr:`coverage` and :attr:`width` leave out the pinches that the model was
-    trained on. If other pinches remain, they also leave out those whose session and specimen both
-    have names that occur in the training data.
+    :attr:`rmse`, :attr:`bias`, :attr:`coverage` and :attr:`width` leave out the pinches that the
+    model was trained on. If other pinches remain, they also leave out those whose session and
+    specimen both have names that occur in the training data.
 
     Parameters
     ----------
@@ -164,6 +169,11 @@ class Evaluation(Drawable):
         return {at: math.sqrt(square) for at, square in squares.items()}
 
     @property
+    def bias(self) -> Mapping[float, float]:
+        """Mean errors in the target's unit. Each key is a time after the contact, s."""
+        return self._unseen_mean(lambda group: group.bias)
+
+    @property
     def coverage(self) -> Mapping[float, float]:
         """Share of intervals that contain the true value. Each key is a time after contact, s."""
         return self._unseen_mean(lambda group: group.coverage)
@@ -193,7 +203,10 @@ class Evaluation(Drawable):
                 "group": str(group.title),
                 "pinches": group.n,
                 "elapsed_ms": 1e3 * at,
-                **{name: getattr(scores, name, math.nan) for name in ("rmse", "mae", "accuracy")},
+                **{
+                    name: getattr(scores, name, math.nan)
+                    for name in ("rmse", "bias", "mae", "accuracy")
+                },
                 "coverage_percent": 100 * group.coverage.get(at, math.nan),
                 "width": group.width.get(at, math.nan),
             }
@@ -226,7 +239,8 @@ def evaluate(
     """Score every predictor of a model on labelled pinches.
 
     Predictions use only samples before the second finger's contact, as in live sessions. This
-    contact comes from the data.
+    contact comes from the data. Objects that the model was trained on are flat blocks, unless their
+    labels state another shape.
 
     Parameters
     ----------
@@ -269,6 +283,7 @@ def evaluate(
         model = replace(model, detector=detector)
     model.default()  # refuses a detector alone
     require_dataset(data)
+    data = model.trained_on.with_shapes(data)
     is_foreign = model.is_foreign(data.layout)
     at_rate: dict[float, tuple[Dataset, Alignment]] = {}
 

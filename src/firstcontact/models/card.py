@@ -9,7 +9,7 @@ other sensors.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import blake2b
 from typing import Annotated, Any, Literal
 
@@ -17,7 +17,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ModelError, Pinch
+from firstcontact.core import Dataset, ModelError, Pinch, Role
+from firstcontact.core.physics import FLAT
 from firstcontact.core.records import Count, Name, Notes
 from firstcontact.core.weights import Rate, Sha256
 from firstcontact.models.interval import Interval
@@ -58,6 +59,18 @@ class TrainingData:
     notes: tuple[Notes, ...] = ()
     #: Rate before resampling, Hz; None if the pinches were not resampled.
     recorded_rate_hz: Rate | None = None
+
+    def with_shapes(self, data: Dataset) -> Dataset:
+        """Return pinches that state the shape of this training's objects: flat if unknown."""
+
+        def shaped(pinch: Pinch) -> Pinch:
+            label = pinch.label
+            is_block = label.role is Role.TRAIN and label.object in self.objects
+            if label.shape or not is_block:
+                return pinch
+            return replace(pinch, label=replace(label, shape=FLAT))
+
+        return replace(data, pinches=tuple(map(shaped, data.pinches)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

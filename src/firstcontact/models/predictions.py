@@ -142,8 +142,8 @@ def _of_columns(columns: list[Any], contacts: Sequence[Contact | None]) -> Predi
 #: Share of a pinch's error that all pinches of the object have in common, as a standard deviation:
 #: the contribution of specimen, label, session and rig. Measured by ``firstcontact pretrain`` on
 #: random rigs outside the training, with 5 pinches of each object in one session ("same object" in
-#: the network's card): 0.88 to 0.89 at 3 to 15 ms.
-SHARED = 0.89
+#: the network's card): 0.90 at 3 to 15 ms.
+SHARED = 0.90
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import ChannelKind, ClosingSpeed, Contact, Dataset, Finger, Pinch
 from firstcontact.core.layout import FINGERTIP_WINDOW
+from firstcontact.core.physics import parse_radius
 from firstcontact.models.values import Values
 from firstcontact.signal import DeviceSmoothing, samples_in
 from firstcontact.signal.windowing import BASELINE, BASELINE_GUARD
@@ -84,11 +85,11 @@ class Touches:
 
         ``contacts`` holds the first contact of each pinch, None if unknown. Return those
         that have a usable signal, and the positions of their pinches in the dataset. A signal is
-        used up to the second contact, if the dataset contains it.
+        used up to the second contact, if the dataset contains it. Labels state speeds and shapes.
         """
         rate = dataset.layout.rate
         longest = samples_in(cls.LONGEST, rate)
-        signals, fingers, positions, speeds = [], [], [], []
+        signals, fingers, positions, speeds, radii = [], [], [], [], []
         for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
             signal = None if first is None else _signal(pinch, first)
             if first is None or signal is None:
@@ -97,6 +98,7 @@ class Touches:
             fingers.append(finger_number(first.finger))
             positions.append(place)
             speeds.append(speed_inputs(pinch.closing_speed))
+            radii.append(parse_radius(pinch.label.shape))
         width = samples_in(cls.BEFORE, rate) + longest
         touches = cls.from_signals(
             np.array(signals, np.float32).reshape(-1, width),
@@ -105,7 +107,10 @@ class Touches:
             rate,
         )
         values, errors = np.array(speeds, np.float64).reshape(-1, 2).T
-        return replace(touches, speeds=values, speed_errors=errors), np.array(positions, np.intp)
+        touches = replace(
+            touches, speeds=values, speed_errors=errors, radii=np.array(radii, np.float64)
+        )
+        return touches, np.array(positions, np.intp)
 
     @classmethod
     def cut_signal(cls, volts: NDArray[Any], start: int, rate: float) -> Signals | None:
@@ -163,6 +168,10 @@ class Touches:
         """Return the contacts in these rows, given as positions or a boolean mask."""
         arrays = {f.name: getattr(self, f.name)[rows] for f in fields(self) if f.name != "rate"}
         return Touches(rate=self.rate, **arrays)
+
+    def as_blocks(self) -> Touches:
+        """Return a copy of the contacts, flat where the radius is unknown, as with blocks."""
+        return replace(self, radii=np.where(np.isnan(self.radii), np.inf, self.radii))
 
     def until(self, samples: int) -> Touches:
         """Return a copy of the contacts with ``valid`` at most this number of samples."""

@@ -87,7 +87,7 @@ def planned_pinch(
     copy %= copies
     one = draw_specimen(seed, condition, kind, copy)
     mark = f"{kind.name} #{copy + 1}" if copies > 1 else kind.name
-    label = Label(kind.name, kind.shore_a, None, mark, session, kind.role)
+    label = Label(kind.name, kind.shore_a, None, mark, session, kind.role, kind.shape)
     return PlannedPinch(one, label, number)
 
 

@@ -335,7 +335,7 @@ class TwinStream(ScanStream):
         if isinstance(kind, TwinObject):
             return planned_pinch(self._seed, self._condition, kind, SESSION, number, number)
         one = draw_household_specimen(self._seed, self._condition, kind, 0)
-        label = Label(one.name, one.shore_a, None, one.name, SESSION, one.role)
+        label = Label(one.name, one.shore_a, None, one.name, SESSION, one.role, one.shape)
         return PlannedPinch(one, label, number)
 
     def _add_contacts(self, first: int, scans: NDArray[np.uint16]) -> None:

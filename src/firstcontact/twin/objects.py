@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firstcontact.core import Role
-from firstcontact.core.physics import POISSON, gent_modulus
+from firstcontact.core.physics import FLAT, MOST, POISSON, gent_modulus
 from firstcontact.twin.mechanics import ObjectParameters
 
 #: Coefficients of friction: silicone on silicone, and silicone on the skin of fruit.
@@ -47,6 +47,11 @@ class TwinObject:
     """Coefficient of friction against the pad's silicone."""
     fragility: Fragility | None = None
     """Distribution of the breaking force; None for an object that this hand cannot break."""
+
+    @property
+    def shape(self) -> str:
+        """Label of the shape: flat, or unknown ("")."""
+        return FLAT if self.nominal.radius > MOST / 1000 else ""
 
     @property
     def mass(self) -> float:

@@ -72,7 +72,7 @@ def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel
 def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runner) -> RigModel:
     """Return the model with calibrated intervals of averages with a regression on other rigs."""
     errors, spreads = object_errors(model, numbers, seed, runner)[1]
-    factors = np.array([_quantile(of_stage) for of_stage in errors / spreads])
+    factors = np.array([_quantile(of_stage) for of_stage in np.abs(errors) / spreads])
     return RigModel(model.network, model.familiar, model.factors, model.level, model.rigs, factors)
 
 
@@ -98,7 +98,7 @@ def _object_errors(number: int, seed: int, model: RigModel, family: str) -> NDAr
     for place, stage in enumerate(Rig.STAGES):
         for row, one in enumerate((average.network_alone(), average)):
             predicted = one.predict_touches(objects.until(stage))
-            error = np.abs(predicted.value - shore_a)
+            error = predicted.value - shore_a
             out[row, :, place] = np.where(objects.valid >= stage, error, np.nan), predicted.spread
     return out
 

@@ -27,7 +27,7 @@ from firstcontact_lab.pretraining.calibration import (
     same_object,
 )
 from firstcontact_lab.pretraining.compact_training import STEPS, compacted
-from firstcontact_lab.pretraining.examples import DRAWN, Examples, example_set
+from firstcontact_lab.pretraining.examples import DRAWN, example_set
 from firstcontact_lab.pretraining.training import Training
 from firstcontact_lab.rigs import FAMILIES
 
@@ -65,12 +65,8 @@ def pretrain(
     out: Path, work: Path, size: Size, seed: int, runner: Runner, say: Callable[[str], object]
 ) -> RigModel:
     """Pre-train the network, or resume a stopped pre-training."""
-
-    def made(first: int, rigs: int, again: int = 0) -> Examples:
-        return example_set(work, first, rigs, seed, runner, again)
-
     torch.set_num_threads(1)  # the number of threads decides the last bits of sums
-    examples = made(TRAINED, size.rigs)
+    examples = example_set(work, TRAINED, size.rigs, seed, runner)
     say(f"{size.rigs} rigs, {len(examples)} contacts for training")
     state = work / f"training-v{DRAWN}-{seed}-{size.rigs}-{size.epochs}.pt"
     full = Training(examples, size.epochs, seed, state).run(
@@ -83,8 +79,20 @@ def pretrain(
         size.steps,
         progress=lambda step, loss: say(f"compact, step {step} of {size.steps}: loss {loss:.3f}"),
     )
-    model = finished(network, made(CALIBRATED, size.calibration), seed)
+    calibration = example_set(work, CALIBRATED, size.calibration, seed, runner)
+    model = finished(network, calibration, seed)
     model = calibrated(model, range(CALIBRATED, CALIBRATED + size.calibration), seed, runner)
+    scores = all_scores(model, work, size, seed, runner)
+    trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
+    record = TrainingRecord(scores=scores, training={"trained": trained, "size": asdict(size)})
+    Model(predictors=(model.with_record(record),)).write(out)
+    return model
+
+
+def all_scores(
+    model: RigModel, work: Path, size: Size, seed: int, runner: Runner
+) -> Mapping[str, Mapping[str, Any]]:
+    """Return scores on other random rigs, on held-out families, and of pooled pinches."""
     scores: dict[str, Mapping[str, Any]] = {}
 
     def judge(title: str, first: int, rigs: int, family: str = "") -> None:
@@ -95,12 +103,11 @@ def pretrain(
     judge("random rigs", JUDGED, size.judgement)
     for name, family in FAMILIES.items():
         judge(f"held out: {family.title}", HELD_OUT, size.held_out, name)
-    calibration, test = (made(at, size.judgement, again=PINCHES) for at in (AGAIN, AGAIN_JUDGED))
+    calibration, test = (
+        example_set(work, at, size.judgement, seed, runner, PINCHES) for at in (AGAIN, AGAIN_JUDGED)
+    )
     scores["same object"] = same_object(model, calibration, test, SAMPLES, seed + 1)
-    trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
-    record = TrainingRecord(scores=scores, training={"trained": trained, "size": asdict(size)})
-    Model(predictors=(model.with_record(record),)).write(out)
-    return model
+    return scores
 
 
 def judged(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping[str, Any]:
@@ -112,7 +119,8 @@ def judged(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping
         half = factors[stage] * spreads
         out[time] = {
             "rmse": round(float(np.sqrt((away**2).mean())), 2),
-            "coverage": round(float((away <= half).mean()), 3),
+            "bias": round(float(away.mean()), 2),
+            "coverage": round(float((np.abs(away) <= half).mean()), 3),
             "width": round(float(2 * half.mean()), 1),
         }
     return {"level": LEVEL, "ms": out}

@@ -27,6 +27,8 @@ class OffBlocks(Record, frozen=True, kw_only=True):
     three_pinches: float
     bias_softest: float
     bias_hardest: float
+    bias: float | None = None
+    bias_other_hand: float | None = None
     blocks: float | None = None
     accuracy: float | None = None
     other_hand: float | None = None
@@ -51,7 +53,8 @@ def off_blocks(answered: Sequence[Answered], options: Mapping[str, Any], seed: i
     objects = [_part(batch, Use.OBJECTS) for batch in answered]
     softest, hardest = _ends([batch for batch in objects if len(batch.values)])
     for batch in objects:
-        tally.errors("objects", batch.place, batch.values - batch.queries.y)
+        for name in ("objects", "bias"):
+            tally.errors(name, batch.place, batch.values - batch.queries.y)
         tally.errors("three_pinches", batch.place, _together(batch, seed))
         for name, level in (("bias_softest", softest), ("bias_hardest", hardest)):
             indices = batch.queries.y == level
@@ -61,7 +64,8 @@ def off_blocks(answered: Sequence[Answered], options: Mapping[str, Any], seed: i
         tally.errors("blocks", batch.place, held_out.values - held_out.queries.y)
         tally.errors("accuracy", batch.place, _nearest(held_out))
         other = _part(batch, Use.OTHER_OBJECTS)
-        tally.errors("other_hand", batch.place, other.values - other.queries.y)
+        for name in ("other_hand", "bias_other_hand"):
+            tally.errors(name, batch.place, other.values - other.queries.y)
         left = _part(batch, Use.BLOCKS)
         tally.errors("level_left_out", batch.place, left.values - left.queries.y, batch.question)
     return OffBlocks(

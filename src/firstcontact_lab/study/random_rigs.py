@@ -131,6 +131,8 @@ class RigScores(Record, frozen=True, kw_only=True):
 
     def cell(self, key: str, unit: str) -> Cell:
         """Return a score with its interval, and that of the difference from the reference."""
+        if key not in self.scores:  # results of an older version
+            return format_cell(None, unit)
         cell = format_cell(Bounded(self.scores[key], self.intervals[key]), unit)
         low, high = self.gains[key]
         if unit != "shore" or low == high == 0.0:
@@ -140,10 +142,10 @@ class RigScores(Record, frozen=True, kw_only=True):
 
 def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigScores]]:
     """Return the scores of groups of methods from those of rigs, (rigs, groups, methods, keys)."""
-    is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in keys])
+    is_error = np.array([key.split()[-1] not in ("bias", "coverage", "width") for key in keys])
 
     def rooted(means: Values) -> Values:
-        return np.where(is_error, np.sqrt(means), means)
+        return np.where(is_error, np.sqrt(np.abs(means)), means)
 
     means = rooted(rows.mean(axis=0))
     resampled = rooted(resampled_sums(rows, seed) / len(rows))
@@ -241,6 +243,7 @@ def judged_rig(
     touches = Touches.from_signals(
         signals, np.minimum(valid, Touches.lengths(_RATE)[1]), np.full(len(valid), -1), _RATE
     )
+    touches = replace(touches, radii=np.where(np.isin(uses, (OWN, BLOCK)), np.inf, np.nan))
     lasting = touches.answerable
     return JudgedRig(
         touches.take(lasting),

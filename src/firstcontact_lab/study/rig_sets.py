@@ -128,7 +128,13 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
                 yield _Drawn(
                     use,
                     Label(
-                        kind.name, kind.shore_a, None, f"{kind.name} #{copy}", session, kind.role
+                        kind.name,
+                        kind.shore_a,
+                        None,
+                        f"{kind.name} #{copy}",
+                        session,
+                        kind.role,
+                        kind.shape,
                     ),
                     draw_pinch(hand, condition, session, specimen, f"{kind.name} {number}"),
                 )

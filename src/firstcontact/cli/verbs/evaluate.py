@@ -45,7 +45,8 @@ class Evaluate:
         print_losses(data)
         for line in _rate_lines(model, data):
             print(line)
-        shapes = sum(bool(pinch.label.shape) for pinch in data)
+        with_shapes = model.trained_on.with_shapes(data)
+        shapes = sum(bool(pinch.label.shape) for pinch in with_shapes)
         if shapes and model.network is not None:
             print(f"the network uses the shape of {shapes} of {counted(len(data), 'pinch')}")
         for evaluation in evaluate(model, data, contacts=self.contacts):
@@ -83,11 +84,12 @@ def _network_lines(group: GroupScores) -> Iterator[str]:
     constant = f"always predicting their mean scores {group.constant:.2f}"
     yield f"{group.title}: {counted(group.n, 'pinch')}; rmse and width in Shore A ({constant})"
     share = f"in {100 * (group.level or 0):g} %"
-    yield f"{'after contact':>13}  {'rmse':>6}  {share:>8}  {'width':>6}  out of range"
+    yield f"{'after contact':>13}  {'rmse':>6}  {'bias':>6}  {share:>8}  {'width':>6}  out of range"
     for at, rmse in group.rmse.items():
         yield (
-            f"{f'{1e3 * at:g} ms':>13}  {rmse:>6.2f}  {percent(group.coverage[at]):>8}  "
-            f"{group.width[at]:>6.1f}  {percent(group.out_of_range[at]):>12}"
+            f"{f'{1e3 * at:g} ms':>13}  {rmse:>6.2f}  {group.bias[at]:>+6.2f}  "
+            f"{percent(group.coverage[at]):>8}  {group.width[at]:>6.1f}  "
+            f"{percent(group.out_of_range[at]):>12}"
         )
 
 

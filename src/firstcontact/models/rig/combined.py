@@ -54,7 +54,7 @@ def adapt_combined(
     """Condition a network on a rig and average it with a regression on the rig's pinches."""
     adapted = adapt_network(base, touches, shore_a, sessions, seed)
     lasting = touches.answerable
-    touches, shore_a = touches.take(lasting), shore_a[lasting]
+    touches, shore_a = touches.take(lasting).as_blocks(), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
     if len(touches) < LEAST_PINCHES or len(np.unique(shore_a)) < LEAST_LEVELS:
         few = f"fewer than {LEAST_PINCHES} pinches or {LEAST_LEVELS} levels"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, floor
 from typing import Any, ClassVar
 
 import numpy as np
@@ -90,8 +90,8 @@ def adapt_network(
     sessions: NDArray[np.str_] | None = None,
     seed: int = 0,
 ) -> Adapted:
-    """Condition a pre-trained network on a rig."""
-    lasting = touches.answerable
+    """Condition a pre-trained network on a rig. Contacts of unknown shape are those of blocks."""
+    lasting, touches = touches.answerable, touches.as_blocks()
     longest, shore_a = touches.take(lasting), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
     if len(np.unique(shore_a)) < 2 or len(longest) < 4:
@@ -291,10 +291,11 @@ def _check_sentences(base: RigModel, made: Adapted) -> list[str]:
         ) * (made.rmse > alone)
         sentences.append(f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice}")
     widest = made.check.scales.max()
-    widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "not widened"
+    widened = f"now up to {ceil(100 * widest) / 100:.2f} times as wide"
+    least = floor(1000 * made.check.coverage + 1e-6) / 1000  # a share that is not too large
     sentences.append(
-        f"intervals: at every time they held the truth of at least {percent(made.check.coverage)} "
+        f"intervals: at every time they held the truth of at least {percent(least)} "
         f"of {counted(made.check.n, 'held-out pinch')} (wanted: {100 * base.level:.0f} %): "
-        f"{widened}"
+        f"{widened if widest > 1 else 'not widened'}"
     )
     return sentences

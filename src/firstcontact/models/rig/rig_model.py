@@ -20,7 +20,7 @@ from firstcontact.chain.image import LINES, ModelConstants, RigConstants
 from firstcontact.chain.touch import predict_touches, rig_inputs
 from firstcontact.core import Contact, Dataset, Finger, ModelError
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.core.physics import is_same_rate, parse_radius
+from firstcontact.core.physics import is_same_rate
 from firstcontact.core.weights import take_array
 from firstcontact.models.anytime import LONGEST, AnytimeModel, Hints, Prediction
 from firstcontact.models.predictions import Predictions
@@ -196,9 +196,8 @@ class RigModel(AnytimeModel):
     ) -> Predictions:
         out = Predictions.empty(contacts)
         touches, rows = Touches.cut(data, contacts)
-        shapes = np.array([parse_radius(data[row].label.shape) for row in rows], np.float64)
         samples = self.usable_lengths(data, contacts, at)[rows]
-        touches = replace(touches, radii=shapes, valid=samples)
+        touches = replace(touches, valid=samples)
         touches, rows = touches.take(samples > 0), rows[samples > 0]
         if len(rows):
             out.put(rows, self.predict_touches(touches))

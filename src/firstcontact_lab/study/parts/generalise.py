@@ -120,11 +120,13 @@ GENERALISE = Field.optional("generalise", Generalised)
 _OBJECTS = {
     "objects": ("Unseen objects", "shore"),
     "three_pinches": ("Three pinches", "shore"),
+    "bias": ("Bias", "bias"),
     "bias_softest": ("Bias, softest", "bias"),
     "bias_hardest": ("Bias, hardest", "bias"),
 }
 _OTHERS = {
     "other_hand": ("Another hand", "shore"),
+    "bias_other_hand": ("Bias there", "bias"),
     "level_left_out": ("Hardness left out", "shore"),
     "blocks": ("Blocks", "shore"),
     "accuracy": ("Nearest level", "share"),

@@ -46,14 +46,15 @@ TIMES = (2, 5, 15)
 #: Time of the pooled pinches, of coverage and of width, ms.
 MIDDLE = 5
 _USES = (BLOCK, EVERYDAY, RANDOM)
-#: Scores of a method, in this order: by use the RMSE at each time and of three pinches, then
-#: coverage and width of one pinch and of three. For each rig, mean squared errors are kept instead
-#: of the RMSE.
+#: Scores of a method, in this order: by use the RMSE at each time, the bias at ``MIDDLE``, the RMSE
+#: of three pinches, then coverage and width of one pinch and of three. For each rig, mean squared
+#: errors are kept instead of the RMSE.
 KEYS = tuple(
     f"{use} {score}"
     for use in _USES
     for score in (
         *(f"{ms} ms" for ms in TIMES),
+        "bias",
         "three",
         "coverage",
         "width",
@@ -170,6 +171,7 @@ def _scores(rig: JudgedRig, predict: Predict) -> list[float]:
         truth = rig.shore_a[rows]
         errors = [answer[0][rows] - truth for answer in answers]
         out += [float(np.mean(error**2)) for error in errors]
+        out.append(float(np.mean(errors[middle])))
         objects = rig.objects[rows]
         pooled = [errors[middle][objects == name].mean() for name in np.unique(objects)]
         value, low, high, half = (of_all[rows] for of_all in answers[middle])
@@ -192,7 +194,9 @@ _COLUMNS = [
     ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms", "shore"),
     ("5 ms", f"{EVERYDAY} 5 ms", "shore"),
     ("15 ms", f"{EVERYDAY} 15 ms", "shore"),
+    ("Bias, 5 ms", f"{EVERYDAY} bias", "bias"),
     ("Random objects, 5 ms", f"{RANDOM} 5 ms", "shore"),
+    ("Bias, 5 ms", f"{RANDOM} bias", "bias"),
     ("Blocks of other sessions, 5 ms", f"{BLOCK} 5 ms", "shore"),
 ]
 _MORE = [
@@ -228,7 +232,7 @@ def _table(results: SubjectResults, columns: Columns, title: str) -> Table | Non
     for name, scores in judged.methods.items():
         cells = [
             scores.cell(key, unit)
-            if (unit == "shore" and not key.endswith("width")) or name != "regression"
+            if (unit != "share" and not key.endswith("width")) or name != "regression"
             else Cell(ABSENT)
             for _, key, unit in columns
         ]

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.models import Touches
+from firstcontact.models import Task, Touches
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig.network_estimator import (
     LEAST_OF_FINGER,
     MOST_OF_LEVEL,
+    NetworkEstimator,
     adapt_network,
 )
 from firstcontact.models.rig.rig_model import RigModel
@@ -122,3 +124,15 @@ def test_no_more_pinches_of_a_level_are_used_than_in_training() -> None:
     for rig in made.model.rigs.values():
         counts = np.exp(2 * (rig.tokens[0, :, 1] + 1))
         assert counts == pytest.approx(MOST_OF_LEVEL)
+
+
+def test_stated_coverage_is_not_too_large_and_stated_widening_not_too_small() -> None:
+    rig = ringing(120, levels=(20.0, 60.0))
+    check = adapt_network(BASE, *rig).check
+    assert check is not None
+    sentences = NetworkEstimator(Task.REGRESSION, BASE.rate).fit(*rig)[1]
+    stated = re.search(r"at least ([\d.]+) % .* up to ([\d.]+) times", sentences[-1])
+    assert stated is not None
+    share, scale = map(float, stated.groups())
+    assert share <= 100 * check.coverage < share + 0.1
+    assert scale - 0.01 < check.scales.max() <= scale

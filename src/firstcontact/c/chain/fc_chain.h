@@ -1,7 +1,21 @@
 /* The chain: samples in, events out. It finds closings, contacts and their stiffness, one sample
    after the other. It allocates nothing and does no input or output.
 
-   Computer, hand and exported library run this code, and get the same bits. */
+   Computer, hand and exported library run this code, and get the same bits.
+
+   Interrupts: run the whole chain in one context. Let an interrupt only store samples in a queue.
+   fc_chain_take can compute an estimate, which takes far longer than one sample. The chain has no
+   locks.
+   Calls of `emit`: fc_chain_take, fc_chain_restart and fc_chain_finish call it before they return, in
+   the context of the caller. The event is valid until `emit` returns. `emit` must not call
+   functions that change the chain.
+   Stack: 4 KB, and what the functions of fc_program need. Measured for a Cortex-M7 with gcc -O2,
+   -fstack-usage and -fcallgraph-info=su, as the sum of the deepest path of calls. That path leads to
+   fc_spectrum, which needs 3.3 KB. The chain itself and its memory lie where the caller puts them.
+   No contact appears: look at `is_open` first. If it stays false, look at `gate.state`,
+   `stream.floors` (V) and the unit of the samples (V). If it is true, look at `detector.is_settled`
+   and `detector.sigma`, then at `next`, which must grow without restarts. An event
+   FC_CONTACT_WITHDRAWN means that the signal did not look like a pushing finger. */
 #ifndef FC_CHAIN_H
 #define FC_CHAIN_H
 
@@ -117,10 +131,11 @@ typedef struct fc_chain {
     fc_estimate estimates[FC_MOMENTS_MOST];
 } fc_chain;
 
-/* Bytes of work memory for a chain, at an address that is a multiple of 8. */
+/* Bytes of work memory for a chain, at an address that is a multiple of 8. No argument can be NULL. */
 size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream);
 
-/* Set up a chain. Image and memory must outlive it. */
+/* Set up a chain. Out: `c`. In: `image`, `stream` and `program`; the chain copies the last two.
+   Image and memory must outlive the chain. No pointer can be NULL. */
 void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
                    const fc_program *program, void *memory);
 
@@ -128,13 +143,15 @@ void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
    sample, too. */
 void fc_chain_restart(fc_chain *c, int64_t next, bool is_same_epoch);
 
-/* Process one sample, in volts: vibration channels, and taxels. */
+/* Process one sample. In: `vibration`, V, one number per channel of the stream. In: `loads`, V, one
+   number per taxel; it can be NULL only if there are no taxels or no floors. */
 void fc_chain_take(fc_chain *c, const double *vibration, const double *loads);
 
 /* End the closing in progress, because the stream has ended. */
 void fc_chain_finish(fc_chain *c);
 
-/* Set the measured closing speed of this closing, or of the next one, and the radius of objects. */
+/* Set the measured closing speed of this closing, or of the next one, and the radius of objects.
+   In: `hints`, m/s and m, copied; it cannot be NULL. */
 void fc_chain_hint(fc_chain *c, const fc_hints *hints);
 
 /* Number of samples until the next event is possible, at most `most`. */

@@ -14,8 +14,6 @@ static const double LEAST_ERROR = 0.01;
 static const double STILL = 0.5;
 /* Regression: limit of its inputs, length scale, and variances of the linear part and the noise. */
 static const double LARGEST = 10.0, LENGTH = 2.0, LINEAR = 1.0, NOISE = 0.3;
-/* Index of the trait that is the number of samples. It is constant at a stage. */
-enum { LENGTH_TRAIT = 11 };
 
 const fc_rig *fc_touch_rig(const fc_model *m, int32_t finger)
 {
@@ -83,11 +81,11 @@ void fc_touch_hint(fc_touch *t, const fc_hints *hints)
         alike = 1.0;
     }
     const bool has_radius = !isnan(hints->radius);
-    t->hints[0] = alike > BELIEVED ? fc_bounded(speed, -1.0, 1.0) * 4.0 : 0.0;
-    t->hints[1] = alike > BELIEVED;
-    t->hints[2] = alike;
-    t->hints[3] = has_radius;
-    t->hints[4] = has_radius ? fc_log(1.0 + TIP / hints->radius) : 0.0;
+    t->hints[FC_HINT_SPEED] = alike > BELIEVED ? fc_bounded(speed, -1.0, 1.0) * 4.0 : 0.0;
+    t->hints[FC_HINT_HAS_SPEED] = alike > BELIEVED;
+    t->hints[FC_HINT_ALIKE] = alike;
+    t->hints[FC_HINT_HAS_RADIUS] = has_radius;
+    t->hints[FC_HINT_CURVATURE] = has_radius ? fc_log(1.0 + TIP / hints->radius) : 0.0;
 }
 
 void fc_touch_take(fc_touch *t, float volts)
@@ -143,22 +141,22 @@ double fc_touch_traits(const fc_touch *t, int32_t n, double *f)
     }
     const double total = energy + LEAST * LEAST * level * level;
     const double last = v[n - 1] / peak, earlier = v[n > 4 ? n - 4 : 0] / peak;
-    f[0] = fc_log(peak / level);
-    f[1] = fc_log((rise > least ? rise : least) / level);
-    f[2] = at / 20.0 - 1.0;
-    f[3] = tenth / 10.0 - 0.5;
-    f[4] = half / 10.0 - 0.5;
-    f[5] = width / 20.0 - 0.5;
-    f[6] = fc_log(rough / total + 1e-4) + 2.0;
-    f[7] = low;
-    f[8] = low_at / 40.0 - 1.0;
-    f[9] = fc_log(sqrt(total / n) / level);
-    f[10] = moment / total / 20.0 - 1.0;
-    f[LENGTH_TRAIT] = n / 37.0 - 1.0;
-    f[12] = last;
-    f[13] = last - earlier;
-    f[FC_FEATURES] = t->noise;
-    f[FC_FEATURES + 1] = 10.0 * ((double)flat / (n - 1));
+    f[FC_TRAIT_PEAK] = fc_log(peak / level);
+    f[FC_TRAIT_RISE] = fc_log((rise > least ? rise : least) / level);
+    f[FC_TRAIT_PEAK_AT] = at / 20.0 - 1.0;
+    f[FC_TRAIT_BELOW_TENTH] = tenth / 10.0 - 0.5;
+    f[FC_TRAIT_BELOW_HALF] = half / 10.0 - 0.5;
+    f[FC_TRAIT_WIDTH] = width / 20.0 - 0.5;
+    f[FC_TRAIT_ROUGHNESS] = fc_log(rough / total + 1e-4) + 2.0;
+    f[FC_TRAIT_DIP] = low;
+    f[FC_TRAIT_DIP_AT] = low_at / 40.0 - 1.0;
+    f[FC_TRAIT_POWER] = fc_log(sqrt(total / n) / level);
+    f[FC_TRAIT_CENTROID] = moment / total / 20.0 - 1.0;
+    f[FC_TRAIT_LENGTH] = n / 37.0 - 1.0;
+    f[FC_TRAIT_LAST] = last;
+    f[FC_TRAIT_TREND] = last - earlier;
+    f[FC_TRAIT_NOISE] = t->noise;
+    f[FC_TRAIT_REPEATS] = 10.0 * ((double)flat / (n - 1));
     return peak;
 }
 
@@ -214,7 +212,7 @@ void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, 
     double x[FC_KNOWN], covariance[FC_PINCHES_MOST], apart[FC_PINCHES_MOST];
     double square = 0.0, sum = 0.0, explained = 0.0;
     for (int32_t k = 0; k < FC_KNOWN; k++) {
-        const double y = fc_bounded(k < FC_FEATURES ? traits[k] : t->hints[0], -LARGEST, LARGEST);
+        const double y = fc_bounded(k < FC_FEATURES ? traits[k] : t->hints[FC_HINT_SPEED], -LARGEST, LARGEST);
         x[k] = (y - p.mean[k]) * p.each[k];
         square += x[k] * x[k];
     }
@@ -250,17 +248,18 @@ static bool is_unfamiliar(const fc_touch *t, int32_t stage, const double *traits
     const fc_model *const m = t->model;
     const float *row = m->whitening + stage * FC_TRIANGLE;
     double away[FC_TRAITS], distance = 0.0, share = 0.0, length = 0.0;
-    if (!t->rig->has_level && traits[FC_TRAITS - 1] > 10.0 * STILL)
+    if (!t->rig->has_level && traits[FC_TRAIT_REPEATS] > 10.0 * STILL)
         return true;
     for (int32_t k = 0; k < FC_TRAITS; k++)
         away[k] = traits[k] - m->familiar[stage * FC_TRAITS + k];
-    away[LENGTH_TRAIT] = 0.0;
+    away[FC_TRAIT_LENGTH] = 0.0;
     for (int32_t i = 0; i < FC_TRAITS; row += ++i) {
         double y = 0.0, gain = 0.0;
         for (int32_t k = 0; k <= i; k++) {
             y += row[k] * away[k];
             /* Peak, rise, power and noise move together when the gain changes. */
-            if (k == 0 || k == 1 || k == 9 || k == FC_FEATURES)
+            if (k == FC_TRAIT_PEAK || k == FC_TRAIT_RISE || k == FC_TRAIT_POWER
+                || k == FC_TRAIT_NOISE)
                 gain += row[k];
         }
         distance += y * y;

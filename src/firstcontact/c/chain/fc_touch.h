@@ -26,6 +26,29 @@ enum {
     FC_RIGS_MOST = 6
 };
 
+/* Traits of a contact. The first FC_FEATURES are inputs of the network. Times count samples. */
+enum {
+    FC_TRAIT_PEAK, FC_TRAIT_RISE,   /* largest sample and largest step, ln(relative to the level) */
+    FC_TRAIT_PEAK_AT,               /* time of the peak */
+    FC_TRAIT_BELOW_TENTH, FC_TRAIT_BELOW_HALF, /* samples up to the peak below 10 % and 50 % of it */
+    FC_TRAIT_WIDTH,                 /* samples above half the peak */
+    FC_TRAIT_ROUGHNESS,             /* energy of the steps, ln(relative to that of the signal) */
+    FC_TRAIT_DIP, FC_TRAIT_DIP_AT,  /* lowest sample after the peak, relative to it, and its time */
+    FC_TRAIT_POWER,                 /* root mean square, ln(relative to the level) */
+    FC_TRAIT_CENTROID,              /* mean time of the energy */
+    FC_TRAIT_LENGTH,                /* number of samples, constant at a stage */
+    FC_TRAIT_LAST, FC_TRAIT_TREND,  /* last sample, relative to the peak, and its recent change */
+    FC_TRAIT_NOISE,                 /* noise before the contact, ln(relative to the level) */
+    FC_TRAIT_REPEATS                /* share of repeated samples */
+};
+
+/* Inputs of the network for what is known of the closing and the object. */
+enum {
+    FC_HINT_SPEED, FC_HINT_HAS_SPEED, /* ln(relative to the rig's usual speed); 1 if it is trusted */
+    FC_HINT_ALIKE,                  /* correlation of the motor's spectrum; 1 for a measured speed */
+    FC_HINT_HAS_RADIUS, FC_HINT_CURVATURE /* 1 if the radius is known; curvature of the object */
+};
+
 /* Gaussian process fitted to a rig's own pinches, at one stage. */
 typedef struct {
     const float *mean, *each; /* mean, and 1 / standard deviation, of the inputs (FC_KNOWN) */
@@ -123,7 +146,8 @@ void fc_touch_hint(fc_touch *t, const fc_hints *hints);
 /* Add a sample after the contact, V, with the baseline subtracted. */
 void fc_touch_take(fc_touch *t, float volts);
 
-/* Write the traits of the first n samples. Return the peak. */
+/* Write the traits of the first n samples (2 to FC_POINTS, taken before) into `traits`, which has
+   room for FC_TRAITS numbers. Return the peak, V. */
 double fc_touch_traits(const fc_touch *t, int32_t n, double *traits);
 
 /* Write the inputs of the network for the first n samples, and the traits. */

@@ -12,6 +12,7 @@
 extern "C" {
 #endif
 
+/* The same number stands in FINGERTIP_RATE (core/layout.py) and in RATE (twin/c/fingertips.c). */
 enum { FC_RATE_HZ = 4936 };
 
 typedef struct {

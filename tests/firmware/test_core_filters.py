@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -56,3 +58,15 @@ def test_no_sample_is_off_by_a_tick(core: Core, clock: int, rate: int) -> None:
         clock, rate = rate, clock
     ends = itertools.accumulate(core.periods(clock, rate, 50))
     assert all(end == (n + 1) * clock // rate for n, end in enumerate(ends))
+
+
+def test_firmware_and_twin_sample_at_the_rate_of_the_layout() -> None:
+    sources = {
+        "firmware/core/fc_pace.h": "FC_RATE_HZ",
+        "src/firstcontact/twin/c/fingertips.c": "RATE",
+    }
+    for path, name in sources.items():
+        text = (Path(__file__).parents[2] / path).read_text(encoding="utf-8")
+        found = re.search(rf"\b{name} = ([\d.]+)", text)
+        assert found is not None
+        assert float(found[1]) == FINGERTIP_RATE

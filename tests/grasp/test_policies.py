@@ -14,6 +14,7 @@ from firstcontact.grasp.payload_policies import EarlyExit, FirstContact, Touch
 from firstcontact.grasp.policy import Task
 from firstcontact.grasp.registry import live_policies, live_policy
 from firstcontact.testing import check_policy, make_estimate
+from firstcontact.twin.mechanics import FingerParameters
 
 SHORE = st.floats(0.0, 100.0)
 
@@ -98,3 +99,7 @@ def test_first_contact_follows_each_estimate_and_early_exit_waits_for_a_tight_in
     assert quick.estimated(_around(50.0, 5.0)) is None
     quick.begin()
     assert quick.estimated(_around(50.0, 40.0, 15.0)) == Grip().command_for(10.0)
+
+
+def test_a_grip_assumes_the_pad_of_the_twin() -> None:
+    assert Grip().pad_modulus == FingerParameters().pad_modulus

@@ -145,6 +145,17 @@ def test_every_recording_comes_back_equal_or_is_refused(tmp_path, name, to):
     check_equal(dataset, load_dataset(tmp_path / "out"))
 
 
+def test_labels_of_an_exported_table_may_have_units(tmp_path):
+    dataset = twin(tmp_path / "in")
+    path = tmp_path / "x.csv"
+    export(dataset, EXPORTERS["csv"], path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("shore_a", "modulus (kPa)", 1), encoding="utf-8")
+    import_path(path, tmp_path / "out")
+    stated = [1e-3 * p.label.shore_a for p in dataset]
+    assert [p.label.modulus_mpa for p in load_dataset(tmp_path / "out")] == pytest.approx(stated)
+
+
 LAYOUT_OF_ONE = Layout((sensor(None),), 5000.0).to_json()
 
 

@@ -88,6 +88,7 @@ def test_times_have_the_unit_of_their_name(tmp_path, name, factor, preamble):
     [
         ({"closing_speed (km/h)": [20] * 10}, ("closing_speed", "'km/h'", "m/s")),
         ({"stiffness (N)": [20] * 10}, ("stiffness_n_per_mm", "'N'", "N/mm")),
+        ({"shore_a": None, "modulus (mPa)": [2] * 10}, ("modulus_mpa", "'mPa'", "MPa")),
         ({"piezo_index": None, "accelerometer_index": [0] * 10}, ("unit",)),
         ({"shore_a": None, "Shore A (HD)": [20] * 10}, ("shore_a", "'HD'")),
         ({"piezo_unit": ["counts"] * 10, "piezo_thumb (V)": [0] * 10}, ("counts and V",)),
@@ -106,6 +107,7 @@ def test_units_that_would_change_a_number_are_refused(tmp_path, check_refused, c
         ("stiffness (N/m)", 15_000, 15.0),
         ("Stiffness [kN/m]", 15, 15.0),
         ("stiffness_n_per_mm (N/um)", 0.015, 15.0),
+        ("stiffness (N/µm)", 0.015, 15.0),
         ("Young's modulus (kPa)", 2000, 2.0),
         ("modulus_mpa", 2, 2.0),
         ("modulus (N/mm2)", 2, 2.0),

@@ -91,9 +91,11 @@ class Quantity:
 
     def words(self, value: float, low: float = np.nan, high: float = np.nan) -> str:
         """Return a value with its unit, and with its interval if the ends differ."""
-        number, end = (".3g", ".3g") if self.is_logarithmic else (".1f", ".0f")
-        ends = f" ({low:{end}} to {high:{end}})" if high > low else ""
-        return f"{value:{number}} {self.unit}{ends}"
+        if self.is_logarithmic:
+            ends = f" ({_figures(low)} to {_figures(high)})" if high > low else ""
+            return f"{_figures(value)} {self.unit}{ends}"
+        ends = f" ({low:.0f} to {high:.0f})" if high > low else ""
+        return f"{value:.1f} {self.unit}{ends}"
 
     def label_words(self, value: float) -> str:
         """Return the value of a label with its unit, such as "40 Shore A"."""
@@ -106,6 +108,11 @@ class Quantity:
     def width_words(self, width: float) -> str:
         """Return the width of an interval on the scale of learning: a ratio, or a difference."""
         return self.error_words(width) if self.is_logarithmic else f"{width:.1f} {self.unit}"
+
+
+def _figures(value: float) -> str:
+    """Return a number with three figures, or with all digits before the point."""
+    return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
 
 
 SHORE_A = Quantity("shore_a", "Shore A", "Shore A", 0.0, 100.0, units={"shore a": 1.0})

@@ -236,7 +236,9 @@ def _stated_source(table: Table) -> str:
 def _parsed(table: Table, name: str) -> list[Any] | None:
     """Return the parsed values of a label or contact; None if the column does not exist."""
     unit, factors = table.units.get(name), _UNITS.get(name, {})
-    factor = 1.0 if unit is None else factors.get(unit.lower())
+    # Lower case, but for a prefix: mPa is not MPa.
+    usual_unit = (unit or "").replace("µ", "u").replace("μ", "u").lower() if unit != "mPa" else unit
+    factor = 1.0 if unit is None else factors.get(usual_unit)
     if factor is None:
         usual = QUANTITIES[name].unit if name in QUANTITIES else next(iter(factors), "")
         known = f"the unit {usual}" if usual else "numbers without a unit"

@@ -123,7 +123,9 @@ def read_columns(path: Path, *marks: str) -> Table:
     for written, cells in zip(header, columns, strict=True):
         if not written and not any(map(_text, cells)):
             continue
-        name, unit = (written, "") if is_export else _name_and_unit(written)
+        # An export names its channels with endings that look like units, but not in brackets.
+        as_written = is_export and "(" not in written
+        name, unit = (written, "") if as_written else _name_and_unit(written)
         name = _WITH_UNITS.get(name, name) if unit else name
         if unit in _SECONDS and name in _TIMES:
             name, cells, unit = f"{name}_s", [_scaled(c, _SECONDS[unit]) for c in cells], ""

@@ -46,7 +46,8 @@ def closing_speed(
     The speed is the slope of a line fitted to the positions from 50 to 3 ms before the contact, or
     from 120 ms if there are fewer than 3. Its standard error comes from the residuals, or from the
     step of an encoder if that error is larger. The error is enlarged if there are few positions, so
-    that the true speed lies within two standard errors in 95 % of contacts.
+    that the true speed lies within two standard errors in 95 % of contacts whose speed is constant.
+    With ``resolution``, a speed that changes may be off by more: few positions cannot show it.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """Stiffness of the fingertip's pad below a touch, from the drawn pad and its dimples.
 
-The one place of these numbers: twin, drawings and build page read them here. ``hardware/pad.py``
-computes them with finite elements, and ``tests/hardware`` compares.
+The one place of the dimples' numbers; the skin's are in ``FingerParameters``. Twin, drawings and
+build page read them here. ``hardware/pad.py`` computes them with finite elements, and
+``tests/hardware`` compares.
 
 A touch of 2 to 3 mm bends the pad between its dimples. It loads those next to it, not all six.
 """

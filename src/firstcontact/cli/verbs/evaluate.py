@@ -113,9 +113,10 @@ def _window_lines(group: GroupScores, evaluation: Evaluation) -> Iterator[str]:
     if quantity.is_logarithmic:
         yield f"  true and mean in {quantity.unit}; sd and rmse are errors of its logarithm"
     yield f"  {'specimen':<{width}}  {'n':>5}  {true:>6}  {'mean':>6}  {'sd':>5}  {'rmse':>5}"
+    places = 2 if quantity.is_logarithmic else 1
     for name, row in group.objects.items():
-        spread = f"{row.sd:.1f}" if row.sd is not None else "–"
+        spread = f"{row.sd:.{places}f}" if row.sd is not None else "–"
         yield (
             f"  {names[name]:<{width}}  {row.n:>5}  {row.true:>6.1f}  {row.mean:>6.1f}  "
-            f"{spread:>5}  {row.rmse:>5.1f}"
+            f"{spread:>5}  {row.rmse:>5.{places}f}"
         )

@@ -39,7 +39,7 @@ PATIENCE, GRACE = 10.0, 2.0
 PAUSE = 1.0
 #: Time after which a silent viewer that closed the hand is disconnected, s. The hand then opens.
 SILENCE = 1.5
-#: Number of waiting bytes above which a viewer skips updates.
+#: Number of bytes that wait in the socket of a slow viewer. Beyond them it skips updates.
 WAITING_BYTES = 32_768
 #: Longest message of a viewer, bytes.
 LONGEST_MESSAGE = 4096

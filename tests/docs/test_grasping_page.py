@@ -41,8 +41,8 @@ def test_sizes_and_seeds(household: Household) -> None:
 def test_gain(household: Household) -> None:
     fewer, closings, label = household.fewer, household.closings, household.fewer["label"]
     assert (percent(household.target), household.met) == (35, False)
-    assert [percent(v) for v in (fewer[OURS].value, label.value, label.low)] == [25, 64, -8]
-    assert [percent(closings[name].success) for name in (OURS, BLIND)] == [80, 75]
+    assert [percent(v) for v in (fewer[OURS].value, label.value, label.low)] == [47, 65, 3]
+    assert [percent(closings[name].success) for name in (OURS, BLIND)] == [81, 75]
     noisy = [fewer[f"label_rmse_{rmse}"] for rmse in (3, 5, 10)]
     assert all(n.low < label.value < n.high for n in noisy), "nothing that could be told"
     assert household.drops_at_10_damage["weight"] < 0.005
@@ -55,12 +55,12 @@ def test_what_is_held_and_what_it_costs(household: Household) -> None:
     can = by_object["soup can"]
     assert (can.n * can.drops[BLIND], can.n) == pytest.approx((7, 8))
     assert not any(by_object[name].drops[OURS] for name in (*held, "soup can"))
-    assert by_object["mustard bottle, full"].drops == {BLIND: 1, OURS: 1}
+    mustard = by_object["mustard bottle, full"]
+    assert min(mustard.drops[BLIND], mustard.drops[OURS]) > 0.8
     assert by_object["paper cup, 0.2 l in it"].drops[OURS] == 1
-    assert by_object["cracker"].damage[OURS] == 1
-    damaged = [by_object[name] for name in ("quail egg", "blueberry", "ripe tomato")]
-    assert [round(o.n * o.damage[OURS]) for o in damaged] == [3, 4, 3]
-    assert [round(o.bias or 0.0) for o in damaged[1:]] == [14, 5]
+    damaged = [by_object[n] for n in ("cracker", "quail egg", "blueberry", "raspberry")]
+    assert [round(o.n * o.damage[OURS]) for o in damaged] == [7, 3, 7, 4]
+    assert [round(o.bias or 0.0) for o in damaged[2:]] == [39, 16]
     assert len([o for o in by_object.values() if o.fragile and o.shore_a > FIRMEST]) == 3
 
 
@@ -79,7 +79,7 @@ def test_what_a_reflex_leaves(household: Household) -> None:
     quick = household.slip_reflex["gradual, 100 ms"]
     assert quick.blind.value == quick.fewer.value == 0
     remaining = [r.fewer for r in household.slip_reflex.values() if r is not quick]
-    assert [f.value for f in remaining] == pytest.approx([0.75] * 3, abs=0.05)
+    assert all(0.3 < f.value < 0.5 for f in remaining)
     assert all(f.low < 0 for f in remaining)
     for name, table in (
         (baseline(True).name, quick.success.blind),
@@ -91,15 +91,16 @@ def test_what_a_reflex_leaves(household: Household) -> None:
 def test_estimates_by_object(household: Household) -> None:
     objects = household.by_object.items()
     errors = {name: o.rmse[USED] for name, o in objects if o.shore_a <= FIRMEST}
-    assert (len(errors), sum(e <= 5 for e in errors.values())) == (21, 14)
-    assert [n for n, e in errors.items() if e >= 10] == ["blueberry"]
-    nearly = [e for e in errors.values() if 5 < e < 10]
-    assert (len(nearly), round(max(nearly), 1), round(errors["blueberry"])) == (6, 7.8, 17)
+    nearly, small = (sum(e < most for e in errors.values()) for most in (10, 5))
+    assert (len(errors), small, nearly) == (21, 4, 7)
+    biases = [round(o.bias or 0.0) for n, o in objects if errors.get(n, 0.0) >= 10]
+    assert (min(biases), max(biases)) == (10, 39)
     firm = {n: o for n, o in objects if o.shore_a > FIRMEST}
     read = {n: round(o.shore_a + o.bias) for n, o in firm.items() if o.bias is not None}
-    assert household.by_object["potato crisp"].answered == 0
+    crisp = household.by_object["potato crisp"]
+    assert (crisp.answered, read.pop("potato crisp")) == (1, 24)
     labels = [o.shore_a for o in firm.values()]
-    assert (min(labels), max(labels), min(read.values()), max(read.values())) == (85, 95, 66, 76)
+    assert (min(labels), max(labels), min(read.values()), max(read.values())) == (85, 95, 67, 75)
 
 
 def test_all_policies_are_named() -> None:

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "fc_assert.h"
 #include "fc_math.h"
 
 /* The motor runs if the RMS of a step exceeds the noise at rest by this factor. */
@@ -29,6 +30,8 @@ static size_t fixed_room(const fc_image *image, const fc_stream *stream)
 
 size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream)
 {
+    FC_ASSERT(image != NULL && stream != NULL);
+    FC_ASSERT(stream->channels > 0 && stream->channels <= FC_CHANNELS_MOST);
     size_t most = 0;
     for (int32_t k = 0; image->model.kind == FC_MODEL_SVM && k < image->model.moments; k++) {
         const size_t room = fc_svm_room(image->model.svm + k);
@@ -40,6 +43,8 @@ size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream)
 void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
                    const fc_program *program, void *memory)
 {
+    FC_ASSERT(c != NULL && image != NULL && stream != NULL);
+    FC_ASSERT(stream->channels > 0 && stream->channels <= FC_CHANNELS_MOST);
     const fc_timing *const t = image->timing;
     memset(c, 0, sizeof *c);
     c->image = image;
@@ -181,6 +186,8 @@ static void end_closing(fc_chain *c, int64_t sample, int32_t reason)
 
 void fc_chain_restart(fc_chain *c, int64_t next, bool is_same_epoch)
 {
+    FC_ASSERT(c != NULL && c->image != NULL);
+    FC_ASSERT(next >= 0);
     is_same_epoch = is_same_epoch && c->has_begun;
     if (c->is_open)
         end_closing(c, c->next, FC_LOST);
@@ -194,6 +201,7 @@ void fc_chain_restart(fc_chain *c, int64_t next, bool is_same_epoch)
 
 void fc_chain_finish(fc_chain *c)
 {
+    FC_ASSERT(c != NULL && c->image != NULL);
     if (c->is_open)
         end_closing(c, c->next, FC_STREAM_ENDED);
     c->is_open = c->has_begun = false;
@@ -501,6 +509,8 @@ static void estimate(fc_chain *c, bool has_new_second)
 
 void fc_chain_take(fc_chain *c, const double *vibration, const double *loads)
 {
+    FC_ASSERT(c != NULL && vibration != NULL);
+    FC_ASSERT(c->has_begun);
     const bool is_finite = store(c, vibration);
     c->detector.effort = 0;
     if (c->is_open && !c->is_over) {
@@ -525,11 +535,13 @@ void fc_chain_take(fc_chain *c, const double *vibration, const double *loads)
 
 void fc_chain_hint(fc_chain *c, const fc_hints *hints)
 {
+    FC_ASSERT(c != NULL && hints != NULL);
     c->hints = *hints;
 }
 
 int32_t fc_chain_due(const fc_chain *c, int32_t most)
 {
+    FC_ASSERT(c != NULL && most >= 0);
     const fc_model *const m = &c->image->model;
     int64_t due = most;
     if (!c->is_open || c->is_over)

@@ -12,6 +12,7 @@
    Stack: 4 KB, and what the functions of fc_program need. Measured for a Cortex-M7 with gcc -O2,
    -fstack-usage and -fcallgraph-info=su, as the sum of the deepest path of calls. That path leads to
    fc_spectrum, which needs 3.3 KB. The chain itself and its memory lie where the caller puts them.
+   Wrong arguments: a check of fc_assert.h stops the program, unless it was compiled with NDEBUG.
    No contact appears: look at `is_open` first. If it stays false, look at `gate.state`,
    `stream.floors` (V) and the unit of the samples (V). If it is true, look at `detector.is_settled`
    and `detector.sigma`, then at `next`, which must grow without restarts. An event

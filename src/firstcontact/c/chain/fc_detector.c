@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "fc_assert.h"
 #include "fc_math.h"
 
 /* A later steady state replaces the earlier one if its sigma is below this share of the earlier. */
@@ -122,6 +123,7 @@ static void pass_steady_state(fc_detector *d, const fc_past *past, int64_t end)
 
 void fc_detector_settle(fc_detector *d, const fc_past *past, int64_t end)
 {
+    FC_ASSERT(d != NULL && past != NULL && end >= 0);
     for (int32_t c = 0; c < d->channels; c++) {
         measure(past, c, end, d->constants->steady, d->mean + c, d->sigma + c);
         learn(d, past, c, end);
@@ -277,6 +279,7 @@ static bool is_awake(const fc_detector *d, const fc_past *past, int32_t channel)
 
 void fc_detector_judge(fc_detector *d, const fc_past *past, const bool *is_skipped, int64_t *onsets)
 {
+    FC_ASSERT(d != NULL && past != NULL && onsets != NULL);
     const fc_detector_constants *const k = d->constants;
     const int64_t start = past->end - k->window;
     uint8_t fired[FC_CHANNELS_MOST] = {0};

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "fc_assert.h"
 #include "fc_math.h"
 
 /* Fewest steps for which the motor has run when most of FC_GATE_STEPS steps are loud. */
@@ -137,6 +138,7 @@ static fc_gate_turn decide(fc_gate *g)
 
 fc_gate_turn fc_gate_take(fc_gate *g, const double *vibration, const double *loads)
 {
+    FC_ASSERT(g != NULL && vibration != NULL);
     if (g->skipped > 0) {
         g->skipped--;
         return FC_GATE_STAYS;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "fc_crc32.h"
+#include "fc_assert.h"
 #include "fc_math.h"
 
 static const char CUT[] = "the model is not complete";
@@ -317,6 +318,7 @@ static bool is_timing(const fc_timing *t)
 
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
 {
+    FC_ASSERT(bytes != NULL && image != NULL);
     uint32_t head[4];
     memset(image, 0, sizeof *image);
     if (n < sizeof head || memcmp(bytes, "FCCH", 4) != 0)

@@ -1,5 +1,6 @@
 #include "fc_network.h"
 
+#include "fc_assert.h"
 #include "fc_math.h"
 
 /* Only Thumb code loads any two registers at once. */
@@ -143,6 +144,7 @@ static void moments(const float *raw, double *mean_of_all, double *spread_of_all
 void fc_network_predict(const fc_network *n, const float *rig_term, fc_network_room *room,
                         double *mean, double *spread)
 {
+    FC_ASSERT(n != NULL && rig_term != NULL && room != NULL && mean != NULL && spread != NULL);
     float *const x = room->values, raw[3 * FC_COMPONENTS];
     for (int32_t k = 0; k < n->inputs; k++) {
         const float y = (x[k] - n->mean[k]) / n->sd[k];

@@ -1,6 +1,7 @@
 #include "fc_svm.h"
 
 #include "fc_chain.h"
+#include "fc_assert.h"
 #include "fc_math.h"
 
 /* On a computer, the compiler makes a second version with the fused products of its processor. */
@@ -80,6 +81,7 @@ static void kernel(const fc_svm *m, const float *x, float *out)
 
 const float *fc_svm_outputs(const fc_svm *m, float *x)
 {
+    FC_ASSERT(m != NULL && x != NULL);
     float *const kernels = x + m->samples + 1, *const decisions = kernels + m->numbers->vectors;
     float *const votes = decisions + m->decisions;
     const float *each = decisions;
@@ -139,6 +141,7 @@ static int32_t cut(const fc_svm *m, const fc_past *p, int32_t channel, int64_t f
 int32_t fc_svm_predict(const fc_svm *m, const fc_past *past, int32_t channel, int64_t first,
                        float *room, double out[3])
 {
+    FC_ASSERT(m != NULL && past != NULL && room != NULL && out != NULL);
     const fc_svm_numbers *const n = m->numbers;
     const int32_t reason = cut(m, past, channel, first, room);
     const float *const outputs = reason == FC_DONE ? fc_svm_outputs(m, room) : NULL;

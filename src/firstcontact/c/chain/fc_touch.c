@@ -1,5 +1,6 @@
 #include "fc_touch.h"
 
+#include "fc_assert.h"
 #include "fc_math.h"
 
 /* Smallest amplitude, as a share of the level. Smaller ones are raised to it. */
@@ -35,6 +36,7 @@ int32_t fc_touch_stage(const fc_model *m, int32_t n)
 void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float *before,
                     fc_touch_room *room)
 {
+    FC_ASSERT(t != NULL && m != NULL && before != NULL && room != NULL);
     const int32_t quiet = m->before / 2;
     double mean = 0.0, squares = 0.0;
     t->model = m;
@@ -61,6 +63,7 @@ void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float 
 
 void fc_touch_hint(fc_touch *t, const fc_hints *hints)
 {
+    FC_ASSERT(t != NULL && t->rig != NULL && hints != NULL);
     const fc_rig *const rig = t->rig;
     double speed = 0.0, alike = 0.0;
     if (rig->has_pitch) {
@@ -90,6 +93,7 @@ void fc_touch_hint(fc_touch *t, const fc_hints *hints)
 
 void fc_touch_take(fc_touch *t, float volts)
 {
+    FC_ASSERT(t != NULL && t->rig != NULL);
     if (t->samples == FC_POINTS)
         return;
     const double v = t->rig->sign * (double)volts;
@@ -101,6 +105,7 @@ void fc_touch_take(fc_touch *t, float volts)
 
 double fc_touch_traits(const fc_touch *t, int32_t n, double *f)
 {
+    FC_ASSERT(t != NULL && f != NULL && n > 0 && n <= FC_POINTS);
     const double *const v = t->volts, level = t->rig->level, least = LEAST * level;
     double top = v[0], rise = 0.0, energy = 0.0, moment = 0.0, rough = 0.0, low = 1.0;
     int32_t at = 0, tenth = 0, half = 0, width = 0, flat = 0;
@@ -275,6 +280,8 @@ static bool is_unfamiliar(const fc_touch *t, int32_t stage, const double *traits
 
 bool fc_touch_predict(const fc_touch *t, int32_t n, fc_touch_room *room, fc_estimate *out)
 {
+    FC_ASSERT(t != NULL && room != NULL && out != NULL);
+    FC_ASSERT(n > 0 && n <= FC_POINTS);
     const fc_model *const m = t->model;
     const int32_t stage = fc_touch_stage(m, n);
     const int32_t rank = m->network.layers[FC_RIG_LAYER].into.rows;

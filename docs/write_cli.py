@@ -12,7 +12,8 @@ import sys
 from pathlib import Path
 
 PAGE = Path(__file__).parent / "reference" / "cli.md"
-START, END = "<!-- commands: docs/write_cli.py writes them from --help-all -->\n", "<!-- /commands -->\n"
+START = "<!-- commands: docs/write_cli.py writes them from --help-all -->\n"
+END = "<!-- /commands -->\n"
 
 #: Program that prints the help of each verb as JSON, without installed plug-ins.
 HELP = """

@@ -1,8 +1,8 @@
 """Detections and false alarms of a slip detector on the twin: `python benchmarks/scores/slip.py`.
 
 The threshold is set so that the detector gives few false alarms in holds without slip by one hand
-(``SET_ON``). All results are for other hands. Slips are modelled (docs/explanation/grasping.md#slip-sounds), so
-these are twin results.
+(``SET_ON``). All results are for other hands. Slips are modelled
+(docs/explanation/grasping.md#slip-sounds), so these are twin results.
 """
 
 from __future__ import annotations

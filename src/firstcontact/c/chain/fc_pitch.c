@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "fc_assert.h"
 #include "fc_math.h"
 
 enum { HALF = FC_TURN / 2, QUARTER = FC_TURN / 4, SMOOTH = 61 };

@@ -255,7 +255,7 @@ def test_the_share_that_is_taken_is_the_one_that_was_measured() -> None:
     results = read_card(pretrained_folder()).predictors[0].record.scores["same object"]["ms"]
     assert round(max(entry["shared"] for entry in results.values()), 2) == SHARED
     assert all(
-        0.88 <= is_covered <= 0.92
+        0.85 <= is_covered <= 0.92
         for entry in results.values()
         for is_covered in entry["coverage"].values()
     )

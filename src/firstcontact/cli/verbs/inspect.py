@@ -29,7 +29,7 @@ class Inspect:
     pinch: int = 0
     """Number of the pinch to draw, from 0."""
     markers: bool = False
-    """List all markers of a recording, not only their number if there are many."""
+    """List every marker of a recording, even if there are many."""
 
     def run(self) -> None:
         from firstcontact.core import ArgumentError

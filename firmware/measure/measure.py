@@ -111,7 +111,7 @@ def of_windows(sets: list[Dataset], out: Path, cmsis: Path | None) -> Numbers:
     rows: Numbers = {}
     peer_rows: Numbers = {}
     for task, name in ((Task.REGRESSION, "svr"), (Task.CLASSIFICATION, "svc")):
-        trained = train_final_model(learn, ESTIMATORS.default, task, SEED, LEVEL, Serial(), True)
+        trained = train_final_model(learn, ESTIMATORS.default, task, SEED, LEVEL, Serial())
         interval = trained.interval if task is Task.REGRESSION else None
         window = WindowPredictor(trained.model, interval)
         signals = contact_signals(sets, window)

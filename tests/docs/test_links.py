@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import subprocess
 import sys
+from enum import Enum
 from pathlib import Path
 
 import pytest
 from pages import PAGES, ROOT, name
+
+import firstcontact as fc
 
 LINK = re.compile(r"!?\[[^\]]*\]\((?P<target>[^)\s]+)\)")
 #: What a path of somebody's machine looks like. `../shared` is the documented place for data.
@@ -71,6 +75,11 @@ def test_the_site_builds_and_asks_nothing_of_a_network(tmp_path: Path) -> None:
         text=True,
     )
     assert process.returncode == 0, process.stdout + process.stderr
+    page_text = (tmp_path / "reference/python.html").read_text(encoding="utf-8")
+    for kind in (getattr(fc, word) for word in fc.__all__):
+        own = vars(kind) if inspect.isclass(kind) and not issubclass(kind, Enum) else ()
+        for member in (m for m in own if m[0] != "_" and inspect.isfunction(own[m])):
+            assert f'id="firstcontact.{kind.__name__}.{member}"' in page_text, member
     wanted = re.compile(r"""<(?:script|img|link)\b[^>]*(?:src|href)=["'](?:https?:)?//[^"']*""")
     for page in tmp_path.rglob("*.html"):
         outside = [

@@ -67,7 +67,8 @@ def test_a_folder_holds_both(data: Dataset, tmp_path: Path) -> None:
     scores = trained.network.record.scores
     stated = re.search(r"rmse ([\d.]+)", notes[0])
     assert stated is not None
-    assert float(stated[1]) == pytest.approx(scores["held out, combined"], abs=0.0101)
+    # The card has three decimals, the sentence two.
+    assert float(stated[1]) == pytest.approx(scores["held out, combined"], abs=0.0056)
     assert "held out, network" in scores
 
 

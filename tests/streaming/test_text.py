@@ -37,8 +37,10 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
 def test_an_estimate_that_came_after_the_second_contact_is_a_detail() -> None:
     late = timed(ANSWER, value=40.0, waited=0.01)
     line = pinch_line(pinch_of(ANSWER, late))
-    assert "from 12 ms at 12.1 ms, in time, 40.0" in line
+    assert "30.5 Shore A (22 to 39)" in line
+    assert "from 12 ms at 12.1 ms, in time, 40.0 Shore A (22 to 39)" in line
     assert "from 12 ms at 22.1 ms, too late" in line
+    assert line.index("30.5") < line.index("40.0")
     assert "no estimate in time" in pinch_line(pinch_of(late))
 
 

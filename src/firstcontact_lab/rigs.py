@@ -98,14 +98,14 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True, slots=True)
 class Resonance:
-    """Resonance of the disc's holder: frequency in Hz, damping ratio and strength."""
+    """Ringing of the part that holds the piezo disc: frequency in Hz, damping ratio, strength."""
 
     frequency: float
     damping: float
     strength: float
 
     def apply(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the voltage, shape (samples,), with the ringing of the holder added."""
+        """Return the voltage, shape (samples,), with the ringing added."""
         from scipy.signal import lfilter  # slow to import, and only some rigs need it
 
         turn = 2 * math.pi * self.frequency / FINGERTIP_RATE
@@ -119,7 +119,7 @@ class Resonance:
 
 @dataclass(frozen=True, slots=True)
 class RandomRig:
-    """Random rig. Only one of its fingertips is simulated."""
+    """Simulated hand with random parameters. Only one of its fingertips is simulated."""
 
     finger: FingerParameters
     noise: MotorNoise
@@ -143,7 +143,7 @@ Day = Mapping[str, float]
 
 
 def draw_rig(rng: Rng) -> RandomRig:
-    """Draw a rig. Its gain is that of :func:`adjusted`."""
+    """Draw a simulated hand, whose gain puts the signals of hard blocks into a usual range."""
     finger = MIDDLE._replace(
         **{name: getattr(MIDDLE, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
     )
@@ -185,7 +185,7 @@ def draw_rig(rng: Rng) -> RandomRig:
 
 
 def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig with a random gain that puts a hard block's signal in the range ``PEAK``."""
+    """Return the rig with a random gain that puts a hard block's peak into the range ``PEAK``."""
     quiet = replace(
         rig,
         finger=rig.finger._replace(gain=1.0),
@@ -198,12 +198,12 @@ def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def draw_day(rng: Rng) -> Day:
-    """Draw the deviation of each parameter in a session, in standard deviations."""
+    """Draw how far each parameter of a rig differs in one session, in standard deviations."""
     return {name: float(rng.standard_normal()) for name in SESSION_SPREAD}
 
 
 def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
-    """Draw a specimen of a flat block. ``scatter`` is the standard deviation of ln(modulus)."""
+    """Draw a flat block. ``scatter`` is the standard deviation of the logarithm of its modulus."""
     side, height = _between(rng, 0.04, 0.10), _between(rng, 0.02, 0.06)
     block = _block(
         shore_a, side, height, float(rng.uniform(1000, 1300)), float(rng.uniform(0.05, 0.2))
@@ -247,7 +247,7 @@ def draw_object(rng: Rng) -> RandomObject:
 def touch(
     rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.int16], float]:
-    """Return the signal of a contact in 1/32 counts, and the closing speed, m/s."""
+    """Simulate one contact. Return its signal in 1/32 ADC counts, and the closing speed, m/s."""
     volts, speed = touch_volts(rig, day, target, rng, lead, tail)
     return piezo_samples(volts), speed
 
@@ -291,7 +291,7 @@ def _scattered(rng: Rng, scatter: float) -> float:
 
 
 def _padded(finger: FingerParameters, factor: float) -> FingerParameters:
-    """Return the finger with its pad stiffer by a factor, in all its parts."""
+    """Return the finger with all stiffness and damping of its pad multiplied by a factor."""
     return finger._replace(**{name: getattr(finger, name) * factor for name in PAD})
 
 
@@ -303,7 +303,7 @@ def _block(
 
 
 def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
-    """Return the object with random relaxation times, and its fast arm varied."""
+    """Return the object with other relaxation: random times, and a varied share of the fastest."""
     return target._replace(
         arm_share=target.arm_share * _between(rng, 0.75, 1.33),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),

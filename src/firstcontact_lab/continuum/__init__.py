@@ -1,1 +1,1 @@
-"""Continuum model of a touch, to check the twin: bodies of finite elements, and their motion."""
+"""Touches computed with finite elements, which check the simpler mechanics of the twin."""

@@ -2,7 +2,7 @@
 
 Elements are quadrilaterals with four nodes and a mean dilatation (B-bar), so that nearly
 incompressible material does not lock. Strains are small. Coordinates are radius r and height z. A
-body lies above the tip, which touches it at r = 0, z = 0.
+body lies above the fingertip, which touches it at r = 0, z = 0.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SIZE, GROWTH, NEAR = 0.25e-3, 1.15, 3e-3
 
 @dataclass(frozen=True)
 class Material:
-    """Nearly incompressible material, whose shear relaxes."""
+    """Nearly incompressible material whose resistance to shear relaxes over time."""
 
     density: float
     """Density, kg/m³."""
@@ -39,13 +39,13 @@ class Material:
 
     @property
     def wave_modulus(self) -> float:
-        """Stiffness against compression along one axis alone, Pa."""
+        """Ratio of stress to strain along one axis while the other two axes cannot move, Pa."""
         return self.modulus * (1 - POISSON) / ((1 + POISSON) * (1 - 2 * POISSON))
 
 
 @dataclass(frozen=True)
 class Body:
-    """Body of one material. Lengths in m."""
+    """Mesh of one body of a single material. Lengths are in m."""
 
     nodes: Values
     """Radius and height of each node, shape (n, 2)."""
@@ -67,7 +67,10 @@ class Body:
 
     @cached_property
     def _slopes(self) -> tuple[Values, Values]:
-        """Strains per displacement, shape (m, 4 points, 4 strains, 8), and volumes (m, 4)."""
+        """Strains per displacement, shape (elements, 4 points, 4 strains, 8), and volumes, m³.
+
+        The strains are radial, axial, hoop and shear. The volumes have the shape (elements, 4).
+        """
         corners = self.nodes[self.quads]
         x, y = _POINTS.T[:, :, None]
         a, b = _CORNERS.T
@@ -85,7 +88,10 @@ class Body:
 
     @cached_property
     def stiffness(self) -> tuple[csr_matrix, csr_matrix]:
-        """Stiffness matrices of the volume and of the slow shear, N/m. Unknowns: r, z by node."""
+        """Stiffness matrices, N/m: of volume changes, and of shear after its relaxation.
+
+        Rows and columns are the displacements r and z of node 0, then those of node 1, and so on.
+        """
         shear = self.material.modulus / (2 * (1 + POISSON))
         bulk = self.material.modulus / (3 * (1 - 2 * POISSON))
         strains, volume = self._slopes
@@ -113,23 +119,26 @@ class Body:
 
     @cached_property
     def areas(self) -> Values:
-        """Area of the face that belongs to each node of the surface, m²."""
+        """Share of the touched face that belongs to each of its nodes, as an area in m²."""
         return _ring_areas(self.nodes[self.surface, 0])
 
     @property
     def size(self) -> float:
-        """Distance between the first two nodes of the surface, m."""
+        """Distance between the first two nodes of the touched face, m: the mesh size."""
         return float(self.nodes[self.surface[1], 0])
 
     def back(self) -> tuple[Indices, Values]:
-        """Return the heights of the nodes opposite to the surface, and their shares of its area."""
+        """Return the nodes of the face opposite to the touched one, and their shares of its area.
+
+        A node is given by the index of its height among all displacements. The shares add up to 1.
+        """
         nodes = np.flatnonzero(self.nodes[:, 1] > self.nodes[:, 1].max() - 1e-9)
         areas = _ring_areas(self.nodes[nodes, 0])
         return 2 * nodes + 1, areas / areas.sum()
 
 
 def _ring_areas(radii: Values) -> Values:
-    """Return the area of each node of a face, from linear weights."""
+    """Return each node's share of a flat round face, m², from the nodes' radii, m."""
     inner, outer = radii[:-1], radii[1:]
     width = math.pi * (outer - inner) / 3
     areas = np.zeros(radii.size)
@@ -139,7 +148,7 @@ def _ring_areas(radii: Values) -> Values:
 
 
 def graded(length: float, size: float = SIZE, near: float = NEAR) -> Values:
-    """Return positions from 0 to ``length``: ``size`` apart up to ``near``, then ever farther."""
+    """Return node positions, m, from 0 to ``length``: ``size`` apart up to ``near``, then wider."""
     steps = [size] * round(min(near, length) / size)
     while sum(steps) < length:
         steps.append(steps[-1] * GROWTH)
@@ -148,7 +157,7 @@ def graded(length: float, size: float = SIZE, near: float = NEAR) -> Values:
 
 
 def _grid(r: Values, z: Values, material: Material) -> Body:
-    """Return a body of nodes in rows and columns; the first row is its touched face."""
+    """Return a body whose nodes form a grid of radii and heights, m. Row 0 is the touched face."""
     number = np.arange(r.size).reshape(r.shape)
     quads = np.stack(
         [number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1
@@ -158,13 +167,13 @@ def _grid(r: Values, z: Values, material: Material) -> Body:
 
 
 def cylinder(radius: float, length: float, material: Material, size: float = SIZE) -> Body:
-    """Return a cylinder whose flat face is touched in its middle."""
+    """Return the mesh of a cylinder, in m. It is touched in the middle of its flat face."""
     r, z = np.meshgrid(graded(radius, size), graded(length, size, NEAR / 2))
     return _grid(r, z, material)
 
 
 def sphere(radius: float, material: Material, size: float = SIZE) -> Body:
-    """Return a solid sphere: a square whose sides are bent to a circle."""
+    """Return the mesh of a solid sphere, made by bending the sides of a square mesh to a circle."""
     across = graded(1.0, size * math.sqrt(2) / radius, NEAR * math.sqrt(2) / radius)
     along = graded(2.0, size / radius, NEAR / 2 / radius)
     u, v = np.meshgrid(across, along - 1)
@@ -181,7 +190,7 @@ def sphere(radius: float, material: Material, size: float = SIZE) -> Body:
 
 
 def shell(radius: float, wall: float, material: Material, size: float = SIZE) -> Body:
-    """Return a hollow sphere with a wall of this thickness."""
+    """Return the mesh of a hollow sphere with outer ``radius`` and thickness ``wall``, m."""
     angle, depth = np.meshgrid(graded(math.pi, size / radius, NEAR / radius), graded(wall, size))
     r = (radius - depth) * np.abs(np.sin(angle))
     return _grid(r, radius - (radius - depth) * np.cos(angle), material)

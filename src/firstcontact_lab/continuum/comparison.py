@@ -1,4 +1,4 @@
-"""Touches of the twin beside touches of the continuum model, with the same finger and object."""
+"""Comparison of touches simulated by the twin and by finite elements, with equal parameters."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ WALL = 6.5e-3
 
 @dataclass(frozen=True)
 class Comparison:
-    """Voltages of the twin and of the finite elements, by time from the contact."""
+    """Voltages of a touch by the twin and by finite elements, over the time since the contact."""
 
     times: Values
     twin: Values
@@ -41,20 +41,21 @@ class Comparison:
 
     @property
     def peak(self) -> float:
-        """Relative difference of the twin's peak."""
+        """Peak voltage of the twin relative to that of the elements, minus 1."""
         return float(self.twin.max() / self.elements.max()) - 1
 
     @property
     def rms(self) -> float:
-        """RMS of the difference, relative to that of the elements' voltage."""
+        """RMS of the difference of both voltages, relative to the RMS of the elements' voltage."""
         difference = np.linalg.norm(self.twin - self.elements)
         return float(difference / np.linalg.norm(self.elements))
 
 
 def compare(kind: TwinObject, finger: FingerParameters, *, is_rigid: bool = False) -> Comparison:
-    """Compare touches of an object, with the pad on its dimples or with a rigid tip.
+    """Compare the touch of an object by the twin and by finite elements.
 
-    A rigid tip does not give way at the contact. Behind it is the twin's lumped pad.
+    The tip is the soft pad on its dimples. With ``is_rigid`` it is a rigid sphere in front of the
+    pad, which is then a single spring as in the twin.
     """
     if is_rigid:
         finger = finger._replace(pad_modulus=1e15)
@@ -67,7 +68,7 @@ def compare(kind: TwinObject, finger: FingerParameters, *, is_rigid: bool = Fals
 
 
 def object_body(kind: TwinObject, size: float = SIZE) -> Body:
-    """Return the finite elements of an object: a block, a solid sphere, or a hollow ball."""
+    """Return the mesh of an object of the twin: a block, a solid sphere, or a hollow ball."""
     o = kind.nominal
     arms = ((o.arm_share, o.arm_relaxation), (o.slow_share, o.slow_relaxation))
     if math.isinf(o.radius) or o.radius > 1:
@@ -85,21 +86,21 @@ def object_body(kind: TwinObject, size: float = SIZE) -> Body:
 
 
 def pad_body(finger: FingerParameters, size: float = SIZE) -> Body:
-    """Return the pad as a disc of its area. Its silicone relaxes as that of a block."""
+    """Return the mesh of the pad: a disc of the same area, with the relaxation of a block."""
     arms = ((ObjectParameters().arm_share, finger.pad_relaxation),)
     material = Material(SILICONE, finger.pad_modulus, arms)
     return cylinder(math.sqrt(PAD_AREA / math.pi), PAD_THICKNESS, material, size)
 
 
 def whole_pad(finger: FingerParameters) -> FingerParameters:
-    """Return the finger with the pad's numbers for all dimples in place of those near a touch."""
+    """Return the finger with the stiffness of all dimples of its pad, not of those near a touch."""
     names = ("pad_stiffness", "pad_stiffening", "pad_arm_stiffness", "pad_damping")
     factor = ON_DIMPLES / finger.pad_stiffness
     return finger._replace(**{name: factor * getattr(finger, name) for name in names})
 
 
 def twin_touch(target: ObjectParameters, finger: FingerParameters, times: Values) -> Values:
-    """Return the twin's voltage while one finger touches a free object, without noise."""
+    """Return the twin's voltage at times after a finger touches a free object, without noise."""
     target = contact_arms(finger, target)._replace(clamp_stiffness=0.0, clamp_damping=0.0)
     state = np.zeros(STATES)
     state[1:8:2] = finger.speed

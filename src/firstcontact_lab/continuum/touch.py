@@ -1,8 +1,8 @@
-"""Touch of a finger and a body of finite elements: explicit steps, contact by a stiff penalty.
+"""Simulation of a finger that touches a body of finite elements, in explicit time steps.
 
-The finger is the twin's chain from the drive to the board, with its sensor. Its tip is a rigid
-sphere behind the twin's lumped pad, or the pad as a second body. The back of that body stands on
-the dimples, which are spread over the board.
+A stiff spring acts on nodes that overlap (penalty method). The finger has the twin's parts from
+the motor to the board, and its sensor. Its tip is a rigid sphere in front of the twin's pad, or a
+second body for the pad. The back of that body stands on dimples, which are spread over the board.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SAFETY, CALMING = 0.75, 0.15
 
 @dataclass(frozen=True)
 class Touch:
-    """Result of a touch, by time from the contact. SI units."""
+    """Result of a simulated touch. Arrays over the time since the contact, in SI units."""
 
     times: Values
     volts: Values
@@ -40,7 +40,7 @@ class Touch:
 
 
 class _Chain:
-    """Twin's chain from drive to board, with its sensor."""
+    """Moving masses of the twin's finger from the motor to the sensor's board, and the voltage."""
 
     def __init__(self, finger: FingerParameters, dt: float) -> None:
         self.finger, self.dt = finger, dt
@@ -49,7 +49,7 @@ class _Chain:
         self.leaked = self.volts = 0.0
 
     def advance(self, pad: float) -> None:
-        """Advance by one step under the pad's force on the board."""
+        """Advance by one time step. ``pad`` is the force of the pad on the board, N."""
         f, dt = self.finger, self.dt
         motor = min(max(f.speed_gain * (f.speed - self.drive_v), -f.drive_force), f.drive_force)
         link = f.link_stiffness * (self.drive - self.phalanx)
@@ -68,7 +68,7 @@ class _Chain:
 
 
 class _Pad:
-    """Law of the twin's pad: spring, Maxwell arm and damper, shared by points of its back."""
+    """Pad of the twin as springs and dampers in parallel, one for each point of its back."""
 
     def __init__(self, finger: FingerParameters, shares: Values, dt: float) -> None:
         self.finger, self.shares, self.dt = finger, shares, dt
@@ -76,7 +76,10 @@ class _Pad:
         self._keep = math.exp(-dt / finger.pad_relaxation)
 
     def forces(self, squeeze: Values, rate: Values) -> Values:
-        """Return the force of each point on the board, N, and advance the arm by one step."""
+        """Advance by one time step. Return the force of each point on the board, N.
+
+        ``squeeze`` is the compression at each point, m, and ``rate`` its speed, m/s.
+        """
         f = self.finger
         slow = (f.pad_stiffness + f.pad_stiffening * squeeze * squeeze) * squeeze
         force = slow + f.pad_arm_stiffness * self._arm + f.pad_damping * rate
@@ -85,10 +88,10 @@ class _Pad:
 
 
 class _Motion:
-    """Displacements and speeds of a body's nodes.
+    """Displacements and speeds of all nodes of a body, advanced in time steps.
 
-    The elongation of the Maxwell arms is linear in the displacements, so one vector of nodes holds
-    it for all elements.
+    Springs in series with dampers (Maxwell arms) model the relaxation. Their elongation is linear
+    in the displacements, so one vector over the nodes holds it for all elements.
     """
 
     def __init__(self, body: Body, penalty: Values, speed: float) -> None:
@@ -133,7 +136,7 @@ class _Motion:
             self._relaxing += share * arm
 
     def energy(self, dt: float) -> float:
-        """Return the energy in the middle of the last step of ``dt``, J."""
+        """Return the kinetic and elastic energy in the middle of the last step of ``dt`` s, J."""
         moved = self._moved - dt / 2 * self.speed
         stored = moved @ (self._elastic @ moved) + self._masses @ self.speed**2
         relaxing = sum(share * (arm @ (self._shear @ arm)) for share, _, arm in self._arms)
@@ -147,7 +150,7 @@ def touch(
     duration: float = DURATION,
     step: float = 1.0,
 ) -> Touch:
-    """Return the touch of a finger and a free body.
+    """Simulate how a finger touches a free body. Return force and voltage over time.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Simulated hands: a plant that obeys a policy, a hand's own detector and model, slip detection."""
+"""Simulated hands with their own trained detector and model, and an ideal slip detector."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ class PlantHand(Hand):
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
-        """Leave the plant as it is, because a simulated hand has no connection to close."""
+        """Do nothing, because a simulated hand has no connection to close."""
 
 
 class SlipWatch:
-    """Ideal slip detector."""
+    """Slip detector that reports every true slip of the simulated object, ``latency`` s later."""
 
     def __init__(self, latency: float) -> None:
         self._latency = latency
@@ -77,7 +77,7 @@ OwnHands = dict[HandSeed, OwnHand]
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
-    """Close a hand ``pinches`` times on each of the five blocks, and adapt to it."""
+    """Adapt detector and model to a hand by ``pinches`` simulated closings on each of 5 blocks."""
     seed, speed = hand
     made = [_block(seed, speed, at, n) for at in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")
@@ -92,7 +92,7 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
 
 
 def _block(seed: int, speed: float, place: int, number: int) -> Pinch:
-    """Return one closing on block ``place``. It ends ``AFTER`` s after the first contact."""
+    """Simulate one closing on block number ``place``, until ``AFTER`` s after the contact."""
     rig = condition(CONDITION)
     specimen = draw_specimen(seed, rig, BLOCKS[place], 0)
     session = f"blocks-{number % 3}"

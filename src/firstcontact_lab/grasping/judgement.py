@@ -1,6 +1,7 @@
-"""Judgement of the household policies: tuned on some picks, scored on others; controls.
+"""Scores of grasp policies on simulated picks of household objects that were not used for tuning.
 
-Policies get live estimates, or labels with added noise. They have a slip reflex or none.
+Policies get live estimates, or true labels with random errors. They may have a slip reflex.
+Controls give objects the weight or damage limit of others.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ SettingsOf = Callable[[str], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """Tables for tuning and for judging: same objects, but different hands and specimens."""
+    """Outcomes for tuning and for judging: same objects, but different hands and specimens."""
 
     tuning: ClosingTable
     judged: ClosingTable
@@ -67,7 +68,7 @@ class Tables:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """Outcomes of a policy on objects and hands on which its settings were not tuned."""
+    """Outcomes of a policy on objects and hands for which its settings were not tuned."""
 
     outcomes: Outcomes
     chosen: tuple[ChosenSettings, ...]
@@ -87,17 +88,20 @@ def _policy(part: PolicyRole, reflex: bool) -> type[Policy]:
 
 
 def baseline(reflex: bool = False) -> type[Policy]:
-    """Return the policy that uses no stiffness, with or without a slip reflex."""
+    """Return the class of the best policy that ignores stiffness, with or without a slip reflex."""
     return _policy(PolicyRole.BASELINE, reflex)
 
 
 def candidate(reflex: bool = False) -> type[Policy]:
-    """Return the policy that acts on the estimate, with or without a slip reflex."""
+    """Return the class of the policy that uses the stiffness, with or without a slip reflex."""
     return _policy(PolicyRole.CANDIDATE, reflex)
 
 
 def labelled(table: ClosingTable, rmse: float, seed: int) -> list[PickEstimates]:
-    """Return noisy labels of all picks in place of estimates. Each speed gets the same list."""
+    """Return the true Shore A plus noise in place of estimates: one list per approach speed.
+
+    All lists are equal. ``rmse`` is the standard deviation of the noise, Shore A.
+    """
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
     half = NORMAL * rmse
@@ -124,7 +128,7 @@ def judged(
     estimates: tuple[Sequence[PickEstimates], Sequence[PickEstimates]] | None = None,
     reflex: tuple[int, int] | None = None,
 ) -> Judged:
-    """Judge a policy on each fold of objects, with settings tuned on all other folds."""
+    """Score a policy on each fold of objects, with the settings that were best on other folds."""
     tuning, judging = estimates or (tables.tuning.estimates, tables.judged.estimates)
     tried = tried_on(tables, kind, tuning, reflex)
 
@@ -153,7 +157,7 @@ def _by_fold(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Outcomes of the policies on picks that were not used for tuning."""
+    """Outcomes of all policies on picks that were not used for tuning."""
 
     plain: Mapping[str, Judged]
     reflexes: Mapping[str, tuple[Judged, Judged]]
@@ -169,14 +173,14 @@ class Judgement:
 
     @property
     def everyone(self) -> dict[str, Judged]:
-        """Outcomes by policy. Lift and latency of policies with a slip reflex are ``FULL``."""
+        """Outcomes by policy name. Policies with a slip reflex are judged in condition ``FULL``."""
         place = (list(LIFTS).index(FULL[0]), DETECTION.index(FULL[1]))
         full = next(name for name, at in conditions().items() if at == place)
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[full], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Return by policy a function from an object to the settings that were tuned without it."""
+        """Return by policy name a function from an object to the settings tuned without it."""
 
         def of_policy(policy: Judged) -> SettingsOf:
             return lambda kind: policy.chosen[self.fold_of[kind]].settings
@@ -201,7 +205,7 @@ def judgement(tables: Tables) -> Judgement:
 
 
 def conditions() -> dict[str, tuple[int, int]]:
-    """Return the indices of lift and of detection latency, by names such as "abrupt, 100 ms"."""
+    """Return table indices (lift, detection latency) by condition, such as "abrupt, 100 ms"."""
     return {
         f"{lift}, {1e3 * wait:g} ms": (a, b)
         for a, lift in enumerate(LIFTS)
@@ -210,7 +214,7 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def ceiling(table: ClosingTable) -> Front:
-    """Return the front of the best choice for each pick: approach speed, force and slip reflex."""
+    """Return the shares of drops and damage if each pick has its best speed, force and reflex."""
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
     reflexes = product(range(len(LIFTS)), range(len(DETECTION)), range(len(table.how.boosts)))
@@ -227,19 +231,19 @@ def ceiling(table: ClosingTable) -> Front:
 
 
 def resample_weights(table: ClosingTable, seed: int) -> Values:
-    """Return bootstrap weights of the picks: each resample draws kinds and hands."""
+    """Return bootstrap weights, shape (picks, resamples), over kinds of object and over hands."""
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
 
 
 def between(value: float, drawn: Values) -> Between:
-    """Return a number with its interval: the middle 95 % of the values in ``drawn``."""
+    """Return ``value`` with the middle 95 % of the numbers in ``drawn`` as its interval."""
     low, high = np.nanpercentile(drawn, [2.5, 97.5])
     return Between(value=value, low=float(low), high=float(high))
 
 
 def drops(policy: Judged, weights: Values) -> Between:
-    """Return the share of dropped picks at 10 % damage, with its bootstrap interval."""
+    """Return the share of drops of a policy that damages 10 %, with its bootstrap interval."""
     return between(float(policy.front.drop_share()), front(policy.outcomes, weights).drop_share())
 
 
@@ -252,7 +256,11 @@ def less(dropped: Values, theirs: Values) -> Values:
 
 
 def fewer(ours: Judged, theirs: Judged, weights: Values | None = None) -> Between:
-    """Return the relative reduction in drops from policy ``theirs`` to ``ours``, at 10 % damage."""
+    """Return how much fewer objects drop with policy ``ours`` than with ``theirs``, as a share.
+
+    Forces of both policies are scaled until they damage 10 % of the objects. Without ``weights``,
+    the interval is empty.
+    """
     value = float(less(ours.front.drop_share(), theirs.front.drop_share()))
     if weights is None:
         return Between(value=value, low=value, high=value)
@@ -261,7 +269,7 @@ def fewer(ours: Judged, theirs: Judged, weights: Values | None = None) -> Betwee
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: Values) -> Between:
-    """Return the reduction in drops like :func:`fewer`, but do not scale forces in resamples."""
+    """Return the reduction of drops as :func:`fewer`, but scale forces once for all resamples."""
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, others = front(ours.outcomes, weights), front(theirs.outcomes, weights)
     # Over all picks both policies damage a tenth, apart from the steps between scales.
@@ -271,7 +279,10 @@ def fewer_as_bold(ours: Judged, theirs: Judged, weights: Values) -> Between:
 
 
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
-    """Return the gain from stiffness if objects get the weight or the limit of other objects."""
+    """Return the reduction of drops if objects randomly get the weight or damage limit of others.
+
+    It is the mean over ``count`` random exchanges, with the middle 95 % of them.
+    """
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])
     kinds = (baseline(), candidate())
@@ -315,7 +326,10 @@ def _pressed(
 def _given(
     table: ClosingTable, by_mass: Mapping[str, str], by_limit: Mapping[str, str]
 ) -> ClosingTable:
-    """Return the table with the needed forces and the limits of other kinds of object."""
+    """Return the table after objects exchanged the forces that hold them, or that damage them.
+
+    ``by_mass`` and ``by_limit`` map the name of an object to the object whose force it gets.
+    """
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 
     def indices(by: Mapping[str, str]) -> NDArray[np.intp]:
@@ -325,7 +339,7 @@ def _given(
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the gain from stiffness if the estimated, not measured, properties are changed."""
+    """Return the reduction of drops for other values of each estimated (not measured) property."""
     gains = {}
     names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
     for title, of, factors in (
@@ -348,7 +362,10 @@ def sensitivity(tables: Tables) -> dict[str, Between]:
 
 
 def _gain(tables: Tables, of: str, factors: Mapping[str, float], *, intervals: bool) -> Between:
-    """Return the gain if the property ``of`` each kind is multiplied where it is estimated."""
+    """Return the reduction of drops after property ``of`` was multiplied by a factor per object.
+
+    Only properties that were estimated, not measured, change.
+    """
     tuning, judging = (_changed(t, of, factors) for t in (tables.tuning, tables.judged))
     other = replace(tables, tuning=tuning, judged=judging)
     weights = resample_weights(other.judged, other.seed) if intervals else None

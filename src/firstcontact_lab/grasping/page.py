@@ -1,4 +1,4 @@
-"""Report of the grasp study, made from its results."""
+"""Report page of the grasp study, made from its results."""
 
 from __future__ import annotations
 
@@ -106,13 +106,13 @@ def _draw_front(axis: Axes, points: FrontPoints, colour: str, line: str, title: 
 
 
 def _table(caption: str, titles: Mapping[str, str], rows: Sequence[Row[str]]) -> Table:
-    """Return a table with one line per key of ``titles``."""
+    """Return a table with a line per key of ``titles`` and a column per entry of ``rows``."""
     lines = [(Cell(title), key, False) for key, title in titles.items()]
     return matrix(caption, rows, lines) or Table(caption, [""], [])
 
 
 def _of(records: Mapping[str, T], value: Callable[[T], Value]) -> Callable[[str], Value]:
-    """Return a function that returns a value of the record with a name; None without a record."""
+    """Return a function from a name to a value of its record, or to None without a record."""
     return lambda name: value(records[name]) if name in records else None
 
 
@@ -230,7 +230,7 @@ def estimates_table(household: Household) -> Table:
 
 
 def _firm(household: Household) -> str:
-    """Return a sentence about objects firmer than the training data; "" if there are none."""
+    """Return a sentence about the estimates of objects firmer than all training objects, or ""."""
     answered = [entry for entry in household.by_object.values() if entry.bias is not None]
     firm = [entry for entry in answered if entry.shore_a > MET]
     if not firm:

@@ -1,4 +1,4 @@
-"""Picks of household objects: the approach until both fingers touch, and full closings."""
+"""Simulated picks of household objects: approaches until both fingers touch; whole closings."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def make_pipeline(hand: OwnHand) -> Pipeline:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approached:
-    """State of a closing when both fingers touch, and what the pipeline reported until then."""
+    """Simulated hand when both fingers touch, and the live estimates until then."""
 
     plant: GraspPlant
     estimate: Estimate | None
@@ -71,7 +71,7 @@ class Approached:
 
 
 class _WaitingHand(PlantHand):
-    """Hand that passes commands on to the plant until both fingers touch, and then ignores them."""
+    """Simulated hand that obeys commands until both fingers touch, and ignores them afterwards."""
 
     def __init__(self, plant: GraspPlant, policy: ByStiffness) -> None:
         super().__init__(plant)
@@ -83,7 +83,7 @@ class _WaitingHand(PlantHand):
 
 
 def approached(pick: Pick, speed: float, hand: OwnHand) -> Approached:
-    """Simulate the approach to an object, which cannot break, until both fingers touch."""
+    """Simulate the approach to an unbreakable object until both fingers touch."""
     plant = make_plant(pick, breaks=False)
     policy = ByStiffness(Grip(), approach=speed)
     grasping = Grasping(policy, _WaitingHand(plant, policy), LAYOUT)
@@ -125,7 +125,7 @@ class FullJob:
 
 @dataclass(frozen=True, slots=True)
 class FullRow:
-    """Outcome of a full closing.
+    """Outcome of one closing that was simulated from the start to the lifted object.
 
     ``steady`` is the time to a steady grasp, s, or None. ``largest`` is the largest force, N.
     """
@@ -139,7 +139,7 @@ class FullRow:
 
 
 def household_policy(kind: type[Policy], name: str, settings: Mapping[str, float]) -> FinalForce:
-    """Return a policy with its settings, for the household object with this name."""
+    """Return a policy with settings, which knows the named object's true Shore A and mass."""
     numbers = household_named(name).numbers
     truth = Truth(numbers.shore_a.value, numbers.mass.value)
     policy = make_policy(kind, Grip(), truth, settings)
@@ -151,7 +151,7 @@ def household_policy(kind: type[Policy], name: str, settings: Mapping[str, float
 
 
 def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
-    """Simulate a full closing, with the live pipeline and the grasp loop."""
+    """Simulate a whole closing, in which live estimates drive the policy. Return its outcome."""
     plant = make_plant(job.pick, lift=LIFTS[job.lift])
     policy = household_policy(POLICIES[job.policy], job.pick.kind, job.settings)
     grasping = Grasping(policy, PlantHand(plant), LAYOUT)

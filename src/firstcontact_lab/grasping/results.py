@@ -1,4 +1,4 @@
-"""Records of the grasp study in ``results.json``."""
+"""Typed records of the grasp study, as stored in its ``results.json``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FIRMEST = 70.0
 
 
 class Between(Record, frozen=True, kw_only=True):
-    """Number and bounds of its 95 % interval."""
+    """Number with the lower and upper bound of its 95 % interval."""
 
     value: float
     low: float
@@ -33,7 +33,7 @@ class FrontPoints(Record, frozen=True, kw_only=True):
 
 
 class ChosenSettings(Record, frozen=True, kw_only=True):
-    """Chosen settings of one fold, with the shares of drops and damage in the picks for tuning."""
+    """Best settings on the tuning picks of one fold, and their shares of drops and damage."""
 
     left_out: list[str]
     settings: dict[str, float]
@@ -43,7 +43,7 @@ class ChosenSettings(Record, frozen=True, kw_only=True):
 
 
 class TunedOn(Record, frozen=True, kw_only=True):
-    """Picks for tuning or for judging: seeds of the hands, numbers of the specimens, and counts."""
+    """Picks for tuning or for judging: seeds of hands, numbers of specimens, and counts."""
 
     hands: list[int]
     specimens: list[int]
@@ -71,7 +71,7 @@ class ReflexSuccess(Record, frozen=True, kw_only=True):
 
 
 class Reflexes(Record, frozen=True, kw_only=True):
-    """Drops with a slip reflex, for one kind of lift and one latency of the slip detection."""
+    """Shares of drops with a slip reflex, for one kind of lift and one detection latency."""
 
     blind: Between
     stiffness: Between
@@ -126,6 +126,6 @@ class Household(Record, frozen=True, kw_only=True):
 
     @property
     def met(self) -> bool:
-        """True if the reduction of drops reaches the target, and the interval excludes zero."""
+        """True if the reduction of drops reaches the target and its interval lies above zero."""
         gain = self.fewer_drops_than_blind
         return gain.value >= self.target and gain.low > 0

@@ -1,4 +1,4 @@
-"""Run of a whole grasp study: its settings, closings, tuned policies, results and files."""
+"""Run of a whole grasp study: simulate hands, tune policies, score them, and write the files."""
 
 from __future__ import annotations
 
@@ -87,13 +87,13 @@ class GraspStudySettings:
     workers: int = 2
 
     def hand_seeds(self) -> tuple[list[int], list[int]]:
-        """Return the seeds of the hands for tuning, and of the hands for judging."""
+        """Return the random seeds of the hands for tuning, and those of the hands for judging."""
         first = 1000 * (self.seed + 1)
         tuning = [first + 100 + n for n in range(self.tuning_hands)]
         return tuning, [first + 200 + n for n in range(self.judged_hands)]
 
     def quick(self) -> GraspStudySettings:
-        """Return the settings of a quick trial. Do not quote its numbers."""
+        """Return settings of a quick trial, which runs all code. Do not quote its numbers."""
         return replace(
             self,
             tuning_hands=1,
@@ -156,7 +156,7 @@ class HouseholdStudy:
         self.judgement = judgement(self.tables)
 
     def close(self) -> None:
-        """Simulate full closings of every pick for judging, without the table of closings."""
+        """Simulate whole closings of all judged picks, to check the results from the table."""
         chosen = self.judgement.chosen()
         jobs = [
             FullJob(
@@ -228,7 +228,7 @@ class HouseholdStudy:
         )
 
     def _success_gain(self) -> Between:
-        """Return the share of successes with stiffness minus the share without, on equal picks."""
+        """Return the share of successful picks with stiffness minus that of equal picks without."""
         ours, blind = (
             np.array([not (r.dropped or r.damaged) for r in self.full if r.job.policy == k.name])
             for k in (candidate(), baseline())
@@ -236,7 +236,7 @@ class HouseholdStudy:
         return self._share(ours.astype(float) - blind.astype(float))
 
     def _share(self, flags: Values | NDArray[np.bool_]) -> Between:
-        """Return the mean over picks with its bootstrap interval."""
+        """Return the mean of one number per judged pick, with its bootstrap interval."""
         drawn = flags.astype(np.float64) @ self.weights / self.weights.sum(axis=0)
         return between(float(flags.mean()), drawn)
 
@@ -266,7 +266,7 @@ class HouseholdStudy:
         )
 
     def _approaches(self) -> list[Branches]:
-        """Return one closing of each pick, at the approach speed that was tuned for its object."""
+        """Return the simulation of each judged pick at the approach speed tuned for its object."""
         judged = self.judgement
         speeds = [chosen.settings["approach"] for chosen in judged.ours.chosen]
         fold_of = folds(sorted(set(self.tables.judged.kinds)), self.tables.folds)
@@ -288,7 +288,7 @@ class HouseholdStudy:
         )  # fmt: skip
 
     def _by_object(self) -> dict[str, ObjectErrors]:
-        """Return for each object the errors of its estimates, and its drops and damage."""
+        """Return for each object the errors of its estimates, and its share of drops and damage."""
         policies = {baseline().name: self.judgement.blind, candidate().name: self.judgement.ours}
         by_kind: dict[str, list[Branches]] = {}
         for row in self._approaches():
@@ -318,7 +318,10 @@ def _label(row: Branches) -> float:
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return lists of errors of estimates, in Shore A."""
+    """Return errors of the estimates, Shore A, by window length in ms, and of those that were used.
+
+    The key of the used ones is ``USED``.
+    """
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []
     for row in rows:
@@ -363,7 +366,7 @@ def _chosen(judged: Judged, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
 
 
 def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool) -> Path:
-    """Run a grasp study. Write its report, results and figure, and return the report."""
+    """Run a grasp study in the folder ``out``. Return the path of its report."""
     sizes = asdict(settings)
     state = State(
         settings=sizes,

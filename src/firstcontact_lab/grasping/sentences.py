@@ -1,4 +1,4 @@
-"""Sentences with the results of the grasp study, and titles, shares and intervals as text."""
+"""Sentences about the results of the grasp study, and its numbers as text."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def ends(number: Between, sign: bool = False) -> str:
 
 
 def fewer(number: Between) -> str:
-    """Return a relative reduction in words: "40 % (10 to 60) fewer", or "more" if negative."""
+    """Return a relative reduction as text, such as "40 % (10 to 60) fewer"; "more" if negative."""
     if number.value >= 0:
         return f"{ends(number)} fewer"
     return f"{ends(Between(value=-number.value, low=-number.high, high=-number.low))} more"
@@ -65,7 +65,7 @@ def reflex_sentence(household: Household) -> str:
 
 
 def shortly(household: Household) -> str:
-    """Return sentences for the README: the gain, without and with a slip reflex."""
+    """Return README sentences: how many drops stiffness saves, without and with a slip reflex."""
     gain = household.fewer_drops_than_blind
     proof = "" if gain.low > 0 else ", an interval that includes zero"
     by = household.slip_reflex

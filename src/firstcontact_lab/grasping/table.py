@@ -1,4 +1,4 @@
-"""Table of the outcomes of every grip force for every pick. All forces share one approach."""
+"""Table of simulated outcomes: each pick at each approach speed, with each grip force."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOT = 100
 
 @dataclass(frozen=True, slots=True)
 class Branching:
-    """Speeds and forces that are simulated, in all combinations, for the table of closings."""
+    """Approach speeds, m/s, grip forces, N, and slip boosts that are simulated in combination."""
 
     speeds: tuple[float, ...]
     forces: tuple[float, ...]
@@ -52,7 +52,7 @@ class Branches:
 
 
 def branches(job: tuple[Pick, float], hands: OwnHands, how: Branching) -> Branches:
-    """Simulate one approach, then a grip with each force and the lift of the object."""
+    """Simulate one approach to an object. From there, simulate a grip and lift with each force."""
     pick, speed = job
     specimen = pick_specimen(pick)
     begun = approached(pick, speed, hands[pick.hand, speed])
@@ -84,7 +84,7 @@ def branches(job: tuple[Pick, float], hands: OwnHands, how: Branching) -> Branch
 
 
 def _until(plant: GraspPlant, since: float) -> None:
-    """Advance the plant to ``since`` s after the first contact, or to the end of the closing."""
+    """Advance a simulated hand to ``since`` s after its first contact, or to its closing's end."""
     contacts = plant.contacts
     end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
     while not plant.ended and plant.sample < end:
@@ -94,7 +94,10 @@ def _until(plant: GraspPlant, since: float) -> None:
 def _reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Lift with a slip reflex. Return the largest contact force, N, and True for a drop."""
+    """Lift an object, and raise the force by ``boost`` at each slip.
+
+    Return the largest contact force, N, and True if the object was dropped.
+    """
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
         plant.move(LOOK)
@@ -107,7 +110,7 @@ def _reflex(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reflexed:
-    """Slip reflex: table indices of its lift, its latency of slip detection and its boost."""
+    """Indices into a :class:`ClosingTable`: kind of lift, latency of slip detection, and boost."""
 
     lift: int
     detection: int
@@ -122,7 +125,7 @@ class Outcomes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosingTable:
-    """Simulated forces and estimates of every pick at every approach speed and grip force."""
+    """Simulated forces and estimates of each pick, for all approach speeds and grip forces."""
 
     how: Branching
     picks: tuple[Pick, ...]
@@ -136,7 +139,7 @@ class ClosingTable:
 
     @classmethod
     def from_branches(cls, rows: Sequence[Branches], how: Branching) -> ClosingTable:
-        """Return the table from the outcomes of every pick at every speed. Rows have any order."""
+        """Return the table from simulations of each pick at each speed, in any order."""
         by = {(row.speed, row.pick): row for row in rows}
         picks = tuple(sorted({row.pick for row in rows}))
         first = [by[how.speeds[0], pick] for pick in picks]
@@ -173,7 +176,11 @@ class ClosingTable:
         )
 
     def pressed(self, speed: int, forces: Values) -> tuple[Values, Values]:
-        """Return the largest contact force and the sum of both contact forces at the end, N."""
+        """Return the largest contact force and the sum of both final contact forces per pick, N.
+
+        ``speed`` is an index, and ``forces`` are the grip forces of the picks, N. Values between
+        the simulated forces are interpolated.
+        """
         place, part = self._places(forces)
         rows = np.arange(len(self.picks))
 
@@ -215,7 +222,7 @@ class ClosingTable:
 
 
 def exceeds(one: Values, other: Values, scatter: float) -> Values:
-    """Return the probability that one number exceeds the other."""
+    """Return the probability that one force exceeds another with relative scatter ``scatter``."""
     if scatter <= 0:
         return (one > other).astype(np.float64)
     with np.errstate(divide="ignore"):

@@ -1,4 +1,4 @@
-"""Choice of each policy's settings by drops and damage in the table of closings."""
+"""Choice of each policy's settings by its drops and damage in the table of simulated closings."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ PickEstimates = Sequence[Estimate | None]
 
 
 def family(kind: str) -> str:
-    """Return the family of an object. A family can consist of a single object."""
+    """Return the family of similar objects that an object belongs to, or else its own name."""
     for words in FAMILIES:
         if any(word in kind for word in words):
             return " and ".join(words)
@@ -58,20 +58,20 @@ def family(kind: str) -> str:
 
 
 def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
-    """Return the index of the fold of each object. All objects of a family are in one fold."""
+    """Return for each object the index of its fold. Similar objects (a family) share a fold."""
     families = list(dict.fromkeys(family(kind) for kind in kinds))
     return {str(kind): families.index(family(kind)) % count for kind in kinds}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of dropped and of damaged picks, shape (scales,) or (scales, resamples)."""
+    """Shares of drops and damage by scale of a policy's forces: (scales,) or (scales, resamples)."""
 
     dropped: Values
     damaged: Values
 
     def drop_share(self, damage: float | Values = DAMAGE) -> Values:
-        """Return the share of dropped picks at the scale that damages the share ``damage``."""
+        """Return the share of drops if forces are scaled until the share ``damage`` is damaged."""
         dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
         wanted = np.broadcast_to(damage, len(dropped))
         rows = zip(dropped, damaged, wanted.tolist(), strict=True)
@@ -92,7 +92,7 @@ def _drop_share(dropped: Values, damaged: Values, damage: float) -> float:
 
 
 def find_scale(front: Front) -> float:
-    """Return the largest scale at which at most the share ``DAMAGE`` of the picks is damaged."""
+    """Return the largest factor on forces that damages at most the share ``DAMAGE`` of picks."""
     within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= DAMAGE)
     return float(SCALES[within[-1]] if within.size else SCALES[0])
 
@@ -110,7 +110,7 @@ def resampled(
     count: int,
     seed: int,
 ) -> Values:
-    """Return bootstrap weights of picks: objects and hands are drawn with replacement."""
+    """Return bootstrap weights, (picks, ``count``), over hands, and over kinds within a group."""
     rng = np.random.default_rng(seed)
     weights = np.ones((len(kinds), count))
     for of, within in ((kinds, groups), (hands, np.full(len(kinds), ""))):
@@ -132,7 +132,7 @@ class Candidate:
 def policy_settings(
     kind: type[Policy], budget: int, few: bool, seed: int
 ) -> list[dict[str, float]]:
-    """Return all settings of a policy; if there are more than ``budget``, a random sample."""
+    """Return all combinations of a policy's settings, or ``budget`` random ones if that is less."""
     values = [t.few if few else t.tried for t in kind.tunables.values()]
     sizes = [len(v) for v in values]
     total = int(np.prod(sizes))
@@ -147,7 +147,7 @@ def policy_settings(
 def policy_forces(
     kind: type[Policy], settings: Settings, table: ClosingTable, estimates: PickEstimates
 ) -> Values:
-    """Return the force of a policy for every pick, N, shape (picks,)."""
+    """Return the grip force that a policy chooses for each pick, N, shape (picks,)."""
     forces = np.empty(len(table.picks))
     for place, (pick, estimate) in enumerate(zip(table.picks, estimates, strict=True)):
         policy = household_policy(kind, pick.kind, settings)
@@ -170,7 +170,10 @@ def swept(
     reflex: tuple[int, int] | None = None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Return the outcomes of a policy, by scale and pick. Estimates are by approach speed."""
+    """Return a policy's drops and damage, shape (scales, picks), for all factors on its forces.
+
+    ``estimates`` has a list per approach speed. ``reflex`` holds the indices of lift and latency.
+    """
     speed = speed_place(table, settings)
     forces = policy_forces(kind, settings, table, estimates[speed]) * settings.get("scale", 1.0)
     acting = None
@@ -180,7 +183,7 @@ def swept(
 
 
 def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> ChosenSettings:
-    """Choose the settings with which the fewest selected picks drop, at about 10 % damage."""
+    """Choose the settings with the fewest drops of ``selected`` picks at about 10 % damage."""
     weights = selected.astype(np.float64)
     fronts = [front(c.outcomes, weights) for c in tried]
     worth = [np.mean([f.drop_share(d) for d in AROUND]) for f in fronts]

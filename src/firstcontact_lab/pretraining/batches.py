@@ -1,4 +1,4 @@
-"""Training batches of the network, drawn at random from a set of examples."""
+"""Random batches of simulated contacts, for the training of the network."""
 
 from __future__ import annotations
 
@@ -29,7 +29,11 @@ _BEFORE, _AFTER = samples_in(Touches.BEFORE, _RATE), samples_in(Touches.LONGEST,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Batch:
-    """Batch of contacts: unscaled inputs and their targets ``shore_a``."""
+    """Inputs of the network for some contacts, before scaling, with their true Shore A.
+
+    ``row`` is the row of :func:`token_rows` for each contact, and ``is_known`` is False for
+    contacts whose rig has no context.
+    """
 
     x: NDArray[np.float32]
     general: NDArray[np.float32]
@@ -45,7 +49,7 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Return a batch of some contacts, with random placement errors, lengths and contexts."""
+    """Return a batch of contacts with random errors of placement, signal lengths and contexts."""
     n = len(indices)
     shortest, longest = Touches.lengths(_RATE)
     valid = rng.integers(shortest, longest + 1, n) if samples is None else np.full(n, samples)
@@ -84,7 +88,7 @@ def draw_batch(
 
 
 def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Return signals from ``late`` samples after each contact on, minus their baseline."""
+    """Return signals from ``late`` samples after each contact on, minus the mean before it."""
     start = _BEFORE + MARGIN + late
     rows = np.arange(len(signals))[:, None]
     end = start - samples_in(BASELINE_GUARD, _RATE)
@@ -95,7 +99,10 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return one row of tokens per rig, context and stage, and a mask of existing levels."""
+    """Return features of block pinches, one row per rig, context and stage, and a mask.
+
+    The mask is 1 for each Shore A that the rig's blocks have.
+    """
     present = np.arange(Rig.LEVELS) < examples.levels.reshape(-1, 1)
     return (
         examples.tokens.reshape(-1, Rig.LEVELS, Rig.TOKEN),

@@ -1,4 +1,4 @@
-"""Calibration of a trained network on other rigs: intervals, limits, and pooled pinches."""
+"""Calibration of a trained network on other simulated rigs: intervals, limits, pooled pinches."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _SHRINK = 1e-3
 def answers(
     model: RigModel, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
-    """Return the prediction and its spread for each contact, two arrays of shape (n,)."""
+    """Return the predicted Shore A and the standard deviation for each contact, shape (n,) each."""
     rng = np.random.default_rng([seed, samples])
     everything = np.arange(len(examples))
     batch = draw_batch(examples, everything, rng, samples, context=0)
@@ -62,7 +62,7 @@ def answers(
 
 
 def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel:
-    """Return the network as a model with calibrated intervals, not conditioned on a rig."""
+    """Return a model of the trained network with calibrated intervals and no rig's context."""
     familiar = _familiar([_traits(examples, stage, seed) for stage in Rig.STAGES])
     ones = np.ones(len(Rig.STAGES))
     plain = RigModel(network, familiar, ones, LEVEL, {Rig.ANY: Rig.unknown()}, ones)
@@ -70,7 +70,7 @@ def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel
 
 
 def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runner) -> RigModel:
-    """Return the model with calibrated intervals of averages with a regression on other rigs."""
+    """Return the model with a second calibration: of averages of network and regression."""
     errors, spreads = object_errors(model, numbers, seed, runner)[1]
     factors = np.array([_quantile(of_stage) for of_stage in np.abs(errors) / spreads])
     return RigModel(model.network, model.familiar, model.factors, model.level, model.rigs, factors)
@@ -79,10 +79,10 @@ def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runne
 def object_errors(
     model: RigModel, numbers: Sequence[int], seed: int, runner: Runner, family: str = ""
 ) -> NDArray[np.float64]:
-    """Return errors on rigs' objects and their spreads, of the network and of the average.
+    """Return errors and predicted standard deviations of the network and of its average, Shore A.
 
-    The average is that with a regression on the rig's pinches. The shape is (2 models, 2, stages,
-    objects); errors are NaN after the second contact.
+    The average is that with a regression on the rig's pinches. The shape is (2 models, error or
+    spread, stages, objects). Errors are NaN after the second contact.
     """
     of_rigs = runner.map(_object_errors, numbers, seed, model, family)
     return np.concatenate([errors for errors in of_rigs if errors.size], axis=3)
@@ -104,7 +104,10 @@ def _object_errors(number: int, seed: int, model: RigModel, family: str) -> NDAr
 
 
 def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
-    """Return centre, covariance and limit of the traits at each stage."""
+    """Return the centre, covariance and limit of signal features. Contacts beyond it are unusual.
+
+    ``traits`` has an array (contacts, features) for each number of samples after the contact.
+    """
     means, whitenings, limits = [], [], []
     for trait_values in traits:
         mean = np.median(trait_values, axis=0)
@@ -119,14 +122,14 @@ def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
 
 
 def _factor(model: RigModel, examples: Examples, samples: int, seed: int) -> float:
-    """Return half width / spread of intervals that hold the truth in the share ``LEVEL``."""
+    """Return the factor on predicted spreads with which intervals hold the share ``LEVEL``."""
     values, spreads = answers(model, examples, samples, seed)
     is_object = examples.object_ids >= 0
     return _quantile((np.abs(values - examples.shore_a) / spreads)[is_object])
 
 
 def _quantile(ratios: Values) -> float:
-    """Return the conformal quantile of the ratios that are not NaN."""
+    """Return the conformal quantile of these ratios of error to spread. NaN is ignored."""
     ordered = np.sort(ratios[np.isfinite(ratios)])
     rank = math.ceil((len(ordered) + 1) * LEVEL)
     return float(ordered[min(rank, len(ordered)) - 1])
@@ -152,7 +155,10 @@ PINCHES = 5
 def object_estimates(
     model: RigModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
-    """Return predictions, half widths of their intervals, and the Shore A of the objects."""
+    """Return predictions, half widths of their intervals, and true Shore A, by object and pinch.
+
+    Shapes: (objects, pinches), (objects, pinches) and (objects,). ``samples`` is the signal length.
+    """
     values, spreads = answers(model, examples, samples, seed)
     half = model.half_widths(spreads, samples)
     is_object = examples.object_ids >= 0
@@ -163,7 +169,7 @@ def object_estimates(
 
 
 def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
-    """Return the share of a pinch's error that is common to all pinches of the same object."""
+    """Return the share of the error that is equal in all pinches of the same object."""
     z = (values - truth[:, None]) / half_widths
     n = z.shape[1]
     products = (z.sum(axis=1) ** 2 - (z**2).sum(axis=1)).mean() / (n * (n - 1))
@@ -171,7 +177,7 @@ def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
 
 
 def coverage(values: Values, half_widths: Values, truth: Values, pinches: int) -> float:
-    """Return the share of objects whose pooled interval of n ``pinches`` holds their Shore A."""
+    """Return the share of objects whose interval from ``pinches`` pooled ones holds the truth."""
     combined = [combine(v[:pinches], h[:pinches]) for v, h in zip(values, half_widths, strict=True)]
     covered = [
         estimates.low <= y <= estimates.high for estimates, y in zip(combined, truth, strict=True)
@@ -186,7 +192,10 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return the size of the error that pinches of one object share, and the pooled coverage."""
+    """Return how much of the error pinches of an object share, and the coverage of pooled ones.
+
+    Both are given by the time after the contact.
+    """
     out = {}
     for time, length in samples.items():
         estimates = object_estimates(model, test, length, seed)

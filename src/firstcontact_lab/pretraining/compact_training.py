@@ -1,4 +1,4 @@
-"""Training of the compact network to predict as the full network does."""
+"""Training of a small network that imitates the predictions of the full network."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _linear(network: TorchNetwork) -> dict[str, nn.Linear]:
 
 
 class _Lots:
-    """Source of random training batches. It encodes the rigs' tokens once, at construction."""
+    """Source of random training batches. It encodes the features of each rig only once."""
 
     def __init__(self, full: Full, examples: Examples) -> None:
         self._full, self._examples = full, examples
@@ -103,7 +103,10 @@ class _Lots:
             )
 
     def draw(self, rng: np.random.Generator) -> Lot:
-        """Return inputs, codes, mask of levels, general features, and true output of contacts."""
+        """Return network inputs, codes of the rig's blocks and their mask, general features, truth.
+
+        The truth is the scaled Shore A of each contact.
+        """
         indices = rng.permutation(len(self._examples))[:PREPARED]
         batch = draw_batch(self._examples, indices, rng)
         row = torch.from_numpy(batch.row)
@@ -117,7 +120,7 @@ class _Lots:
 
 
 def _targets(full: TorchNetwork, lot: Lot) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return three points, and their weights, of each distribution of the full network."""
+    """Return three points and weights for each normal distribution that the full network gives."""
     with torch.no_grad():
         parts = [
             full.predict(*part)
@@ -130,7 +133,7 @@ def _targets(full: TorchNetwork, lot: Lot) -> tuple[torch.Tensor, torch.Tensor]:
 
 
 class _TorchCompact(nn.Module):
-    """Compact network in PyTorch, without integers."""
+    """Small network in PyTorch, with floating-point weights."""
 
     def __init__(self, directions: Mapping[str, int]) -> None:
         super().__init__()
@@ -186,7 +189,7 @@ class _TorchCompact(nn.Module):
             self.answer.load_state_dict(layers["answer"].state_dict())
 
     def arrays(self, full: Full) -> dict[str, NDArray[np.generic]]:
-        """Return the arrays of a :class:`Network`. ``full`` gives those of tokens."""
+        """Return the trained arrays by name. Those that encode a rig come from the full network."""
         out: dict[str, NDArray[np.generic]] = dict(full.scales)
         layers = {"pool": self.pool, "term": self.rig, "answer": self.answer}
         for name in ("token1", "token2"):
@@ -203,7 +206,7 @@ class _TorchCompact(nn.Module):
 
 
 def _heard(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.Tensor]]:
-    """Return the outputs of each layer, and the gradients of the loss by these outputs."""
+    """Return by layer its outputs, and the gradients of the loss with respect to these outputs."""
     heard: dict[str, torch.Tensor] = {}
 
     def listen(name: str) -> Callable[[nn.Module, object, torch.Tensor], None]:
@@ -229,7 +232,10 @@ def _heard(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.
 def _thin(
     layer: nn.Linear, outputs: torch.Tensor, gradients: torch.Tensor, directions: int
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return matrices into and out of the directions of a layer's outputs, and the bias."""
+    """Return two thin matrices that replace a layer's matrix, and the bias.
+
+    The first leads into ``directions`` main directions of the outputs, the second out of them.
+    """
     weight, bias = (p.detach().double() for p in (layer.weight, layer.bias))
     y, g = outputs.double(), gradients.double()
     effect = g.T @ g
@@ -246,7 +252,7 @@ def _thin(
 
 
 def integers(name: str, weight: NDArray[np.floating]) -> dict[str, NDArray[np.generic]]:
-    """Return the arrays of a matrix: integers (int16), and a scale for each row."""
+    """Return a matrix as 16-bit integers with a scale for each row, as two arrays by name."""
     least = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
     scale = np.maximum(least, 1e-30).astype(np.float32)
     return {

@@ -1,4 +1,4 @@
-"""Examples of random rigs: contacts to predict, and contexts from block pinches; their files."""
+"""Training examples from random simulated rigs: contacts, and what is known of their rig."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ _BEFORE, _AFTER = samples_in(Touches.BEFORE, _RATE), samples_in(Touches.LONGEST,
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examples:
-    """Contacts to predict, with the contexts of their rigs."""
+    """Simulated contacts to predict, and the contexts of their rigs."""
 
     signals: NDArray[np.int16]
     shore_a: Values
@@ -93,7 +93,7 @@ def placing(rng: Rng, n: int) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Drawn:
-    """Pinches of a rig: of blocks of known Shore A, and of the objects and blocks to predict."""
+    """Simulated pinches of one rig: of blocks with known Shore A, and of objects to predict."""
 
     context: tuple[NDArray[np.int16], Values]
     levels: Values
@@ -105,14 +105,14 @@ class _Drawn:
 
 
 def rig_examples(number: int, seed: int, family: str = "", again: int = 0) -> Examples:
-    """Return the examples of one rig. They depend only on these arguments."""
+    """Simulate the examples of one rig. They depend only on these arguments."""
     return _example_set(_drawn(number, seed, family, again))
 
 
 def labelled_touches(
     number: int, seed: int, family: str = ""
 ) -> tuple[Touches, Values, Touches, Values]:
-    """Return contacts with blocks and their Shore A, and contacts with objects and theirs."""
+    """Simulate a rig. Return contacts with blocks, their Shore A, and the same for its objects."""
     d = _drawn(number, seed, family, 0)
     is_object = d.numbers >= 0
     shore_a = np.array([specimen.shore_a for specimen in d.objects])
@@ -172,7 +172,7 @@ def _touch(
 def _context(
     rig: RandomRig, blocks: list[float], days: list[Day], rng: Rng
 ) -> tuple[tuple[NDArray[np.int16], Values], Values]:
-    """Return the signals and closing speeds of the rig's block pinches, and their Shore A."""
+    """Simulate a rig's block pinches. Return (signals, closing speeds, m/s), and their Shore A."""
     each = int(rng.integers(*CONTEXT))
     signals, speeds, levels = [], [], []
     for shore_a in blocks:
@@ -236,7 +236,7 @@ def _example_set(d: _Drawn) -> Examples:
 
 
 def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
-    """Return positions of random pinches: of each Shore A the given share, but at least two."""
+    """Return indices of random pinches: a share of those of each Shore A, but at least two."""
     chosen = []
     for level in np.unique(shore_a):
         members = rng.permutation(np.flatnonzero(shore_a == level))
@@ -245,7 +245,11 @@ def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
 
 
 def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
-    """Return the network's inputs for these speeds and radii, shape (n, HINTS)."""
+    """Return the hints of speed and radius as inputs of the network, shape (n, HINTS).
+
+    ``speed`` is ln(speed / the rig's usual speed), ``alike`` the confidence in it, and ``radii``
+    are in m; NaN if unknown.
+    """
     believed = alike > BELIEVED
     has_radius = ~np.isnan(radii)
     with np.errstate(divide="ignore"):
@@ -271,7 +275,7 @@ RIGS_PER_FILE = 50
 def example_set(
     folder: Path, first: int, rigs: int, seed: int, runner: Runner, again: int = 0
 ) -> Examples:
-    """Return the examples of ``rigs`` rigs from number ``first`` on."""
+    """Return the examples of ``rigs`` random rigs, the first of which has the number ``first``."""
     folder.mkdir(parents=True, exist_ok=True)
     parts = [
         (at, min(RIGS_PER_FILE, first + rigs - at))

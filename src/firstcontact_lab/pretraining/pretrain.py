@@ -1,4 +1,4 @@
-"""Pre-training of the package's network: examples, training, intervals and scores."""
+"""Pre-training of the package's network: simulate, train, calibrate and score."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def pretrain(
 def all_scores(
     model: RigModel, work: Path, size: Size, seed: int, runner: Runner
 ) -> Mapping[str, Mapping[str, Any]]:
-    """Return scores on other random rigs, on held-out families, and of pooled pinches."""
+    """Return scores on other random rigs, on rigs of other structure, and of pooled pinches."""
     scores: dict[str, Mapping[str, Any]] = {}
 
     def judge(title: str, first: int, rigs: int, family: str = "") -> None:
@@ -111,7 +111,7 @@ def all_scores(
 
 
 def judged(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping[str, Any]:
-    """Return scores at each time, from the errors of :func:`object_errors` and their spreads."""
+    """Return RMSE, bias, coverage and interval width by time, from :func:`object_errors`."""
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():
         stage = int(Rig.stage_index(samples))

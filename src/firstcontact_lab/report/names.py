@@ -1,4 +1,4 @@
-"""Titles and colours of estimators and detectors from the registries."""
+"""Titles and colours of estimators and detectors in reports."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def competitor_title(name: str) -> str:
 
 
 def estimator(name: str) -> Look:
-    """Return title and colour of an estimator; if it is not installed, its name as the title."""
+    """Return title and colour of an estimator. The name is the title if it is not installed."""
     return _look(ESTIMATORS, name)
 
 
@@ -65,7 +65,7 @@ def _look(registry: Registry[Any], name: str) -> Look:
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
-    """Return the names in ``scored`` in the order of reports. Leave out baselines by default."""
+    """Return the estimators in ``scored`` in the order of reports, without baselines by default."""
     names = set(scored)
     ours = [name for name in ESTIMATORS.builtin_names if name in names]
     return [
@@ -76,7 +76,7 @@ def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
 
 
 def is_baseline(name: str) -> bool:
-    """Return True if an estimator is a baseline: it ignores the shape of the signal."""
+    """Return True if an estimator ignores the shape of the signal."""
     return name in ESTIMATORS and ESTIMATORS[name].baseline
 
 

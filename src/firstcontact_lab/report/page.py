@@ -39,7 +39,7 @@ _HALF = 8
 
 @dataclass(slots=True, kw_only=True)
 class State:
-    """Progress and findings of a study, its parts, and the function that makes its page."""
+    """Progress and findings of a running study, and the function that makes its page."""
 
     settings: Mapping[str, Any]
     options: Mapping[str, Any]
@@ -117,14 +117,14 @@ class Section:
 
     @property
     def wide(self) -> bool:
-        """True if a table has more columns than fit on half of the page's width."""
+        """True if a table has more columns than fit on half the width of the page."""
         tables = (table for column in self.details for table in column.tables)
         return any(len(table.head) > _HALF for table in tables)
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """Content of a report. Its study gives the first fields, and :func:`render` the others."""
+    """Content of a report page. A study gives the first fields, and :func:`render` the others."""
 
     title: str
     heading: str
@@ -209,7 +209,7 @@ def _section(
 
 
 def _notice(state: State) -> tuple[str, str] | None:
-    """Return state and details of an unfinished study as text; None if it is finished."""
+    """Return a title and details that state how far an unfinished study is, or else None."""
     if not state.pending:
         return None
     pending = "; ".join(state.pending)

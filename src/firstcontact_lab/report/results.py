@@ -22,7 +22,7 @@ FIELDS: dict[str, Field[Any]] = {}
 
 
 class Field(Generic[K]):
-    """Key of ``results.json`` with the type of its value."""
+    """Key of ``results.json`` together with the type of its value."""
 
     def __init__(self, name: str, kind: Any, default: K) -> None:
         self.name, self.kind, self.default = name, kind, default
@@ -40,14 +40,14 @@ Entry = tuple[str, Any]
 
 
 class SubjectResults(Record, frozen=True, kw_only=True):
-    """Results of one subject. ``results[FIELD]`` is the typed value of a field."""
+    """Results of one dataset under study. ``results[FIELD]`` is the typed value of a field."""
 
     def __getitem__(self, field: Field[T]) -> T:
         value: T = getattr(self, field.name, field.default)
         return value
 
     def replace(self, entries: Iterable[Entry]) -> SubjectResults:
-        """Return the results with these entries added. Join new and old mappings by name."""
+        """Return the results with added entries. Mappings are joined with those that exist."""
         values = {name: getattr(self, name) for name in self.__struct_fields__}
         for name, value in entries:
             existing = values.get(name)
@@ -90,7 +90,7 @@ def read_results(path: Path, kind: type[T]) -> T:
 
 
 def read_options(path: Path, remedy: str) -> dict[str, Any]:
-    """Return the settings in a ``results.json`` on which its results depend."""
+    """Read the settings in a ``results.json`` that its results depend on."""
     return read_record(
         read_regular(path, LONGEST), _Options, str(path), remedy, LONGEST
     ).study.options

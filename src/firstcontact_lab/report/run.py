@@ -36,7 +36,7 @@ _REMEDY = "choose another --out, or move it away"
 
 @contextmanager
 def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
-    """Make and lock the folder of a study. The lock ends with the ``with`` statement."""
+    """Make and lock the folder of a study until the end of the ``with`` statement."""
     made = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -65,7 +65,7 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
 
 
 def _claim(out: Path, options: Mapping[str, Any]) -> None:
-    """Raise an InputError if the folder has results that were made with other settings."""
+    """Raise an InputError if the folder has results of a study with other settings."""
     results = out / RESULTS
     if not results.exists():
         if (out / REPORT).exists():
@@ -85,7 +85,7 @@ def _claim(out: Path, options: Mapping[str, Any]) -> None:
 
 
 def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
-    """Return an empty folder with a mark file. Remove the outputs of an earlier study."""
+    """Return an empty folder with a file that marks it. Outputs of an earlier study are removed."""
     check_fresh(directory)
     if directory.exists():
         shutil.rmtree(directory)
@@ -101,7 +101,7 @@ def check_fresh(directory: Path) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """One step of a part for one subject. The study ends if a *vital* step fails."""
+    """One step of a part of a study, for one dataset. The study ends if a *vital* step fails."""
 
     subject: str
     part: str
@@ -115,7 +115,7 @@ class Job:
         return f"{self.subject}: {self.title}"
 
     def measure(self) -> PartResult:
-        """Run the step. If the input does not permit it, return the reason as left out."""
+        """Run the step. If the data do not permit it, return a result that states the reason."""
         try:
             return self.run()
         except InputError as error:

@@ -67,7 +67,7 @@ def canvas(
 
 
 def uri(figure: Canvas) -> str:
-    """Return the figure as an SVG data URI. Its pixel images have twice a screen's resolution."""
+    """Return the figure as an SVG data URI. Pixel images in it have twice a screen's resolution."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
     svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
@@ -81,7 +81,7 @@ def boxes(
     width: float,
     colour: str,
 ) -> None:
-    """Draw a box plot of each group of values at its position. Draw a single value as a point."""
+    """Draw a box plot of each array of values at its position, and single values as points."""
     groups = list(zip(positions, values, strict=True))
     several = {place: group for place, group in groups if len(group) > 1}
     line = {"color": colour, "lw": 0.9}
@@ -123,7 +123,7 @@ def vibration_unit(layout: Layout) -> str:
 
 
 def shades(n: int) -> list[Any]:
-    """Return colour-blind safe colours of n ordered levels, from light (soft) to dark (stiff)."""
+    """Return ``n`` colours for colour-blind readers, from light (soft) to dark (stiff)."""
     import matplotlib as mpl
 
     return list(mpl.colormaps["viridis_r"](np.linspace(0.12, 0.95, n)))
@@ -136,7 +136,7 @@ Groups = Mapping[str, tuple[float, Mapping[str, NDArray[np.float64]]]]
 def box_figure(
     key: str, title: str, caption: str, axis: str, groups: Groups, colours: Mapping[str, str]
 ) -> Figure:
-    """Return a figure with a bar at the true value of each group, and a box plot of each model."""
+    """Return a figure with each group's true value as a bar, and a box plot of each model."""
     with canvas(size=(max(SIZE[0], 0.5 * len(groups)), 4.2)) as (figure, axes):
         ax = axes[0, 0]
         for number, (model, colour) in enumerate(colours.items()):

@@ -1,4 +1,4 @@
-"""Tables of reports and docs, and the row definitions from which they are made."""
+"""Tables of reports and docs, and the definitions of rows that they are made from."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ S = TypeVar("S")
 
 
 class Scores(Protocol):
-    """Interface of score records that have intervals."""
+    """Interface of records of scores that have intervals."""
 
     @property
     def intervals(self) -> dict[str, Ends]:
-        """Interval of each score, by its name."""
+        """Lower and upper bound of each score, by its name."""
         ...
 
 
@@ -30,7 +30,7 @@ class Bounded(NamedTuple):
 
 
 def bounded(scores: Scores | None, name: str) -> Bounded | None:
-    """Return a score of a record with its interval; None if the record lacks the score."""
+    """Return one score of a record with its interval; None if the record lacks it."""
     value = getattr(scores, name, None)
     return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))
 
@@ -83,7 +83,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Row(Generic[R]):
-    """Definition of a row: one number for reports, docs tables and the README."""
+    """Definition of one number, which reports, docs tables and the README show as a row."""
 
     label: str
     value: Callable[[R], Value]
@@ -98,7 +98,7 @@ class Row(Generic[R]):
 
 
 def number(value: float, digits: int, sign: str = "") -> str:
-    """Return a number as text. The minus sign is "−"; zero has no sign."""
+    """Return a number as text with the minus sign "−". Zero has no sign."""
     text = f"{value:{sign}.{digits}f}"
     if float(text) == 0.0:
         text = text.lstrip("+-")
@@ -143,7 +143,7 @@ VERDICTS = (
 
 
 def format_cell(value: Value, unit: str) -> Cell:
-    """Return a cell with a value, and its interval as the detail."""
+    """Return a table cell with a value, and with its interval as the small print."""
     if value is None:
         return Cell(ABSENT)
     if isinstance(value, str):
@@ -155,7 +155,7 @@ def format_cell(value: Value, unit: str) -> Cell:
 
 
 def optional(find: Callable[[R], S | None], value: Callable[[S], Value]) -> Callable[[R], Value]:
-    """Return a function that finds a record and returns its value; None without a record."""
+    """Return a function that finds a record and returns its value, or None without a record."""
 
     def from_results(results: R) -> Value:
         record = find(results)
@@ -178,7 +178,7 @@ def row_table(
 
 
 def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
-    """Return a table with a line for each row that has a claim or a note, or is a headline."""
+    """Return a table of the rows that have a published claim or a note, or are headlines."""
     chosen = [row for row in rows if row.claim or row.note or row.headline]
     table = row_table(chosen, subjects, published=True)
     by_label = {row.label: row for row in chosen}
@@ -200,7 +200,7 @@ def _verdict(row: Row[R], subjects: Mapping[str, R]) -> str:
 
 
 def _joined(texts: Mapping[str, str]) -> str:
-    """Return the texts with the titles of their subjects, or a text that all subjects share."""
+    """Return each text with the title of its subject, or one text if all subjects share it."""
     present = {title: text for title, text in texts.items() if text}
     if len(set(present.values())) == 1:
         return next(iter(present.values()))
@@ -208,7 +208,7 @@ def _joined(texts: Mapping[str, str]) -> str:
 
 
 def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
-    """Return the tables of several subjects as one table, with their columns side by side."""
+    """Return one table with the columns of several datasets' tables side by side."""
     head = [""]
     blocks: list[tuple[int, dict[tuple[str, str], Line]]] = []
     names: dict[tuple[str, str], Cell] = {}
@@ -271,7 +271,7 @@ def lifted(
     claim: Claim | None = None,
     note: Callable[[R], str] | None = None,
 ) -> Row[R]:
-    """Return a row definition for results, made from that of a record in the results."""
+    """Return a row for whole results, made from a row for a record that they contain."""
     value = optional(find, row.value)
     return Row(prefix + row.label, value, row.unit, published, headline, claim, note)
 
@@ -282,7 +282,7 @@ def markdown(table: Table) -> str:
 
 
 def markdown_table(head: str, rows: Iterable[Sequence[str]]) -> str:
-    """Return a table as Markdown. The head has its columns between bars."""
+    """Return a Markdown table. ``head`` holds the column titles, separated by bars."""
     columns = head.split(" | ")
     lines = (columns, ["---"] * len(columns), *rows)
     return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
@@ -300,7 +300,7 @@ def fill(text: str, kind: str, made: Mapping[str, str]) -> str:
 
 
 def plain_lines(table: Table) -> list[str]:
-    """Return a table as lines of text with aligned columns, without details."""
+    """Return a table as lines of text with aligned columns. Small print is left out."""
     texts = [table.head, *([cell.text for cell in line.cells] for line in table.lines)]
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     lines = []

@@ -145,7 +145,7 @@ Day = Mapping[str, float]
 def draw_rig(rng: Rng) -> RandomRig:
     """Draw a simulated hand, whose gain puts the signals of hard blocks into a usual range."""
     finger = MIDDLE._replace(
-        **{name: getattr(MIDDLE, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
+        **{name: getattr(MIDDLE, name) * _lognormal(rng, sd) for name, sd in RIG_SPREAD.items()}
     )
     if rng.random() < BACK:
         back = confinement(finger.pad_modulus, float(rng.uniform(2e-3, 4e-3)))
@@ -154,19 +154,19 @@ def draw_rig(rng: Rng) -> RandomRig:
     else:
         finger = _padded(finger, _between(rng, *DIMPLED))
     m = MotorNoise()
-    loud = _about(rng, 0.3)
+    loud = _lognormal(rng, 0.3)
     noise = replace(
         m,
         rotor_rate=_between(rng, 60.0, 400.0),
-        rotor=m.rotor * loud * _about(rng, 0.4),
+        rotor=m.rotor * loud * _lognormal(rng, 0.4),
         mesh_ratio=_between(rng, 3.0, 20.0),
-        mesh=m.mesh * loud * _about(rng, 0.4),
-        friction=m.friction * loud * _about(rng, 0.3),
+        mesh=m.mesh * loud * _lognormal(rng, 0.4),
+        friction=m.friction * loud * _lognormal(rng, 0.3),
         click_rate=float(rng.uniform(0.0, 2.0)),
         mains_rate=float(rng.choice([50.0, 60.0])),
-        mains=m.mains * _about(rng, 0.4),
-        hum=m.hum * _about(rng, 0.4),
-        electronics=m.electronics * _about(rng, 0.25),
+        mains=m.mains * _lognormal(rng, 0.4),
+        hum=m.hum * _lognormal(rng, 0.4),
+        electronics=m.electronics * _lognormal(rng, 0.25),
     )
     repeats = rng.uniform(*REPEATS)
     landing = repeats * rng.uniform(0.4, 1.3)
@@ -278,7 +278,7 @@ def touch_volts(
     return volts, float(finger.speed)
 
 
-def _about(rng: Rng, spread: float) -> float:
+def _lognormal(rng: Rng, spread: float) -> float:
     return math.exp(spread * rng.standard_normal())
 
 

@@ -278,8 +278,8 @@ class HouseholdStudy:
         longest = [max((a.elapsed for a in r.answers), default=0.0) for r in rows]
         hands = sorted({(r.pick.hand, r.speed) for r in rows})
         return Estimates(
-            rmse=_rmse(_errors(rows)),
-            bearing=_rmse(_errors(within)),
+            rmse=_rmse(_errors_by_window(rows)),
+            bearing=_rmse(_errors_by_window(within)),
             decided={f"{1e3 * w:g}": float(np.mean([d >= w - 5e-4 for d in longest]))
                      for w in WINDOWS},
             block_rmse=float(np.sqrt(np.mean([self.hands[h].rmse ** 2 for h in hands]))),
@@ -295,7 +295,7 @@ class HouseholdStudy:
             by_kind.setdefault(row.pick.kind, []).append(row)
         out = {}
         for kind, rows in by_kind.items():
-            errors = _errors(rows)
+            errors = _errors_by_window(rows)
             of_kind = self.tables.judged.kinds == kind
             numbers = household_named(kind).numbers
             outcomes = {name: policy.outcomes for name, policy in policies.items()}
@@ -317,7 +317,7 @@ def _label(row: Branches) -> float:
     return household_named(row.pick.kind).numbers.shore_a.value
 
 
-def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
+def _errors_by_window(rows: Sequence[Branches]) -> dict[str, list[float]]:
     """Return errors of the estimates, Shore A, by window length in ms, and of those that were used.
 
     The key of the used ones is ``USED``.

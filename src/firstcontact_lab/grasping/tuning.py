@@ -65,7 +65,7 @@ def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of drops and damage by scale of a policy's forces: (scales,) or (scales, resamples)."""
+    """Shares of drops and damage by scale of the forces: (scales,) or (scales, resamples)."""
 
     dropped: Values
     damaged: Values

@@ -1,4 +1,4 @@
-"""Comparison of estimators: all get the same simulated rigs."""
+"""Comparison of estimators beyond their training blocks. All get the same simulated rigs."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Query:
 
 
 def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
-    """Return the predicted Shore A of each pinch in ``query.ask``, shape (n,)."""
+    """Train a competitor, and return its predicted Shore A of each pinch in ``query.ask``."""
     competitor, rigs, learn, ask = query.competitor, sets[query.place], query.learn, query.ask
     if competitor.method == "window":
         options = dict(competitor.options)
@@ -150,7 +150,7 @@ _OWN = ("estimator", "radii")
 
 
 def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return indices of the pinches to learn from, and of those to predict, for a question."""
+    """Return the indices of the pinches to learn from, and of those to predict, for a question."""
     home = rig_data.indices(Use.BLOCKS)
     if question == HOME:
         return home, np.concatenate([rig_data.indices(Use.HELD), rig_data.indices(Use.OBJECTS)])

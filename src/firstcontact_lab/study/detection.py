@@ -1,4 +1,4 @@
-"""Contacts in pinches from detectors that were not trained on these pinches (out of fold)."""
+"""Contacts in pinches, from detectors that were not trained on these pinches (out of fold)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FOLDS = 3
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
-    """Return folds that test all pinches, and train on pinches of role ``train`` only."""
+    """Return splits that together test each pinch once. Only pinches of role ``train`` train."""
     if len(dataset) < 2:
         return []
     sessions, test = dataset.sessions, dataset.test
@@ -39,7 +39,11 @@ def _training_only(folds: Sequence[Split], test: NDArray[np.bool_]) -> list[Spli
 def judge(
     job: tuple[str, int], dataset: Dataset, splits: Sequence[Split], early: float
 ) -> list[PinchDecisions] | str:
-    """Return a detector's decisions on the test side of a split. Train it first if needed."""
+    """Train a detector on one side of a split, and return its decisions on the other side.
+
+    ``job`` holds the detector's name and the index of the split. Returned is a reason in place of
+    the decisions if the detector cannot be trained.
+    """
     name, split = job[0], splits[job[1]]
     detector = make_detector(name)
     if detector.learns:
@@ -79,7 +83,7 @@ def judge_detectors(
 
 
 def _vibration_only(dataset: Dataset) -> Dataset:
-    """Return the dataset with only the vibration channels, to send less data to the workers."""
+    """Return the dataset without force channels, so that less data go to worker processes."""
     columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
     channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
     layout = replace(dataset.layout, channels=channels)
@@ -95,7 +99,10 @@ def _vibration_only(dataset: Dataset) -> Dataset:
 def trigger_delays(
     dataset: Dataset, triggers: Sequence[Contact | None]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times from known to detected contact, and from known contact to decision, s."""
+    """Return the times from the true contact to the detected one, and to the decision, s.
+
+    Both arrays have the shape (pinches,), with NaN for pinches without a detected contact.
+    """
     rate = dataset.layout.rate
     out = np.full((2, len(dataset)), np.nan)
     for i, (pinch, trigger) in enumerate(zip(dataset.pinches, triggers, strict=True)):

@@ -1,4 +1,4 @@
-"""Scores of contact detectors."""
+"""Scores of contact detectors against true contacts."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Delays(Record, frozen=True, kw_only=True):
 
 
 class DetectionScores(Record, frozen=True, kw_only=True):
-    """Scores of a detector over pinches whose first contact is known."""
+    """Scores of a detector over the pinches whose true first contact is known."""
 
     n: int
     #: Pinches without a known first contact, which are not in ``n``.
@@ -131,7 +131,7 @@ def score_decisions(
     step: float,
     early: float = 0.0,
 ) -> DetectionScores:
-    """Compare decisions on windows ``step`` s apart with labels that are up to ``early`` s late."""
+    """Score decisions on windows ``step`` s apart. Labels may be up to ``early`` s late."""
     counts = _Counts()
     outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
     delays: list[float] = []
@@ -213,7 +213,7 @@ def right_and_not_early(contact: Contact, truth: Contact, rate: float, early: fl
 
 
 def outcome(contact: Contact | None, truth: Contact, rate: float, early: float) -> str:
-    """Return the outcome of a pinch: "success" or the kind of failure."""
+    """Return "success" for a correctly detected contact, or else the kind of failure."""
     if contact is None:
         return "misses"
     late = (contact.sample - truth.sample) / rate

@@ -1,4 +1,4 @@
-"""Scores of a competitor's predictions over all rigs, with bootstrap intervals over rigs."""
+"""Scores of estimators beyond their training blocks, with bootstrap intervals over rigs."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class OffBlocks(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answered:
-    """Predictions of the pinches ``queries`` for one question, on the set with index ``place``."""
+    """Shore A that one competitor predicted for the pinches ``queries`` of rig set ``place``."""
 
     question: str
     place: int
@@ -49,7 +49,7 @@ class Answered:
 
 
 def off_blocks(answered: Sequence[Answered], options: Mapping[str, Any], seed: int) -> OffBlocks:
-    tally = _Tally(seed)
+    tally = _ErrorSums(seed)
     objects = [_part(batch, Use.OBJECTS) for batch in answered]
     softest, hardest = _ends([batch for batch in objects if len(batch.values)])
     for batch in objects:
@@ -93,7 +93,7 @@ def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
 
 
 def _together(answered: Answered, seed: int) -> Values:
-    """Return the errors of mean predictions. Each is a mean over three pinches of one object."""
+    """Return the error of the mean prediction of every three pinches of one object, Shore A."""
     rng = np.random.default_rng([seed, answered.place])
     errors = []
     for specimen in np.unique(answered.queries.specimens):
@@ -104,7 +104,7 @@ def _together(answered: Answered, seed: int) -> Values:
 
 
 def _nearest(answered: Answered) -> Values:
-    """Return 1 for each prediction that is nearest to the Shore A of the pinched block, else 0."""
+    """Return 1 where the true Shore A is the block's nearest to the prediction, else 0."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -114,7 +114,7 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return a function that returns the mean of the groups' root mean square errors."""
+    """Return a function from sums of errors to the RMSE, averaged over ``groups`` groups."""
 
     def statistic(sums: Values) -> Values:
         by_group = sums.reshape(*sums.shape[:-1], groups, 3)
@@ -134,8 +134,12 @@ def _of_columns(statistic: Callable[[Values], Values], part: slice) -> Callable[
     return lambda sums: statistic(sums[..., part])
 
 
-class _Tally:
-    """Counts, sums and sums of squares of errors: by score, by group and by set."""
+class _ErrorSums:
+    """Sums of errors from which scores and their bootstrap intervals are computed.
+
+    Each entry holds the number, the sum and the sum of squares of the errors of one score, in one
+    group, on one rig set.
+    """
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
@@ -148,7 +152,10 @@ class _Tally:
             of_group[place] = of_group.get(place, np.zeros(3)) + sums
 
     def _columns(self, name: str) -> tuple[Values, Callable[[Values], Values]]:
-        """Return the sums of each set, shape (sets, 3 · groups), and the function to a score."""
+        """Return the sums of one score by rig set, and the function that turns sums into the score.
+
+        The sums have the shape (sets, 3 · groups).
+        """
         groups = self._sums[name].values()
         places = sorted({place for of_group in groups for place in of_group})
         columns = np.array(

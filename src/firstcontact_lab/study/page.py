@@ -1,4 +1,4 @@
-"""Report of a study: its outcome, a table of the paper's claims, and the front page."""
+"""Report of a study: summary, table of the paper's claims, and remarks on the splits."""
 
 from __future__ import annotations
 
@@ -56,17 +56,17 @@ def claims(subjects: Subjects) -> Table:
 
 
 def outcome(subjects: Subjects) -> list[str]:
-    """Return sentences on the blocks, on what was not in the training, and on the time."""
-    blocks = _about("Accuracy on blocks (random 90/10)", subjects, _on_blocks)
-    objects = _about("Unseen objects, RMSE in Shore A", subjects, _on_objects)
-    left_out = _about("RMSE with one block level left out of training", subjects, _left_out)
+    """Return summary sentences: on blocks, on unseen objects, and on estimates in time."""
+    blocks = _sentence("Accuracy on blocks (random 90/10)", subjects, _on_blocks)
+    objects = _sentence("Unseen objects, RMSE in Shore A", subjects, _on_objects)
+    left_out = _sentence("RMSE with one block level left out of training", subjects, _left_out)
     at_second = "Pinches with an estimate ready when the second finger touches"
-    ready = _about(at_second, subjects, _ready)
+    ready = _sentence(at_second, subjects, _ready)
     return [text for text in (blocks, f"{objects} {left_out}".strip(), ready) if text]
 
 
-def _about(topic: str, subjects: Subjects, describe: Callable[[SubjectResults], str]) -> str:
-    """Return a sentence with the description of each subject that has one; or ""."""
+def _sentence(topic: str, subjects: Subjects, describe: Callable[[SubjectResults], str]) -> str:
+    """Return ``topic`` and the description of each subject that has one, as a sentence, or ""."""
     texts = {title: text for title, results in subjects.items() if (text := describe(results))}
     several = len(subjects) > 1
     listed = "; ".join(f"{title.lower()} {t}" if several else t for title, t in texts.items())
@@ -101,7 +101,7 @@ def _compared(
 
 
 def _left_out(results: SubjectResults) -> str:
-    """Return the errors of the default estimator, of the peak amplitude and of the best one."""
+    """Return the errors with a Shore A left out: of the default, of peaks, and the least one."""
     splits = {name: scores.split(LEVEL) for name, scores in results[BLOCKS].items()}
     errors = {name: s.rmse for name, s in splits.items() if s and s.rmse is not None}
     if ESTIMATORS.default not in errors:
@@ -117,7 +117,7 @@ def _ready(results: SubjectResults) -> str:
 
 
 def subject_title(findings: Findings) -> str:
-    """Return the title of a subject, with "(twin)" after it if its pinches are simulated."""
+    """Return the title of a dataset under study, with "(twin)" if its pinches are simulated."""
     return f"{findings.title} (twin)" if is_twin(findings.results) else findings.title
 
 
@@ -173,7 +173,7 @@ def _how(subjects: Subjects) -> list[tuple[str, list[str]]]:
 
 
 def shared(subjects: Subjects) -> str:
-    """Return sentences about sessions, specimens and levels on both sides of a split."""
+    """Return sentences about sessions, specimens and Shore A values on both sides of a split."""
     sentences = []
     folds = [results[CONTACT].about.folds for results in subjects.values()]
     if any(subject_results and subject_results.n > 1 for subject_results in folds):

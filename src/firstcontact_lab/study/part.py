@@ -1,4 +1,4 @@
-"""Parts of a study, the subjects that they measure, and the settings of a study."""
+"""Parts of a study, the datasets that they measure (subjects), and the settings of a study."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class StudySettings:
 
 @dataclass(slots=True, eq=False)
 class Subject:
-    """Dataset under study, with the results of earlier parts."""
+    """Dataset under study, with the results of the parts that ran before."""
 
     name: str
     dataset: Dataset
@@ -81,7 +81,7 @@ class Subject:
 
     @property
     def truth(self) -> Contacts:
-        """First contact of each pinch from strips or labels; None if unknown."""
+        """First contact of each pinch by its strip or label; None if unknown."""
         return tuple(p.first for p in self.dataset.pinches)
 
     @property
@@ -90,7 +90,7 @@ class Subject:
 
     @property
     def starts(self) -> Contacts:
-        """Contacts at which windows start: detected contacts if there are any, else known ones."""
+        """Contact of each pinch at which windows start: detected, or true if none was detected."""
         return self.detections or self.truth
 
     @property
@@ -100,7 +100,7 @@ class Subject:
         return np.unique(shore[np.isfinite(shore)])
 
     def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
-        """Return windows labelled with Shore A, at ``contacts`` or else at :attr:`starts`."""
+        """Return windows of ``duration`` s and their Shore A, at ``contacts`` or :attr:`starts`."""
         return self.labelled_windows(duration, self.dataset.shore_a, contacts)
 
     def labelled_windows(
@@ -111,7 +111,7 @@ class Subject:
         *,
         conditioned: bool = True,
     ) -> LabelledWindows:
-        """Return windows at ``contacts``, or else at :attr:`starts`, labelled with ``target``."""
+        """Return windows of ``duration`` s labelled by ``target``, at ``contacts`` or `starts`."""
         cut = self.cut_windows(duration, contacts, conditioned=conditioned)
         data = label_windows(self.dataset, *cut, target)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.rows])
@@ -119,7 +119,10 @@ class Subject:
     def cut_windows(
         self, duration: float, contacts: Contacts | None = None, *, conditioned: bool = True
     ) -> Cut:
-        """Return the windows at ``contacts`` (default :attr:`starts`), and a mask of pinches."""
+        """Return windows of ``duration`` s, and a mask of the pinches that have a whole window.
+
+        Windows start at ``contacts``, by default at :attr:`starts`.
+        """
         starts = self.starts if contacts is None else contacts
         key = duration, conditioned, tuple(starts)
         if key not in self._cut:
@@ -147,7 +150,7 @@ class Step:
 
 
 def with_ranks(measure: Measure) -> Measure:
-    """Return a measurement that does nothing if no pinch of the subject has a hardness rank."""
+    """Return a measurement that does nothing if no pinch of the dataset has a hardness rank."""
 
     def measure_ranks(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
         if not np.isfinite(subject.dataset.hardness_rank).any():
@@ -159,7 +162,7 @@ def with_ranks(measure: Measure) -> Measure:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Part of a study: measurement, figures, tables, rows and text for one topic."""
+    """Topic of a study: its measurements, figures, tables, rows and text."""
 
     name: str
     title: str

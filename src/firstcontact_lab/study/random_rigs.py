@@ -74,7 +74,7 @@ def _several_object(target: RandomObject, rng: Rng) -> RandomObject:
 
 
 def _gearbox(rng: Rng) -> Change:
-    """Return a function that adds gear noise to a signal: tones, pink noise, a jolt at start."""
+    """Return a function that adds a gearbox's noise to a signal: tones, pink noise, a jolt."""
     line, swell = float(rng.uniform(250, 900)), float(rng.uniform(15, 60))
     loud, decay = float(rng.uniform(0.005, 0.03)), float(rng.uniform(0.005, 0.02))
 
@@ -96,7 +96,7 @@ def _gearbox(rng: Rng) -> Change:
 
 
 def _compressive(rng: Rng) -> Change:
-    """Return a function that compresses a signal: it reduces large values more than small ones."""
+    """Return a function that compresses a signal: large values shrink more than small ones."""
     power, unit = float(rng.uniform(0.65, 0.85)), float(rng.uniform(0.1, 0.5))
 
     def change(signal: Values, rng: Rng) -> Values:
@@ -130,7 +130,7 @@ class RigScores(Record, frozen=True, kw_only=True):
     gains: dict[str, Ends]
 
     def cell(self, key: str, unit: str) -> Cell:
-        """Return a score with its interval, and that of the difference from the reference."""
+        """Return a table cell: the score with its interval, and the gain over the reference."""
         if key not in self.scores:  # results of an older version
             return format_cell(None, unit)
         cell = format_cell(Bounded(self.scores[key], self.intervals[key]), unit)
@@ -141,7 +141,10 @@ class RigScores(Record, frozen=True, kw_only=True):
 
 
 def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigScores]]:
-    """Return the scores of groups of methods from those of rigs, (rigs, groups, methods, keys)."""
+    """Average the scores of all rigs, shape (rigs, groups, methods, keys), with intervals.
+
+    Returned is a list of methods for each group. Gains are over the first method of a group.
+    """
     is_error = np.array([key.split()[-1] not in ("bias", "coverage", "width") for key in keys])
 
     def rooted(means: Values) -> Values:
@@ -168,7 +171,7 @@ def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigSco
 
 
 def families_and_jobs(brief: bool, rigs: int) -> tuple[list[str], int, list[tuple[str, int]]]:
-    """Return families, number of rigs of each family, and a job for each rig."""
+    """Return the families' names, the number of rigs of each, and a (family, number) per rig."""
     names, count = (["linear_pad", "several"], 1) if brief else (list(STRUCTURES), rigs)
     return names, count, [(name, number) for number in range(count) for name in names]
 
@@ -193,7 +196,7 @@ def judged_rig(
     is_exact: bool = False,
     is_quiet: bool = False,
 ) -> JudgedRig:
-    """Draw one rig of a family, and return its labelled contacts.
+    """Simulate one rig of a family, and return its labelled contacts.
 
     Options change nothing else of the rig: all contacts are placed with the same delay
     (``is_exact``), or the rig's own noise is a tenth, without clicks (``is_quiet``).
@@ -286,7 +289,7 @@ def _pinch(
     is_quiet: bool,
     rng: Rng,
 ) -> tuple[NDArray[np.float32], int, float]:
-    """Return the signal of one contact, its number of valid samples, and the closing speed."""
+    """Simulate a contact. Return its signal, V, number of valid samples, and closing speed, m/s."""
     more = MARGIN / _RATE
     lengths = Touches.BEFORE + more, Touches.LONGEST + more
     unheard = replace(rig, noise=_quiet(rig.noise))

@@ -1,6 +1,6 @@
-"""Sets of simulated pinches of blocks and objects by two hands, with seeds of their own.
+"""Simulated pinches of blocks and objects by two hands, from seeds that nothing else uses.
 
-No other part of the project uses these seeds. Only the time around the contacts is simulated.
+Only the time around the contacts is simulated.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FLAT = 1.0
 
 
 class Use(StrEnum):
-    """Use of a pinch in a set: to learn from, or to predict."""
+    """Use of a pinch in a set of simulated pinches: to learn from, or to predict."""
 
     #: Blocks for conditioning, and blocks of other sessions.
     BLOCKS = "blocks"

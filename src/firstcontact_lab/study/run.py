@@ -1,4 +1,4 @@
-"""Run of a whole study: its sources of pinches, and its steps in order."""
+"""Run of a whole study: its datasets, its steps in order, and its files."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def plan(
     runner: Runner,
     set_name: str = "recordings",
 ) -> list[Job]:
-    """Return all jobs of a study: first the quick steps of every subject, then the slow ones."""
+    """Return all jobs of a study: first the quick steps of every dataset, then the slow ones."""
     subjects: dict[str, Subject] = {}
 
     def job(name: str, load: Callable[[], Dataset], part: str, step: Step) -> Job:
@@ -108,7 +108,7 @@ def recorded(path: Path, out: Path) -> Dataset:
 
 
 def check_sources(path: Path | None, out: Path) -> None:
-    """Raise an InputError if a source cannot be used. If ``path`` is None, it is the twin."""
+    """Raise an InputError if the recordings cannot be used. None stands for the twin."""
     if path is None:
         for condition in CONDITIONS:
             check_fresh(out / _RECORDINGS / condition)
@@ -132,7 +132,7 @@ def _recordings(path: Path) -> list[Path]:
 
 
 def _search(path: Path) -> tuple[list[Path], list[Path]]:
-    """Return the recordings at a path, and the folders below it with a study's recordings."""
+    """Return the recordings at a path, and folders below it that are reports of studies."""
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)

@@ -1,4 +1,4 @@
-"""Scores and splits of the study: by time after the contact, over objects, of ranks."""
+"""Scores and splits of the study: by time after the contact, by object, and of ranks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ RANDOM_TEST = 0.1
 
 
 def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
-    """Return the paper's split: 90 % of the pinches for training, drawn at random by class."""
+    """Return the paper's split: a random 90 % of the pinches of each class for training."""
     from sklearn.model_selection import StratifiedShuffleSplit
 
     splitter = StratifiedShuffleSplit(1, test_size=RANDOM_TEST, random_state=seed)
@@ -163,7 +163,7 @@ def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predic
 
 
 def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
-    """Return the errors of mean predictions, one per object. All objects have the same weight."""
+    """Return the errors of mean predictions, one for each object. Objects have equal weight."""
     error = np.array([o.mean - o.true for o in each.values()])
     return MeanErrors(
         rmse=float(np.sqrt((error**2).mean())),
@@ -175,7 +175,7 @@ def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
 
 
 def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
-    """Return Spearman's rho with a p-value from permutations."""
+    """Return Spearman's rho of ``score`` and ``truth``, with a p-value from permutations."""
     from itertools import permutations
     from math import factorial
 

@@ -126,7 +126,7 @@ Firsts = list[Contact | None]
 
 
 class DetectorScores(Record, frozen=True, kw_only=True):
-    """Placement of a detector's first triggers, at the rate of the recordings if possible."""
+    """Scores of the first contact that a detector reports in each pinch."""
 
     n: int
     placed_2_ms: float
@@ -165,7 +165,7 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
     heard = cut_closings(dataset)
     has_contact = np.array([p.first is not None for p in heard.pinches])
     if not has_contact.any():
-        return _about(recorded_set), []
+        return _description(recorded_set), []
     labelled = heard.take(has_contact)
     learned = cut_closings(resample_dataset(twin, dataset.layout.rate))
     detectors: dict[str, dict[str, DetectorScores]] = {}
@@ -182,7 +182,7 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
             scores = _scored(labelled, found, recorded_set, fitted)
             detectors.setdefault(name, {})[training] = scores
     main = DETECTORS.default
-    results = replace(_about(recorded_set), n=len(labelled), detectors=detectors or None)
+    results = replace(_description(recorded_set), n=len(labelled), detectors=detectors or None)
     trainings = [training for training in (OTHERS, TWIN, UNTRAINED) if (main, training) in firsts]
     if not trainings:
         return results, left_out
@@ -201,7 +201,10 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
 def _judged(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
-    """Return each pinch's first trigger, from a detector not trained on the pinch's specimen."""
+    """Return the first detected contact of each pinch, and the detectors that were trained.
+
+    No detector was trained on pinches of the same specimen.
+    """
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
         return [decision.first for decision in judge_pinches(detector, pinches)]
@@ -262,8 +265,8 @@ def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -
     return alarms
 
 
-def _about(recorded_set: RealSet) -> SetResults:
-    """Return what is known of a set without its detectors, also from an earlier study of it."""
+def _description(recorded_set: RealSet) -> SetResults:
+    """Return a set's sensor, size and scores of an earlier study, without scores of detectors."""
     order = real = None
     if recorded_set.study:
         order = recorded_set.study[HARDNESS]
@@ -493,7 +496,7 @@ _STIFFNESS = (
 
 
 def stiffness_curves(subjects: Subjects) -> Figure | None:
-    """Return the errors over time of sets with a stiffness, and those of the twin beside them."""
+    """Return a figure of errors over time: sets with a stiffness label, and the twin's; or None."""
     found = {name: s for name, results in subjects.items() if (s := results[STIFFNESS])}
     return time_figure(found, YARDSTICKS) if set(found) - {TWIN_CURVE} else None
 

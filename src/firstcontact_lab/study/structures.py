@@ -1,4 +1,4 @@
-"""Closings of rigs whose structure differs from the twin's: motor, noise, start-up and contact.
+"""Closings of simulated rigs that differ from the twin in motor, noise, start-up and contact.
 
 The twin simulates only the mechanics of the contact, with a silent motor and parameters outside the
 training range. This module makes all other parts of the signals. No model is trained on these
@@ -151,7 +151,7 @@ MOTORS: Mapping[str, Motor] = {
 
 
 def _disturbances(rng: Rng, n: int, size: Mapping[str, float]) -> tuple[Values, Values]:
-    """Return gear clicks, as multiples of the motor's RMS, and the motor's varying loudness."""
+    """Return clicks of gears, as multiples of the motor's RMS, and the changing loudness."""
     clicks, swells = np.zeros(n), np.ones(n)
     for start in rng.integers(0, n, rng.poisson(size["clicks"] * n / FINGERTIP_RATE)):
         length = int(rng.integers(1, 16))
@@ -197,7 +197,7 @@ FLOORS: Mapping[str, Callable[[Rng, int], Values]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StructuredRig:
-    """Simulated rig whose structure differs from the twin's."""
+    """Simulated hand with another motor, other noise and another contact than the twin."""
 
     seed: int
     motor: str
@@ -213,7 +213,7 @@ class StructuredRig:
     holder: tuple[float, float]
 
     def closing(self, key: str, target: RandomObject | None, label: Label, free: float) -> Pinch:
-        """Return a closing on the object ``target``, or on no object. It begins at rest."""
+        """Simulate a closing from rest on the object ``target``, or on no object."""
         rng = generator(self.seed, "closing", key)
         begin = round(REST * FINGERTIP_RATE)
         first = begin + round(free * FINGERTIP_RATE)
@@ -251,7 +251,7 @@ class StructuredRig:
     def _contact(
         self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
     ) -> tuple[tuple[Contact, ...], Values]:
-        """Return the contacts of both fingers, and the signals of the piezos that they cause."""
+        """Return the contacts of both fingers, and the voltages that they cause in both sensors."""
         if target is None:
             return (), np.zeros((0, 2))
         draw = draw_pinch(self.seed, CONDITIONS["everyday"], "any", BLOCKS[0], key)
@@ -283,7 +283,7 @@ class StructuredRig:
         ), touch
 
     def _sampled(self, volts: Values) -> NDArray[np.int16]:
-        """Return a closing's samples as a device would send them, from voltages."""
+        """Return the samples that a device would send for these voltages, V."""
         layout = fingertip_layout()
         step = 32 * layout.channels[0].scale
         counts = np.floor((volts + PIEZO_OFFSET_VOLTS) / (step * self.coarse)) * self.coarse
@@ -297,7 +297,7 @@ class StructuredRig:
 
 
 def draw_structured(seed: int, motor: str) -> StructuredRig:
-    """Return a random rig with this kind of motor, a name in :data:`MOTORS`."""
+    """Return a random rig with the motor of this name, one of :data:`MOTORS`."""
     rng = generator(seed, "structured", motor)
     rig = draw_rig(rng)
     finger = rig.finger._replace(
@@ -335,7 +335,7 @@ def draw_structured(seed: int, motor: str) -> StructuredRig:
 
 
 def _hard_peak(seed: int, rig: RandomRig) -> float:
-    """Return the largest voltage at the contact with a hard flat block."""
+    """Return the largest voltage when the rig touches a hard flat block, V."""
     size = {"ring": 400.0, "jolt": 20.0, "clicks": 0.0, "swells": 0.0}
     plain = StructuredRig(
         seed, "belt", "pink", rig, size, 0.0, 0.0, 0.0, 0.0, 0.1, 1, (500.0, 0.2)
@@ -346,7 +346,7 @@ def _hard_peak(seed: int, rig: RandomRig) -> float:
 
 
 def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions: int) -> Dataset:
-    """Return closings on flat blocks: ``each`` on every level of Shore A, in several sessions."""
+    """Simulate ``each`` closings on a flat block of every Shore A in ``levels``, by session."""
     pinches = []
     for level in levels:
         for number in range(each):
@@ -360,7 +360,7 @@ def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessio
 
 
 def draw_objects(rig: StructuredRig, count: int) -> Dataset:
-    """Return closings on random objects. They lose more energy than those in training."""
+    """Simulate closings on random objects, which lose more energy than those in training."""
     pinches = []
     for number in range(count):
         rng = generator(rig.seed, "object", number)

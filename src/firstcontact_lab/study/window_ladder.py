@@ -1,7 +1,7 @@
-"""Ladder of window models, each for another window length after a contact.
+"""Any-time estimator made of several window models, one for each window length.
 
-Each model has a conformal interval from held-out sessions. A ladder predicts at any time, so
-registered estimators and users' regressors can be compared with the network.
+Each model has a conformal interval from held-out sessions. So registered estimators and users'
+regressors can be compared with the network.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class _Rung:
 
 
 class LadderModel:
-    """Models of several window lengths. The longest one before the second contact predicts."""
+    """Models of several window lengths. The longest window before the second contact decides."""
 
     def __init__(self, rungs: Sequence[_Rung]) -> None:
         self._rungs = tuple(rungs)
@@ -129,7 +129,7 @@ def _fit_rung(
 
 
 def _windows(touches: Touches, samples: int) -> Windows:
-    """Return the first samples after each contact, shape (n, samples, 1), V."""
+    """Return the first ``samples`` samples after each contact, shape (n, samples, 1), V."""
     return touches.signals[:, touches.lead : touches.lead + samples, None].copy()
 
 

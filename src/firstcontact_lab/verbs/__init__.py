@@ -1,1 +1,1 @@
-"""Verbs of ``firstcontact_lab``. Entry points add them to the command line."""
+"""Commands of ``firstcontact_lab``. Entry points add them to the command line."""

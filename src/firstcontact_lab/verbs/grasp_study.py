@@ -1,4 +1,4 @@
-"""``firstcontact grasp-study``: measure what knowing the stiffness is worth to a hand."""
+"""``firstcontact grasp-study``: measure how much an estimate of stiffness helps a hand."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ from firstcontact.core.installation import require_modules
 class Sets:
     """Score the detectors on several real sets, and report them on one page.
 
-    Besides its recordings a set may have noise/ (recordings without touches), results.json of a
-    study, and front_ends.csv (session,front_end: sensor and recording device).
+    A set is a folder of recordings. It may also have noise/ (recordings without touches),
+    results.json of a study, and front_ends.csv (session,front_end: sensor and recording device).
     """
 
     folder: Annotated[Path, Option(positional=True)]

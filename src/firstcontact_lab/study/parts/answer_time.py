@@ -34,13 +34,13 @@ class Answers(Record, frozen=True, kw_only=True):
 
 
 class AnswerTimes(Answers, frozen=True, kw_only=True):
-    """Times to a complete window: of the default length, and by length in ms."""
+    """Times from contact to estimate, for the default window length and for others, in ms."""
 
     window_length_ms: dict[str, Answers]
 
 
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
-    """Measure the time from the known contact to a complete window, by window length."""
+    """Measure the time from the true contact to a complete window, by window length."""
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if answer_sample and not subject.detections:
         return missing(
@@ -58,7 +58,7 @@ def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
 
 
 def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
-    """Return the number of the sample that completes the window from a contact."""
+    """Return the number of the sample at which a window of ``duration`` s is complete."""
     layout = pinch.layout
     last = contact.sample + samples_in(duration, layout.rate) - 1
     return max(contact.decided, last + Conditioner(layout).lookahead)
@@ -70,7 +70,10 @@ def waits(
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch with a known first contact, and the time from there to an estimate, s."""
+    """Yield each pinch whose true contact is known, and the time from there to an estimate, s.
+
+    The time is None if no contact was detected, or a wrong one.
+    """
     waited = resampler_lookahead(dataset)
     for pinch, contact in zip(dataset.pinches, contacts, strict=True):
         truth, rate = pinch.first, pinch.layout.rate
@@ -83,7 +86,10 @@ def waits(
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and a number."""
+    """Return the share of pinches with an estimate before the second contact, and their number.
+
+    Only pinches with a known second contact count. Without such pinches both are None.
+    """
     both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
     early = sum(seconds is not None and seconds < offset for offset, seconds in both)
     return (early / len(both), len(both)) if both else (None, None)

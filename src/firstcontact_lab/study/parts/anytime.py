@@ -1,4 +1,4 @@
-"""Estimates at any time after the contact."""
+"""Scores of estimates at several times after the contact."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> LabelledTouches | None:
-    """Return the contacts for conditioning the network; None if there are too few."""
+    """Return the training contacts that the network is adapted to; None if there are too few."""
     home = labelled.take(labelled.touches.answerable & ~subject.dataset.test[labelled.rows])
     return None if len(home) < 4 or len(np.unique(home.shore_a)) < 2 else home
 
@@ -171,7 +171,11 @@ def _predict(
     seed: int,
     regressors: Sequence[str],
 ) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
-    """Condition all estimators on the training side of a split, and predict."""
+    """Adapt all estimators to the training side of a split. Return their predictions by time.
+
+    Returned are the adapted default model and the predictions by estimator and time, ms. Without a
+    test side, the unseen objects are predicted.
+    """
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
     adapted = conditioned_model(RIG_ESTIMATOR.name, learned, seed)
@@ -205,7 +209,7 @@ def _block_scores(
 
 
 def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow | None:
-    """Return the error of the default window estimator on the pinches with a whole window."""
+    """Return the error of the default window estimator on pinches with a whole window, or None."""
     name = ESTIMATORS.default
     if (name, UNSEEN) not in subject.predictions:
         return None
@@ -223,7 +227,7 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 
 
 def known_before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and a number."""
+    """Return the share of pinches with an estimate before the second contact, and their number."""
     dataset = subject.dataset
     if not subject.detections:
         return None, None

@@ -1,4 +1,4 @@
-"""Classification and regression of the pinches on flat blocks, in every split."""
+"""Accuracy on flat blocks: classification and regression of their Shore A, in every split."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class WindowCounts(Record, frozen=True, kw_only=True):
 
 
 class SplitScores(Record, frozen=True, kw_only=True):
-    """Scores of regression and of classification in one split. Missing scores are None."""
+    """Scores of regression and of classification in one split; None for missing scores."""
 
     rmse: float | None = None
     mae: float | None = None
@@ -316,7 +316,7 @@ _CAPTIONS = {
 
 
 def able(slow: bool) -> list[str]:
-    """Return the names of installed estimators that train slowly, or that train quickly."""
+    """Return the installed estimators that train slowly (``slow``), or those that do not."""
     entries = window_estimators().items()
     return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
 

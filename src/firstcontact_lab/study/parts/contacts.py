@@ -1,4 +1,4 @@
-"""Contact detection, scored on sessions that the detector was not trained on."""
+"""Scores of contact detection on sessions that the detector was not trained on."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Accepted:
 
     @classmethod
     def from_results(cls, subjects: Subjects) -> Accepted:
-        """Return the tolerances of a study. They are the same for all subjects."""
+        """Return the accepted times of a study, which are the same for all of its datasets."""
         early = (results[CONTACT].about.early_ms or 0.0 for results in subjects.values())
         return cls(max(early, default=0.0))
 
@@ -58,14 +58,14 @@ class Accepted:
 
     @property
     def placed(self) -> str:
-        """Text about accepted placements, such as "within ±3 ms"."""
+        """Text about accepted positions of contacts, such as "within ±3 ms"."""
         if not self.early:
             return f"within ±{_LATE:g} ms"
         return f"−{self.early + _LATE:g} to +{_LATE:g} ms from its label"
 
     @property
     def decided(self) -> str:
-        """Text about accepted decisions, such as "within 3 ms"."""
+        """Text about accepted times of decisions, such as "within 3 ms"."""
         if not self.early:
             return f"within {_LATE:g} ms"
         return f"−{self.early:g} to +{_LATE:g} ms from its label"
@@ -205,7 +205,7 @@ PUBLISHED = {"three_sigma": 0.906, "svm": 1.0}
 
 
 def window_starts(subjects: Subjects) -> list[str]:
-    """Return the detectors at whose contacts windows start; "known" stands for known contacts."""
+    """Return the detectors whose contacts start the windows; "known" stands for true contacts."""
     starts = (results[CONTACT].about.windows_start_at for results in subjects.values())
     return distinct(start for start in starts if start is not None)
 

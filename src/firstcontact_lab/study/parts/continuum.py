@@ -1,4 +1,4 @@
-"""Touches of the twin beside touches computed with finite elements."""
+"""Check of the twin's touches against touches computed with finite elements."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DIMPLES, RIGID = "pad on dimples", "rigid tip"
 
 
 class TouchScores(Record, frozen=True, kw_only=True):
-    """Peak voltages of a touch, V, and differences of the twin from the elements, as shares."""
+    """Peak voltages of a touch, and relative differences of the twin from finite elements."""
 
     twin: float
     elements: float
@@ -39,7 +39,10 @@ class TouchScores(Record, frozen=True, kw_only=True):
 
 
 class LossBias(Record, frozen=True, kw_only=True):
-    """Shore A of the block with the same peak minus Shore A of the object, by its arms."""
+    """Error of an object's hardness if its peak voltage is compared with those of blocks.
+
+    Shore A of the block with the same peak minus Shore A of the object, with and without damping.
+    """
 
     none: float
     fast: float
@@ -47,7 +50,7 @@ class LossBias(Record, frozen=True, kw_only=True):
 
 
 class Continuum(Record, frozen=True, kw_only=True):
-    """Scores by tip and object; power of Shore A in the blocks' peaks, and fit of a line (R²)."""
+    """Scores by fingertip and object; power of Shore A in the blocks' peaks, and R² of a line."""
 
     tips: dict[str, dict[str, TouchScores]]
     powers: dict[str, float]
@@ -56,7 +59,7 @@ class Continuum(Record, frozen=True, kw_only=True):
 
 
 def continuum(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Compare touches by the nominal finger of the twin."""
+    """Compare touches by the twin's standard finger with finite elements."""
     if subject.name != "paper-rig":
         return PartResult()
     names = BRIEF if settings.brief else OBJECTS
@@ -98,7 +101,7 @@ def _scores(comparison: Comparison) -> TouchScores:
 
 
 def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
-    """Return the power of Shore A with which the blocks' peaks grow, and R² of a straight line."""
+    """Return the exponent with which the blocks' peaks grow with Shore A, and R² of a line."""
     shore = np.array([BLOCKS[name] for name in peaks if name in BLOCKS])
     volts = np.array([peak for name, peak in peaks.items() if name in BLOCKS])
     power = np.polyfit(np.log(shore), np.log(volts), 1)[0]
@@ -106,7 +109,7 @@ def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
 
 
 def loss_biases(names: Sequence[str]) -> dict[str, LossBias]:
-    """Return how much harder than it is the peak of one touch reads each object."""
+    """Return for each object how much harder than it is one touch makes it look, Shore A."""
     finger = FingerParameters()
     times = np.arange(0.0, DURATION, INTERVAL)
 

@@ -1,4 +1,4 @@
-"""Data of a study and the times between its contacts."""
+"""Description of the data of a study, and the times between its two contacts."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class DataSummary(Record, frozen=True, kw_only=True):
 
 
 class Offsets(Record, frozen=True, kw_only=True):
-    """Distribution of offsets, the times from the first to the second contact, ms."""
+    """Distribution of the times from the first to the second contact, ms."""
 
     mean: float
     sd: float | None = None
@@ -52,7 +52,7 @@ class Offsets(Record, frozen=True, kw_only=True):
 
 
 class EarlyForce(Record, frozen=True, kw_only=True):
-    """Force of the first finger just before the second contact, over ``n`` pinches."""
+    """Share of its final force that the first finger has before the second contact."""
 
     median: float
     p95: float
@@ -60,7 +60,7 @@ class EarlyForce(Record, frozen=True, kw_only=True):
 
 
 def early_force(pinch: Pinch) -> float | None:
-    """Return the first finger's share of its later force just before the second contact."""
+    """Return the first finger's force before the second contact as a share of its force later."""
     first, second = pinch.first, pinch.second
     if first is None or second is None or first.finger is None:
         return None
@@ -119,7 +119,7 @@ def describe(subject: Subject) -> PartResult:
 
 
 def _merged(notes: Sequence[str]) -> list[str]:
-    """Return twelve different notes, then a line with the number of further notes."""
+    """Return the first twelve different notes, and a line with the number of others."""
     unique = list(dict.fromkeys(notes))
     more = len(unique) - 12
     return unique if more <= 0 else [*unique[:12], f"... and {more} more notes of this kind."]

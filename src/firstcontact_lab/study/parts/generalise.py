@@ -1,4 +1,4 @@
-"""Scores of estimators beyond the blocks: unseen objects, another hand, a Shore A left out."""
+"""Scores beyond the training blocks: unseen objects, another hand, and a Shore A left out."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _competitors(settings: StudySettings, place: int) -> list[Competitor]:
 
 
 def _late(subject: Subject, early: float) -> list[int]:
-    """Return by how many samples each correctly placed contact is later than the true one."""
+    """Return how many samples after the true contact each correctly detected one lies."""
     pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
     late = [
         contact.sample - pinch.first.sample
@@ -156,7 +156,7 @@ def _table(
     usual = generalised.estimators.get(ESTIMATORS.default)
     learned = "other specimens, same rig"
     entries = [
-        (Cell(competitor_title(n), _about(e, generalised.sets)), e, False)
+        (Cell(competitor_title(n), _remark(e, generalised.sets)), e, False)
         for n, e in generalised.estimators.items()
     ]
     entries.append((Cell(competitor_title("floor"), learned), generalised.floor, False))
@@ -170,8 +170,8 @@ def _table(
     return Table(caption, ["", *(head for head, _ in columns.values())], lines)
 
 
-def _about(scores: OffBlocks, sets: int) -> str:
-    """Return a remark on settings that differ from the defaults, and on missing sets; or ""."""
+def _remark(scores: OffBlocks, sets: int) -> str:
+    """Return a remark on an estimator's own settings and on missing rigs, or ""."""
     options = [f"{key} {value}" for key, value in (scores.options or {}).items()]
     return ", ".join([*options, f"{scores.sets} of {sets} rigs"] if scores.sets < sets else options)
 

@@ -1,4 +1,4 @@
-"""Order of hardness, for materials whose Shore A is unknown."""
+"""Order of hardness from first contacts, for materials whose Shore A is unknown."""
 
 from __future__ import annotations
 
@@ -69,13 +69,13 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
 
     @property
     def rho_left_out(self) -> float | None:
-        """Spearman's rho of the rank regression, with each material left out; None if missing."""
+        """Spearman's rho of ranks predicted for materials left out of training; None if missing."""
         left_out = self.leave_one_material_out
         regression = left_out.rank_regression if left_out else None
         return regression.rho if regression else None
 
     def classes_left_out(self) -> dict[str, ClassificationScores]:
-        """Return scores of the hardness class by estimator, with each material left out; or {}."""
+        """Return the scores of the hardness class of left-out materials, by estimator; or {}."""
         left_out = self.leave_one_material_out
         return (left_out.classification if left_out else None) or {}
 
@@ -91,7 +91,7 @@ HELD, SESSION, MIXED = "leave_one_material_out", "by_session", "random_folds"
 
 
 def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> Values:
-    """Return the centroid frequency of each window's power spectrum, with Hann weights."""
+    """Return the centroid frequency of each window's power spectrum, Hz, with Hann weights."""
     waves = X[:, :, 0].astype(np.float64)
     # The contact is at the start of the window, so only the end of the window is tapered.
     fade = np.hanning(2 * waves.shape[1])[waves.shape[1] :]
@@ -157,7 +157,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """Return the questions that these pinches permit, and why others are impossible."""
+    """Return what can be predicted from these pinches, and reasons why other things cannot."""
     out: dict[tuple[str, str], Question] = {}
     left_out = []
     reference = ESTIMATORS.default

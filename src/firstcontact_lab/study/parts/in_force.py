@@ -1,4 +1,4 @@
-"""Estimate in force: the last one that is available when the second finger touches."""
+"""Errors of the last estimate that is available when the second finger touches."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class LiveDelays(msgspec.Struct, frozen=True):
     later_ms: _Ascending
 
     def quantiles(self, shares: Values, *, is_first: bool) -> Values:
-        """Return quantiles of the delays, s, shape of ``shares``."""
+        """Return quantiles of the delays of the first or of later estimates, s."""
         delays = self.first_ms if is_first else self.later_ms
         return np.asarray(1e-3 * np.quantile(delays, shares))
 
@@ -111,7 +111,7 @@ def in_force(subject: Subject, settings: StudySettings) -> PartResult:
 
 
 def last_samples(subject: Subject, delays: LiveDelays, seed: int) -> NDArray[np.intp]:
-    """Return the number of samples in the estimate in force of each pinch, shape (pinches,)."""
+    """Return how many samples the last estimate before the second contact has, for each pinch."""
     dataset = subject.dataset
     rate = dataset.layout.rate
     waited = resampler_lookahead(dataset)

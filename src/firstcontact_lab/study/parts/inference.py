@@ -1,4 +1,4 @@
-"""Time of one estimate on this machine, compared with the training library."""
+"""Computing time of one estimate on this computer, also with the training library."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ Call = Callable[[Any], object]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Timed:
-    """Times of single calls. Arrays have the shape (calls,)."""
+    """Measured times of single calls, µs, and marks of those that were interrupted."""
 
     microseconds: NDArray[np.float64]
     preempted: NDArray[np.bool_]
 
     @property
     def uninterrupted(self) -> NDArray[np.float64]:
-        """Times of the calls that were not preempted; if all were preempted, of all calls."""
+        """Times of the calls that no other program interrupted, or of all if none is left, µs."""
         return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
 
 
 def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Timed:
-    """Return the times of ``calls`` single calls over the windows in turn, after a warm-up."""
+    """Measure ``calls`` single calls, with each window in turn, after some that fill the caches."""
     for i in range(min(WARM_UP, calls)):
         call(windows[i % len(windows)])
     spent = np.empty(calls)
@@ -69,7 +69,7 @@ def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Time
 
 
 class InferenceTime(Record, frozen=True, kw_only=True):
-    """Time of one prediction on one thread, µs."""
+    """Computing time of one prediction on one thread, µs."""
 
     p50: float
     p99: float
@@ -82,7 +82,7 @@ class InferenceTime(Record, frozen=True, kw_only=True):
 
 
 def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
-    """Return the time of single calls on one thread, over the inputs in turn."""
+    """Return the computing time of single calls on one thread, with each input in turn."""
     import threadpoolctl
 
     load = os.getloadavg()[0]  # runnable processes in the last minute
@@ -143,7 +143,7 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 
 
 def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
-    """Return the time of the network's first estimate; None if the network cannot predict."""
+    """Return the computing time of the network's first estimate, or None if it cannot predict."""
     model = pretrained()
     if not subject.detections or not is_same_rate(subject.dataset.layout.rate, model.rate):
         return None
@@ -159,7 +159,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
 
 
 def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:
-    """Return a briefly trained model. If training is slow, it learns from a part of the pinches."""
+    """Return a briefly trained model. Slow estimators learn from a part of the pinches."""
     model, task = job
     entry = ESTIMATORS.find(model)
     options = dict(entry.quick)
@@ -253,7 +253,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
 
 def _busy(times: Sequence[InferenceTimes]) -> bool:
-    """Return True if other programs interrupted too many calls, or the load was too high."""
+    """Return True if other programs interrupted too many calls or the load was too high."""
     preempted, calls = sum(t.preempted for t in times), sum(t.calls for t in times)
     return preempted > MOST_PREEMPTED * calls or any(
         time.load > MOST_LOAD * time.cores for time in times

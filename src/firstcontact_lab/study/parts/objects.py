@@ -1,4 +1,4 @@
-"""Regression on objects that were not in the training data."""
+"""Errors of the Shore A of objects that were not in the training data."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def objects(
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
-    """Return the split by roles in a list, or an empty list if the windows do not permit it."""
+    """Return the split by roles in a list, or an empty list if it is impossible."""
     if why_not_unseen(subject) or not data.test.any() or data.test.all():
         return []
     split = unseen_objects(data.test, [Group.SESSION] if _sessions_unknown(subject) else [])
@@ -122,7 +122,7 @@ def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
 
 
 def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> ObjectScores:
-    """Return scores over pinches and per object. Intervals resample whole specimens."""
+    """Return scores over pinches and by object. Bootstrap intervals draw whole specimens."""
     is_predicted = np.isfinite(predicted)
     selected, answers = data.take(is_predicted), predicted[is_predicted]
     scores = regression_scores(selected.y, answers, specimen_names(selected), seed)
@@ -140,7 +140,7 @@ def _sessions_unknown(subject: Subject) -> bool:
 
 
 def why_not_unseen(subject: Subject) -> str:
-    """Return the reason why a subject has no unseen objects to score; "" if it has some."""
+    """Return the reason why a dataset has no unseen objects to score; "" if it has some."""
     dataset = subject.dataset
     if not (dataset.test & np.isfinite(dataset.shore_a)).any():
         return "Unseen objects: no pinch has the role `test` and a Shore A."
@@ -160,7 +160,7 @@ def why_not_unseen(subject: Subject) -> str:
 
 
 def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
-    """Return pairs of object and specimen. The Shore A replaces the name of an unnamed object."""
+    """Return all pairs of object and specimen. Unnamed objects are named by their Shore A."""
     labels = [pinch.label for pinch in dataset.pinches]
     return {
         (label.object or ("" if label.shore_a is None else f"{label.shore_a:g}"), label.specimen)

@@ -1,6 +1,6 @@
-"""Scores of the network, a regression, averages of both, and a measured closing speed.
+"""Scores on random simulated rigs of kinds that no network was trained on.
 
-The rigs are random. No network was trained on rigs of their kinds.
+Compared are the network, a regression, averages of both, and measured closing speeds.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
-    """Return mean squared error, coverage and width of each method, shape (methods, keys)."""
+    """Return the scores of one rig, shape (methods, ``KEYS``): squared errors, coverage, width."""
     rig = judged_rig(*job, seed)
     told = _measured(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
     exact, quiet = judged_rig(*job, seed, is_exact=True), judged_rig(*job, seed, is_quiet=True)
@@ -114,7 +114,7 @@ Predict = Callable[[Touches, int], Predicted]
 
 
 def _block_pinches(rig: JudgedRig) -> tuple[Touches, Values, NDArray[np.str_]]:
-    """Return the rig's own block pinches, their Shore A and their sessions."""
+    """Return contacts of the rig's own block pinches, their Shore A, and their sessions."""
     is_own = rig.uses == OWN
     return rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
 
@@ -215,7 +215,7 @@ Columns = Sequence[tuple[str, str, str]]
 def score_table(
     judged: RandomRigs | ClosingSpeeds, title: str, other: str, columns: Columns, lines: list[Line]
 ) -> Table:
-    """Return a table of scores on random rigs, with differences from the method ``other``."""
+    """Return a table of scores on random rigs, and of the gains over the method ``other``."""
     caption = (
         f"{title}, {judged.rigs} rigs of each of {len(judged.families)} families "
         f"(seed {judged.seed}). After each value: its 95 % bootstrap interval over rigs; in "
@@ -322,7 +322,10 @@ def _speed_scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[li
 def _measured(
     rig: JudgedRig, measured: tuple[float, bool] | None, rng: np.random.Generator
 ) -> JudgedRig:
-    """Return the rig with measured closing speeds, which have a random error."""
+    """Return the rig with closing speeds measured with an error, or the rig without any.
+
+    ``measured`` is the relative error, and True if the model is given this error.
+    """
     if measured is None:
         return rig
     error, is_stated = measured
@@ -332,7 +335,7 @@ def _measured(
 
 
 def _speed_scores(rig: JudgedRig) -> list[list[float]]:
-    """Return mean squared errors and coverage of each model, shape (models, keys)."""
+    """Return mean squared errors and coverage of each model, shape (models, ``SPEED_KEYS``)."""
     model = _adapted(rig)
     out = []
     for each in (model.network_alone(), model):

@@ -1,4 +1,4 @@
-"""Hardness class from the first milliseconds, for materials that are left out of training."""
+"""Hardness class from the first milliseconds, for materials left out of training."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SHOWN_MS = ("3", "15")
 
 
 class Reading(Record, frozen=True, kw_only=True):
-    """Scores of one estimator with one kind of windows (a reading of the recordings)."""
+    """Scores of one estimator on one kind of windows."""
 
     estimator: str
     conditioned: bool
@@ -40,7 +40,7 @@ class Reading(Record, frozen=True, kw_only=True):
 
     @property
     def title(self) -> tuple[str, str]:
-        """Estimator, and description of the windows."""
+        """Title of the estimator, and text that describes the windows."""
         signal = "behind the published smoothing" if self.conditioned else "signal as sent"
         start = "labelled" if self.known_contacts else "detected"
         return names.estimator(self.estimator).title, f"{signal}, {start} contacts"
@@ -133,7 +133,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _ways(subject: Subject) -> list[_Variant]:
-    """Return the kinds of windows to score. The first kind gives the main numbers."""
+    """Return the combinations of estimator and windows to score. The first is the main one."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
     ]
@@ -151,7 +151,7 @@ def _ways(subject: Subject) -> list[_Variant]:
 
 
 def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWindows:
-    """Return the windows of pinches whose material has a name and a hardness rank."""
+    """Return windows of the pinches whose material has a name and a hardness rank."""
     dataset = subject.dataset
     rank = np.where(dataset.objects != "", dataset.hardness_rank, np.nan)
     contacts = subject.truth if reading.labelled else subject.starts
@@ -160,7 +160,7 @@ def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWi
 
 
 def _lacking(data: LabelledWindows) -> str:
-    """Return the reason why these windows do not suffice for this part; "" if they do."""
+    """Return the reason why these windows are too few for this part; "" if they are enough."""
     materials, ranks = np.unique(data.objects), np.unique(data.y)
     if len(ranks) < 2 or len(materials) < 4:
         return "fewer than two hardness ranks or four materials have a window"
@@ -255,7 +255,7 @@ def _centroids(data: LabelledWindows) -> dict[str, float]:
 
 
 def _most(order: Values) -> float:
-    """Return Spearman's rho of a score that orders materials perfectly, but has no equal values."""
+    """Return the largest Spearman's rho that a score without ties can reach with these ranks."""
     from scipy.stats import spearmanr
 
     return float(spearmanr(np.sort(order), np.arange(len(order))).statistic)
@@ -317,7 +317,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def real_set(results: SubjectResults) -> ShortWindows | None:
-    """Return the results on the recorded set; None if there are none."""
+    """Return the results on real recordings; None if there are none."""
     return next(iter((results[REAL] or {}).values()), None)
 
 

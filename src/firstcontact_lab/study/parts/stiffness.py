@@ -1,4 +1,4 @@
-"""Stiffness or modulus of recordings: error over the time after the contact, in held-out splits."""
+"""Errors of a stiffness or modulus over the time after the contact, in held-out sessions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LEVEL = 0.9
 
 
 class Placed(Record, frozen=True, kw_only=True):
-    """Contacts of the package's detector, which learned from none of these recordings."""
+    """Contacts of the package's detector, which was not trained on these recordings."""
 
     pinches: int
     found: int
@@ -47,7 +47,7 @@ class Placed(Record, frozen=True, kw_only=True):
 
 
 class TimedScores(Record, frozen=True, kw_only=True):
-    """Scores of one estimator after one time, with each session held out in turn."""
+    """Scores of one estimator from a given length of signal. Each session is held out in turn."""
 
     errors: RegressionScores
     #: Root mean square error in the unit.
@@ -58,13 +58,13 @@ class TimedScores(Record, frozen=True, kw_only=True):
 
 
 class LevelLeftOut(Record, frozen=True, kw_only=True):
-    """Mean prediction for pinches of a level that no model learned from, by time in ms."""
+    """Mean prediction by time in ms for pinches with a stiffness that was left out of training."""
 
     predicted: dict[str, float]
 
 
 class StiffnessResults(Record, frozen=True, kw_only=True):
-    """Errors of a quantity by time in ms and estimator.
+    """Errors of one quantity by time in ms and estimator.
 
     Errors of a logarithmic quantity are those of its natural logarithm.
     """
@@ -77,7 +77,7 @@ class StiffnessResults(Record, frozen=True, kw_only=True):
     levels_left_out: dict[str, dict[str, LevelLeftOut]]
 
     def relative_error(self, ms: str, estimator: str) -> float:
-        """Return the error as a share of that of always predicting the mean."""
+        """Return the RMSE divided by that of a model that always predicts the mean."""
         scores = self.by_time[ms]
         return scores[estimator].errors.rmse / scores["train_mean"].errors.rmse
 
@@ -107,7 +107,11 @@ def score_by_time(
     *,
     with_levels: bool = True,
 ) -> tuple[StiffnessResults | None, str]:
-    """Score estimators with sessions, and levels between others, held out; or return the reason."""
+    """Score estimators on sessions, and on values of the quantity, that are left out of training.
+
+    Returned are None and a reason if the pinches do not permit it. Of the values, the smallest and
+    the largest are not left out.
+    """
     target = quantity.scaled(dataset.shore_a if quantity is SHORE_A else dataset.levels(quantity))
     cuts = {ms: labelled_windows(dataset, contacts, 1e-3 * ms, target) for ms in lengths}
     cuts = {ms: cut.take(~cut.test) for ms, cut in cuts.items()}
@@ -170,7 +174,7 @@ def _timed_scores(
 
 
 def _placed(dataset: Dataset, contacts: Sequence[Contact | None]) -> Placed | None:
-    """Compare contacts with labels; None if no contact can be compared."""
+    """Return how far detected contacts are from their labels, or None without labels."""
     places, delays = trigger_delays(dataset, contacts)
     is_found = np.isfinite(places)
     if not is_found.any():
@@ -190,7 +194,7 @@ STIFFNESS = Field.optional("stiffness", StiffnessResults)
 def time_figure(
     results: Mapping[str, StiffnessResults], estimators: Sequence[str] = SCORED
 ) -> Figure:
-    """Draw errors over time as shares of the mean's error. Each set has its own style of lines."""
+    """Draw the RMSE over time, relative to that of predicting the mean: one line style per set."""
     with canvas(size=(6.6, 4.2)) as (figure, axes):
         ax = axes[0, 0]
         for (title, found), style in zip(results.items(), ("o-", "s--", "^:"), strict=False):

@@ -1,7 +1,5 @@
 """The compiled kernels, built from their sources."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sysconfig

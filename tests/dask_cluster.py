@@ -1,7 +1,5 @@
 """A Dask cluster on this machine, whose workers tests may kill."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

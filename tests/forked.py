@@ -4,8 +4,6 @@ One server process per test process imports the libraries of the commands once. 
 server is forked. The fork has its own process ID, working directory, environment and streams.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import runpy

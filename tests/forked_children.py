@@ -4,8 +4,6 @@
 Programs that tests start with ``sys.executable`` start it as for users.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

@@ -1,7 +1,5 @@
 """A real browser for page tests, and raw requests that no browser would send."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import socket

@@ -1,7 +1,5 @@
 """Results records from the few fields that a test needs."""
 
-from __future__ import annotations
-
 import types
 from dataclasses import asdict
 from typing import Any, get_args, get_origin, get_type_hints

@@ -1,7 +1,5 @@
 """Payloads of a device's predictions, which only devices write, and of its samples, for tests."""
 
-from __future__ import annotations
-
 import struct
 from typing import NamedTuple
 

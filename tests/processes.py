@@ -1,7 +1,5 @@
 """Processes that tests start, stop and kill."""
 
-from __future__ import annotations
-
 import os
 import resource
 import select

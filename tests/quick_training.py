@@ -1,7 +1,5 @@
 """Settings that make trainings in tests quick."""
 
-from __future__ import annotations
-
 from pkgutil import resolve_name
 
 from stored_fits import FITS

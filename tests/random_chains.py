@@ -1,7 +1,5 @@
 """Random models and streams for tests of the chain."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any

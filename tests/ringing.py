@@ -1,7 +1,5 @@
 """Synthetic touches: motor lines, then an oscillation that is faster on harder objects."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Changed copies of saved models and detectors."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Files and folders that all processes of a test run share."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Sound input without hardware: PortAudio reads an ALSA device that plays a tape."""
 
-from __future__ import annotations
-
 import atexit
 import os
 import shutil

@@ -4,8 +4,6 @@ Most trainings in tests fit detectors to the same few sets of pinches. Each fit 
 a test run, by its process that needs it first, and stored in a folder of that run.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import sys

@@ -1,7 +1,5 @@
 """Modules import downwards, without circles; the names in registries count as imports."""
 
-from __future__ import annotations
-
 import re
 import sys
 import tomllib

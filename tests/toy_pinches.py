@@ -1,7 +1,5 @@
 """Synthetic pinches: noise, then a damped oscillation that is faster on harder objects."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from firstcontact.core import (

@@ -1,7 +1,5 @@
 """Small recordings for training, and the command line that trains on them."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 It works on whole stretches of samples, with NumPy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import log

@@ -1,7 +1,5 @@
 """Random streams with gaps, epochs, lost and constant samples, saturation, loads and contacts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The chain's closings and contacts are those of the reference, whatever the sizes of blocks."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Each contact gets exactly one final event, which no later event replaces."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from firstcontact.chain import EventKind, Flag

@@ -1,7 +1,5 @@
 """Predictions of the chain equal those of the reference up to rounding."""
 
-from __future__ import annotations
-
 import math
 import pickle
 from dataclasses import replace

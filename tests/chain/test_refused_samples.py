@@ -1,7 +1,5 @@
 """A chain names the fault of samples that it refuses, and goes on with the next ones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """The SVM of the chain cuts its window as training does, and predicts what the model predicts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

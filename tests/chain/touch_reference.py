@@ -3,8 +3,6 @@
 Only the integers of the network are rounded as in the chain.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

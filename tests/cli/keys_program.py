@@ -1,7 +1,5 @@
 """Program that reads standard input as ``live`` does, and prints the requests to a hand in it."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

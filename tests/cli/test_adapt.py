@@ -1,7 +1,5 @@
 """``firstcontact adapt``: a model conditioned on a rig's recordings, or on no rig."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

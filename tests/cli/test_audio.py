@@ -1,7 +1,5 @@
 """Commands that read a sound input, for which PortAudio plays a recorded tape."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Commands on a cluster: equal files, a killed worker, an interrupt, an invalid address."""
 
-from __future__ import annotations
-
 import asyncio
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Unexpected errors: one sentence, a log, a separate exit code and no partial files."""
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Training of a detector alone, and its use with a model that was trained with another one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

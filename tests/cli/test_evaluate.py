@@ -1,7 +1,5 @@
 """Evaluation of saved models: recordings at any rate, and overlap with the training data."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

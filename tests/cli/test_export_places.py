@@ -1,7 +1,5 @@
 """An export never overwrites a file, and leaves no incomplete file."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

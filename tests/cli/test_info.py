@@ -1,7 +1,5 @@
 """``info`` prints the facts that a bug report needs."""
 
-from __future__ import annotations
-
 import platform
 from importlib.metadata import version
 

@@ -1,7 +1,5 @@
 """Output of ``inspect``, and round trips of export and import."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The built wheel and sdist, installed into empty environments."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """``firstcontact live`` as a user runs it: a process, the twin on its terminal, signals."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """``firstcontact live`` with samples at another rate than the models'."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

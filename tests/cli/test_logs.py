@@ -1,7 +1,5 @@
 """The log is silent, except with ``--verbose`` or after an error."""
 
-from __future__ import annotations
-
 import logging
 import re
 

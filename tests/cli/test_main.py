@@ -1,7 +1,5 @@
 """The command: errors are one sentence and an exit code, for every verb."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from dataclasses import dataclass

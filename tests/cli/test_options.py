@@ -1,7 +1,5 @@
 """Options of verbs: values, errors, and names with the same meaning in all verbs."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Terminal output is plain text, and a closed reader does not stop the work."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

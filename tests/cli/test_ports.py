@@ -1,7 +1,5 @@
 """Messages about available and missing serial ports."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

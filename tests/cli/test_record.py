@@ -1,7 +1,5 @@
 """``firstcontact record`` with the twin on a pseudo terminal, with and without interruptions."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

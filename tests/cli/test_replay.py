@@ -1,7 +1,5 @@
 """``firstcontact replay`` in a separate process, with a host at its port."""
 
-from __future__ import annotations
-
 import re
 import signal
 import subprocess

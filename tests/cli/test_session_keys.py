@@ -1,7 +1,5 @@
 """Terminal keys and input lines that start a new object, and close and open the hand."""
 
-from __future__ import annotations
-
 import os
 import pty
 import subprocess

@@ -1,7 +1,5 @@
 """A signal ends each verb once and in order. A hangup ends no verb that runs under nohup."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Training from recordings to a model and its scores, with refusals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Training replaces its folder completely or not at all."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Source of prepared samples, and a generator of a hand's closings."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self

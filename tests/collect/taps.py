@@ -1,7 +1,5 @@
 """Recording of taps at known samples, without pinch marks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Self-test of fingertips: faults put into the simulated circuit are found, and named."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

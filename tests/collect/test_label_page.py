@@ -1,7 +1,5 @@
 """The labelling page in a real browser, operated by its keys."""
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Labelling without the page: actions, undo, the journal and the new recordings."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Pinches of the twin in which a gear clicks before the contact."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Synthetic stream of a hand that closes repeatedly: rest, motor, contact, hold, opening."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sensors that belong to no finger: no motor runs before a contact, so closings begin at rest."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st

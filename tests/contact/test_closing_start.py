@@ -1,7 +1,5 @@
 """Start of a closing: from the gate or from labels, otherwise the first sample."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Closings of a stream with gaps and new epochs, in blocks of any sizes."""
 
-from __future__ import annotations
-
 import itertools
 
 from hand_stream import CALIBRATION, LAYOUT, hand_stream

@@ -1,7 +1,5 @@
 """Confirmation of first contacts: clicks are withdrawn, and the true contact follows."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Contacts of a closing, live and in recorded pinches, in blocks of any size."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from clicks import LAYOUT, listen

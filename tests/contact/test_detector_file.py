@@ -1,7 +1,5 @@
 """Loaded detectors equal the saved ones. Damaged and foreign files are refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

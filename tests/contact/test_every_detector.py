@@ -1,7 +1,5 @@
 """Conformance tests of all registered detectors, plug-ins included."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

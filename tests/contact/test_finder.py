@@ -1,7 +1,5 @@
 """Onset finder, which also uses samples after the onset."""
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 

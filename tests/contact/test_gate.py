@@ -1,7 +1,5 @@
 """The gate opens once per closing for any block sizes, and never for rest, knocks or opening."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hand_stream import (

@@ -1,7 +1,5 @@
 """Slip detector: slips, other sounds, and independence of the block sizes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Detectors find the same contacts if a pinch begins before its motor starts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Published threshold detector against a square wave."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Fixture: a device on its own port for each test."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

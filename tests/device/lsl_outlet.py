@@ -11,8 +11,6 @@ prints ``ready``, ``heard`` when a listener is connected, and the number of the 
 ``rest``.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

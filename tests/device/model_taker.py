@@ -1,7 +1,5 @@
 """Simulated device that receives a model and can send any answer."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable
 from dataclasses import replace

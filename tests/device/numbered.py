@@ -1,7 +1,5 @@
 """Samples that contain their own number, so that tests detect lost or moved samples."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Simulated board on a pseudo terminal that prints numbers in lines."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

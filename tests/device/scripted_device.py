@@ -1,7 +1,5 @@
 """Device on a pseudo terminal; tests decide every sample, fault and reset."""
 
-from __future__ import annotations
-
 import os
 import select
 import threading

@@ -1,7 +1,5 @@
 """Tests of the assembler: exact counts of lost, repeated and late frames, and of restarts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

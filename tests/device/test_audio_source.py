@@ -1,7 +1,5 @@
 """Tests of a sound input through PortAudio and ALSA, with a simulated sound device."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tests of clocks: drift, sample times, transport delays, and the check of a stated rate."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

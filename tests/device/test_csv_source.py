@@ -1,7 +1,5 @@
 """Tests of boards that print numbers, over a real pseudo terminal, and of their lines."""
 
-from __future__ import annotations
-
 import math
 import sys
 import time

@@ -1,7 +1,5 @@
 """Tests of all registered kinds of sources. For a new kind, add a device to the list here."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Tests of the model transfer: it is complete or refused, for any answers of the device."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

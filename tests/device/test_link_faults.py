@@ -1,7 +1,5 @@
 """Tests of failures of a link: errors, markers, ports that vanish."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import threading

@@ -1,7 +1,5 @@
 """Tests of the messages about a link."""
 
-from __future__ import annotations
-
 import re
 
 from firstcontact.device import Health

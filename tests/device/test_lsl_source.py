@@ -1,7 +1,5 @@
 """Tests of LSL streams: in another process, killed and restarted, and with false statements."""
 
-from __future__ import annotations
-
 import time
 import uuid
 from collections.abc import Callable, Sequence

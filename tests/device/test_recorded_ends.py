@@ -1,7 +1,5 @@
 """Tests that all received samples are recorded, however the run ends."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Tests of replay, directly and on a pseudo terminal: all content comes at its samples."""
 
-from __future__ import annotations
-
 import math
 import threading
 import time

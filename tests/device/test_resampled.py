@@ -1,7 +1,5 @@
 """Tests of resampling: samples, sample numbers, markers, marks and counts fit together."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tests of the device side of the protocol, from the host's view."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import pytest

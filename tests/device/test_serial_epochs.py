@@ -1,7 +1,5 @@
 """Tests of unplugged, reset and silent devices."""
 
-from __future__ import annotations
-
 import pytest
 from scripted_device import DEAD, ScriptedDevice, collect, read_until
 

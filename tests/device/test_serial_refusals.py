@@ -1,7 +1,5 @@
 """Tests of wrong ports and wrong devices."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tests of a device on a port: samples, markers, damaged lines and wrong rates."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable

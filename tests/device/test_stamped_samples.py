@@ -1,7 +1,5 @@
 """Tests of sample numbers from stamps: gaps, jitter and drift."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

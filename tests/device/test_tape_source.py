@@ -1,7 +1,5 @@
 """A sound file plays as a device does: every sample arrives, in order, and then it ends."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tests of unusable samples in sources with a thread."""
 
-from __future__ import annotations
-
 import re
 import threading
 import time

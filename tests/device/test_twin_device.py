@@ -1,7 +1,5 @@
 """Tests of the twin on its terminal."""
 
-from __future__ import annotations
-
 import os
 import select
 import signal

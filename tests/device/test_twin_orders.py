@@ -1,7 +1,5 @@
 """Tests of orders to the twin's hand, and of the texts between host and twin."""
 
-from __future__ import annotations
-
 import select
 from collections.abc import Iterator
 

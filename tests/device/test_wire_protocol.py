@@ -1,7 +1,5 @@
 """Tests of the protocol's bytes in Python; ``tests/firmware`` compares the C code."""
 
-from __future__ import annotations
-
 import struct
 import tracemalloc
 import zlib

@@ -1,7 +1,5 @@
 """Host of the twin on its terminal, which reads only when a test asks it to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache

@@ -1,7 +1,5 @@
 """The pages of the public interface name every public name, once."""
 
-from __future__ import annotations
-
 import re
 from importlib import import_module
 

@@ -1,7 +1,5 @@
 """Tests of the program that runs all benchmarks."""
 
-from __future__ import annotations
-
 import ast
 import json
 import runpy

@@ -1,7 +1,5 @@
 """The page of the command line agrees with the commands' help."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from pages import ROOT

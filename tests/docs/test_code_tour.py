@@ -1,7 +1,5 @@
 """The code tour names what exists, the rooms are listed, and the glossary stays short."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 

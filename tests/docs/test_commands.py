@@ -16,8 +16,6 @@ Sets and studies are smaller here, and the simulated hand is faster than real ti
 ``STUDY``, ``FASTER``).
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

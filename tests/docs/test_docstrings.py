@@ -1,7 +1,5 @@
 """Examples in docstrings run, and every public name has one."""
 
-from __future__ import annotations
-
 import doctest
 import re
 from importlib import import_module

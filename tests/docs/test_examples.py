@@ -1,7 +1,5 @@
 """Every example runs without a warning."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Numbers in the text about grasping: if the results change, change them in the pages, too."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import write_tables as numbers

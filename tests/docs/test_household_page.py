@@ -1,7 +1,5 @@
 """The page of household objects agrees with its data files."""
 
-from __future__ import annotations
-
 import write_household as script
 from pages import ROOT
 

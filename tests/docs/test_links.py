@@ -1,7 +1,5 @@
 """Links have a target, and no page names a path of one machine."""
 
-from __future__ import annotations
-
 import inspect
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """Results of the script for out-of-range signals are reproduced."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

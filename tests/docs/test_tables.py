@@ -1,7 +1,5 @@
 """Tables in the pages equal the script's output for the committed results."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from types import ModuleType

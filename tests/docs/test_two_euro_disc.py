@@ -1,7 +1,5 @@
 """Commands of the page about the disc run, with the twin's taps played to PortAudio."""
 
-from __future__ import annotations
-
 import json
 import re
 import runpy

@@ -1,7 +1,5 @@
 """Intervals of smaller models grow by the differences from the full model's predictions."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from test_model_parity import INTERVAL, learned

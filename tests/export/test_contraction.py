@@ -3,8 +3,6 @@
 The Arduino IDE and PlatformIO build libraries with GCC's defaults, which would fuse them.
 """
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Training pinches of an export: any rate, and at least one pinch."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The image for a hand holds the whole default model, and predicts as the model does."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The exported folder is a valid Arduino library, and its example compiles."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

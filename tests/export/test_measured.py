@@ -1,7 +1,5 @@
 """The docs repeat the measured costs of models in C."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """SVMs in C: equal predictions, intervals and refusals on all machines."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import building

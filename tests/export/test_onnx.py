@@ -1,7 +1,5 @@
 """The CNN as ONNX, run by ONNX Runtime on windows in volts."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

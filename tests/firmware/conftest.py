@@ -1,7 +1,5 @@
 """Fixtures that build the firmware once, outside the source tree."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Running program of a device."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager

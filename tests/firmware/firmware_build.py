@@ -1,7 +1,5 @@
 """Functions that build the firmware, and skip tests where it cannot be built."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Python interface of the C core: its functions with their types, by ctypes."""
 
-from __future__ import annotations
-
 import ctypes as c
 from pathlib import Path
 

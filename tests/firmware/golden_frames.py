@@ -1,7 +1,5 @@
 """Frames of the wire protocol byte by byte, which C and Python must both produce."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -1,7 +1,5 @@
 """Models for the device, and the events of the chain in Python to compare with the device's."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 

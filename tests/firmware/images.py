@@ -1,7 +1,5 @@
 """Model images for tests: their arrays, patches that damage them, and the results of C."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass

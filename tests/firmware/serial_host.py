@@ -1,7 +1,5 @@
 """Minimal host at a serial port, to test a device."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Self

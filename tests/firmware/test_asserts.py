@@ -1,7 +1,5 @@
 """The checks of the C library stop a program that calls it wrongly."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 from pathlib import Path

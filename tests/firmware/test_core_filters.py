@@ -1,7 +1,5 @@
 """Filters, scan order and timing of the C core, compared with the twin and with closed forms."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from pathlib import Path

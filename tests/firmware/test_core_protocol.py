@@ -1,7 +1,5 @@
 """Frames of the C core compared with ``firstcontact.device.protocol``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

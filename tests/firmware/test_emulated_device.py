@@ -1,7 +1,5 @@
 """Firmware on an emulated Cortex-M7 whose UART is a pseudo terminal."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 from collections.abc import Iterator, Sequence

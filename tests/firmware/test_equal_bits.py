@@ -1,7 +1,5 @@
 """The chain gives equal events in Python, as a program of this machine and on a Cortex-M7."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path

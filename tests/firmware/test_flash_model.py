@@ -1,7 +1,5 @@
 """Models sent over the wire: stored completely or not at all, also after faults and power cuts."""
 
-from __future__ import annotations
-
 import re
 import struct
 import zlib

@@ -1,7 +1,5 @@
 """Predictions on the device, native and emulated, compared with the live pipeline's."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Damaged model images: refused or used, without undefined behaviour."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import building

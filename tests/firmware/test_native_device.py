@@ -1,7 +1,5 @@
 """Firmware core as a program on a pseudo terminal."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Compilation of the Teensy's sketch, its generated headers and the pins in the docs."""
 
-from __future__ import annotations
-
 import re
 import runpy
 import subprocess

@@ -1,7 +1,5 @@
 """Power cuts at any byte while a model is stored: the previous model is intact afterwards."""
 
-from __future__ import annotations
-
 import ctypes as c
 import zlib
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Teensy's sketch as a program of this machine, on a simulated board."""
 
-from __future__ import annotations
-
 import subprocess
 import threading
 from collections.abc import Iterator, Sequence

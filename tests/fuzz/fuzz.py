@@ -4,8 +4,6 @@ The seed and a number define each input. Each must end with exit code 0 or 2 in 
 memory, print one sentence, and leave no incomplete file. Any other behaviour is a finding.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import multiprocessing

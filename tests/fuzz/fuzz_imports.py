@@ -1,7 +1,5 @@
 """Damaged files for ``import``: sound, arrays, tables, MATLAB, XDF, and tables of contacts."""
 
-from __future__ import annotations
-
 import io
 import shutil
 import struct

@@ -1,7 +1,5 @@
 """Damaged messages of the label page, and damaged journals."""
 
-from __future__ import annotations
-
 import json
 from contextlib import closing, suppress
 from functools import cache

@@ -1,7 +1,5 @@
 """Damaged model folders: cards and weights, some with correct digests."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

@@ -1,7 +1,5 @@
 """Functions that damage bytes, JSON trees, tables and arrays, with a given generator."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from random import Random

@@ -1,7 +1,5 @@
 """Damaged recordings: damaged bytes, or damaged content with correct checksums."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct

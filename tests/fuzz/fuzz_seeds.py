@@ -1,7 +1,5 @@
 """Small valid files of every kind, always the same ones, which the fuzzer damages."""
 
-from __future__ import annotations
-
 import csv
 import io
 import os

@@ -1,7 +1,5 @@
 """Routes of input: make damaged files and a command from a seed and a number."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

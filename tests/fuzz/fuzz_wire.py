@@ -1,7 +1,5 @@
 """Damaged data over a wire or from a page, without processes and ports."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import json

@@ -1,7 +1,5 @@
 """Worker process that runs inputs one after another and writes their results."""
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import os

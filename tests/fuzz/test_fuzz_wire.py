@@ -1,7 +1,5 @@
 """Some damaged inputs from devices and from browsers. The whole fuzzer is run by hand."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path

@@ -6,8 +6,6 @@ signal, ``raise``, ``exit``, ``hang`` without a message, stay ``alive`` until a 
 Python's global lock once a line arrives.
 """
 
-from __future__ import annotations
-
 import ctypes
 import select
 import sys

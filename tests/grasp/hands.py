@@ -1,7 +1,5 @@
 """Hands for tests."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from math import inf

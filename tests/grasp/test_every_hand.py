@@ -1,7 +1,5 @@
 """Conformance tests of all registered hands, plug-ins included."""
 
-from __future__ import annotations
-
 import io
 
 import pytest

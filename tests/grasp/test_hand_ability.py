@@ -1,7 +1,5 @@
 """Ability Hand: its package's simulated hand, and an emulated one on a pseudo terminal."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

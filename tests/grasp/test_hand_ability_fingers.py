@@ -1,7 +1,5 @@
 """Targets of the Ability Hand's fingers, compared with closed forms."""
 
-from __future__ import annotations
-
 from math import degrees, pi
 
 import pytest

@@ -1,7 +1,5 @@
 """Pacing of a hand's commands, with times from the tests."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import inf
 

@@ -1,7 +1,5 @@
 """Hand in a separate process: its orders, its release and the end of the process."""
 
-from __future__ import annotations
-
 import os
 import select
 import signal

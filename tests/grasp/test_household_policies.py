@@ -1,7 +1,5 @@
 """Household policies: slow at first contact, one force after the second, slip reflex."""
 
-from __future__ import annotations
-
 import pytest
 
 from firstcontact.core import Command, Contact, Finger

@@ -1,7 +1,5 @@
 """Grasp loop: calls of the policy and the exact count of missed deadlines."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Conformance tests of all registered policies, plug-ins included."""
 
-from __future__ import annotations
-
 from math import inf, nan
 
 import pytest

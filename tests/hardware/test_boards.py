@@ -1,7 +1,5 @@
 """The committed KiCad boards and schematics agree with the table and the layouts."""
 
-from __future__ import annotations
-
 import math
 import re
 import shutil

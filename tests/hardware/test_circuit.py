@@ -1,7 +1,5 @@
 """The amplifier board's table, the build page made from it, and its simulation in ngspice."""
 
-from __future__ import annotations
-
 import math
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Finite elements of the glued disc against closed forms, and the gluing that they choose."""
 
-from __future__ import annotations
-
 import math
 
 import disc

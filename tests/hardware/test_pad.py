@@ -1,7 +1,5 @@
 """Finite elements of the dimpled pad against closed forms."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

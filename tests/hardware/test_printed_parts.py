@@ -3,8 +3,6 @@
 Tests of the checks need build123d. The others need no CAD kernel.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The force array as a network, the closed form that solves it."""
 
-from __future__ import annotations
-
 import circuit
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The package imports exactly its declared dependencies."""
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

@@ -1,7 +1,5 @@
 """Tests use what users use: few reach private names, and none sleeps."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

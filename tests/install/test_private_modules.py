@@ -1,7 +1,5 @@
 """The faces of rooms are small, and no import reaches a private module of another room."""
 
-from __future__ import annotations
-
 import ast
 import re
 from importlib import import_module

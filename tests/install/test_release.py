@@ -1,7 +1,5 @@
 """A release has one version, and names the paper and its installation where people look."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

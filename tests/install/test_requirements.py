@@ -1,7 +1,5 @@
 """Installed requirements are pinned, hashed and complete."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Fixtures of the tests of the experiments."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from importlib.metadata import EntryPoint, entry_points
 from io import StringIO

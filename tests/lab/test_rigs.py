@@ -1,7 +1,5 @@
 """Tests of random rigs and objects, with families on which the network is not trained."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

@@ -3,8 +3,6 @@
 python tests/models/shipped_graph.py
 """
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 from typing import Any

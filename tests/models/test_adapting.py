@@ -1,7 +1,5 @@
 """Adaptation to a rig: fingers, held-out pinches, refusals and intervals."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Network models on disk: round trips, and damaged, foreign or hostile files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Arrays of the network, and what a rig adds to it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -3,8 +3,6 @@
 The tests check properties that any useful network has, not numbers of the current one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """Predictions depend on the shape of the signal, not on gain, polarity or later samples."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Baselines: the training mean and the peak amplitude."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from firstcontact.models import Task

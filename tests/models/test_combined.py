@@ -1,7 +1,5 @@
 """Network averaged with a regression on the rig's own pinches."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Pooled estimate from several pinches of one object: weights, and smallest interval."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

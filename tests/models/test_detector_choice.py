@@ -1,7 +1,5 @@
 """Choice between the package's detector and one that is fitted to a rig."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 

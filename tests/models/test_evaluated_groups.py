@@ -1,7 +1,5 @@
 """Groups of evaluated pinches, and the scores over all of them that were not in the training."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Conformance tests of all registered estimators, plug-ins included."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self

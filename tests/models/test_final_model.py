@@ -1,7 +1,5 @@
 """Final model: its folds, and its interval, which uses the model's own spread if it has one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

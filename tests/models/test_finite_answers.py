@@ -1,7 +1,5 @@
 """Predictions are finite numbers, also when the arithmetic overflows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Intervals: their bounds, and their coverage."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, replace
 from pathlib import Path

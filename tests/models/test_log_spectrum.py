@@ -1,7 +1,5 @@
 """Features of the log-spectrum model: they depend on the frequency, but not on the loudness."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

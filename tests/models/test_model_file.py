@@ -1,7 +1,5 @@
 """Damaged, foreign or hostile model files are refused in one sentence."""
 
-from __future__ import annotations
-
 import os
 import pickle
 from functools import cache

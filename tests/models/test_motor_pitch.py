@@ -1,7 +1,5 @@
 """Closing speed from the pitch of the motor."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The network as an estimator: to fit it means to adapt it to a rig."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Recordings at any rate, and contacts in the sample numbers of these recordings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Models of a modulus or a stiffness: learned as logarithms, predicted and scored in their unit."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

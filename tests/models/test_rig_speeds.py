@@ -1,7 +1,5 @@
 """Measured closing speeds count if the rig's speeds differ more than their errors."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

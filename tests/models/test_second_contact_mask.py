@@ -1,7 +1,5 @@
 """No model predicts from samples after a known second contact."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Shape hints of the user, live and as labels of recordings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

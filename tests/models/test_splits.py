@@ -1,7 +1,5 @@
 """Only declared groups may be on both sides of a split."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, given

@@ -1,7 +1,5 @@
 """SVM in NumPy: equal to scikit-learn's, with hyper-parameters chosen on inner folds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

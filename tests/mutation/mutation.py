@@ -6,8 +6,6 @@ A fault in a compiled kernel names the room that uses the kernel. The command en
 tests missed a fault, or if a fault's old text does not occur exactly once.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """An any-time estimator of another package: one file, and one line that registers it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

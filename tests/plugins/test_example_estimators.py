@@ -1,7 +1,5 @@
 """The package examples/plugin_estimators is installed and passes all estimator tests."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Valid files of every format that `import` reads. Tests change one property of them."""
 
-from __future__ import annotations
-
 import csv
 from typing import Any
 

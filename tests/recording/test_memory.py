@@ -1,7 +1,5 @@
 """Memory for reading: it is that of the samples in use, not of the whole recording."""
 
-from __future__ import annotations
-
 import pickle
 import tracemalloc
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Closing speed from positions: the fitted line and its standard error."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Common contract of all streaming filters, and the response of each."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

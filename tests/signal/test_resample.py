@@ -1,7 +1,5 @@
 """Resampling of datasets: signal, contacts and notes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

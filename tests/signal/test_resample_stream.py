@@ -1,7 +1,5 @@
 """Streaming resampling gives the same output as resampling the whole signal."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Windows after a contact: complete or refused, equal offline and live."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -6,8 +6,6 @@ Each recorded sample holds its own number. All received samples are recorded. An
 finding.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """Senders of numbered samples for the soak, one for each kind of source, with faults."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

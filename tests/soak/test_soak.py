@@ -1,7 +1,5 @@
 """Test of a short soak of all live sources."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

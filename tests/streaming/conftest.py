@@ -1,7 +1,5 @@
 """Detector and models trained on a few twin pinches, shared by the tests of this folder."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

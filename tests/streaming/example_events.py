@@ -1,7 +1,5 @@
 """One event of each kind, with functions that make estimates and pinches."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Synthetic session updates: a pinch at regular intervals, with both fingers ringing."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

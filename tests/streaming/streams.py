@@ -1,7 +1,5 @@
 """Helpers of the live tests: events without the host's clock, and offline results."""
 
-from __future__ import annotations
-
 import itertools
 import threading
 

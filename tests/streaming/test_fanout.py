@@ -1,7 +1,5 @@
 """Slow or failing sinks: they do not delay others, and their lost events are counted."""
 
-from __future__ import annotations
-
 import threading
 
 from streams import LONG, Keeper

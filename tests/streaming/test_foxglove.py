@@ -1,7 +1,5 @@
 """The output for Foxglove, read by a client of its own as ``foxglove.sdk.v1`` describes it."""
 
-from __future__ import annotations
-
 import json
 import re
 import struct

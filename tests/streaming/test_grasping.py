@@ -1,7 +1,5 @@
 """Live events that drive a hand: commands, their times, and late estimates."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Comparison of a device's estimates with the host's."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import example_events

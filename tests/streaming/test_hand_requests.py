@@ -1,7 +1,5 @@
 """Closings on request: who requested them, their end, and the release of the hand."""
 
-from __future__ import annotations
-
 import threading
 from math import inf
 

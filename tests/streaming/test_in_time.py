@@ -1,7 +1,5 @@
 """ "In time" means available before the second contact: on the page, in JSON, text and counts."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """JSON lines: each event as documented, without delay, even if the reader closes."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

@@ -1,7 +1,5 @@
 """LSL streams as received by another process over the loopback interface."""
 
-from __future__ import annotations
-
 import json
 import os
 import socket

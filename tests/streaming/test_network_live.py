@@ -1,7 +1,5 @@
 """The network live: as offline at each millisecond, and silent after the second contact."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

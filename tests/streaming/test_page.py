@@ -1,7 +1,5 @@
 """The live page in a real browser (headless Chromium)."""
 
-from __future__ import annotations
-
 import re
 import threading
 import time

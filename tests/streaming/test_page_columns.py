@@ -1,7 +1,5 @@
 """Reduced traces keep peaks and gaps, for any block size."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Requests of viewers are checked, bounded and answered."""
 
-from __future__ import annotations
-
 import json
 import threading
 import time

@@ -1,7 +1,5 @@
 """Access rules of the page, over real connections."""
 
-from __future__ import annotations
-
 import re
 import socket
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The page shows how intervals narrow, where estimates end, and pooled estimates."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from example_events import (

@@ -1,7 +1,5 @@
 """The table of pinches on the page, and where an estimate's time went."""
 
-from __future__ import annotations
-
 from page_feed import Feed
 
 from firstcontact.core import Label

@@ -1,7 +1,5 @@
 """Page sink without a browser: messages to viewers, and limits for viewers."""
 
-from __future__ import annotations
-
 import json
 import socket
 import threading

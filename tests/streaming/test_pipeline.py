@@ -1,7 +1,5 @@
 """Live results: equal to offline results bit for bit, for any block size."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

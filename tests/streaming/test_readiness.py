@@ -1,7 +1,5 @@
 """A real-time session is ready before its first contact, and restores what it changes."""
 
-from __future__ import annotations
-
 import gc
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Grouping of pinches by object, for pooled estimates."""
 
-from __future__ import annotations
-
 import pytest
 from example_events import ANSWER, FIRST
 from example_events import pinch as pinch_of

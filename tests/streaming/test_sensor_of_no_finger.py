@@ -1,7 +1,5 @@
 """Contacts on a sensor that belongs to no finger."""
 
-from __future__ import annotations
-
 import json
 from io import StringIO
 

@@ -1,7 +1,5 @@
 """Live session on a recording: no losses, offline results, and clean-up at every exit."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Sequence
 from pathlib import Path

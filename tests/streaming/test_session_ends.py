@@ -1,7 +1,5 @@
 """Memory of live sessions: nothing of a session is left after it."""
 
-from __future__ import annotations
-
 import gc
 import sys
 

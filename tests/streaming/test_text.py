@@ -1,7 +1,5 @@
 """Terminal text for users."""
 
-from __future__ import annotations
-
 import io
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The twin's hand, which executes commands, and its default model."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Live withdrawal of false contacts: estimates, events and the hand."""
 
-from __future__ import annotations
-
 import io
 import json
 from dataclasses import replace

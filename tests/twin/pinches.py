@@ -1,7 +1,5 @@
 """Pinches for the tests of the twin."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ Functions have the names and arguments of the compiled ones. Other tests check t
 device's filters, the slide and the band-pass.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any, NamedTuple

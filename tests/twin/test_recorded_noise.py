@@ -1,7 +1,5 @@
 """Tests of recorded noise in the twin's pinches."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Tests of the modelled sound of a slip: it is silent without a slip and has no other effect."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Test that half the time step gives the same waveform, with noise and both contacts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

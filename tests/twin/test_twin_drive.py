@@ -1,7 +1,5 @@
 """Tests of the drives' reference speed between two commands, and of their position sensor."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tests that the mechanical energy never grows without motor and noise."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Tests of the microcontroller's filters against a simple reference, for all block sizes."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Tests of the household's table and of the scatter of specimens."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Tests of the mechanics in limits with closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

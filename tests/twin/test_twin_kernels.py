@@ -1,7 +1,5 @@
 """The twin's kernels compute what the reference does, and check their arguments."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cache

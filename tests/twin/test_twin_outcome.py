@@ -1,7 +1,5 @@
 """Tests of the outcome (held, dropped, squeezed or broken), and of the slip of a lifted object."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tests that the page of parameters lists all of them with the code's values."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import fields
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tests of the published statistics of pinches, and of excerpts around their contacts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Tests of the plant: samples like a device's, for all commands and step sizes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Tests of a pinch that is simulated in pieces, with orders within the drive's limits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

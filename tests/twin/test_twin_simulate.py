@@ -1,7 +1,5 @@
 """Tests of simulated sets: their plan, files, errors, and the same bytes for the same seed."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import signal

@@ -1,7 +1,5 @@
 """Tests of the streaming hand: reproducible, continuous, with true contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Finite elements of bodies at rest: masses, patches of even strain, and Hertz's contact."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

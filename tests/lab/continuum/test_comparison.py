@@ -1,7 +1,5 @@
 """Twin held to the continuum model, so that its physics cannot drift unseen."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

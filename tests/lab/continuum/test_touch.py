@@ -1,7 +1,5 @@
 """Touches of finite elements: a closed form, energy, mesh and step."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The report agrees with the results and needs no other file."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Household closings: the table's outcomes equal those of a policy that is simulated directly."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

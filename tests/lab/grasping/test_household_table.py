@@ -1,7 +1,5 @@
 """Numbers from the table of closings: forces, fronts, resamples, tuning and comparison policies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

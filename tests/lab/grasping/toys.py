@@ -1,7 +1,5 @@
 """Artificial picks and rows of a grasp study, with known numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from firstcontact.core.physics import GRAVITY

@@ -1,7 +1,5 @@
 """Figures of the study with object names and units of any text, without warnings."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Folder of a study: locked while the study runs, never overwritten by another study."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """Claims, verdicts and texts of the report follow from the results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Tables of the report, from results with known content."""
 
-from __future__ import annotations
-
 from firstcontact_lab.report.tables import Table
 from firstcontact_lab.study.parts.contacts import contact_table
 from firstcontact_lab.study.parts.inference import inference_table

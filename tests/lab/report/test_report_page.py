@@ -1,7 +1,5 @@
 """The report: tables side by side, and text that cannot be shown as it is."""
 
-from __future__ import annotations
-
 from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.page import Column, Section, render
 from firstcontact_lab.report.results import NOTHING

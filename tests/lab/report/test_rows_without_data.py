@@ -1,7 +1,5 @@
 """A row never shows a number of other data than its label says."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from copy import deepcopy
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Short pinches of the twin and subjects of a study, for tests of its parts."""
 
-from __future__ import annotations
-
 from firstcontact.core import Contact, Dataset, Label, Pinch
 from firstcontact.twin import CONDITIONS, draw_pinch, simulate_pinch
 from firstcontact.twin.pinch import excerpt

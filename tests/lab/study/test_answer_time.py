@@ -1,7 +1,5 @@
 """Time to a complete window, compared with closed forms. The pinches' samples do not matter."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

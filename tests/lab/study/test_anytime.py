@@ -1,7 +1,5 @@
 """Estimates at any time: which pinches are scored, the counts, and the times."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

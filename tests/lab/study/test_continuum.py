@@ -1,7 +1,5 @@
 """Part of the study that compares touches of the twin with finite elements."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

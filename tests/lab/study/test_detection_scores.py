@@ -1,7 +1,5 @@
 """Scores of contact detection from known decisions."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

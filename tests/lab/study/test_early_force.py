@@ -1,7 +1,5 @@
 """The force of the first finger before the second contact."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

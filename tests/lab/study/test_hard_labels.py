@@ -1,7 +1,5 @@
 """Incomplete labels: a study runs all possible parts, and states which it left out."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace

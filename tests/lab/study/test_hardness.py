@@ -1,7 +1,5 @@
 """Parts on ranks: the score without training, and short windows of materials left out."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 

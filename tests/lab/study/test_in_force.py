@@ -1,7 +1,5 @@
 """Estimates in force: measured delays decide which estimate is the last one in time."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -3,8 +3,6 @@
 The part then appears in all places where the built-in parts do.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import re

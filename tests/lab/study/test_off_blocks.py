@@ -1,7 +1,5 @@
 """Part ``generalise``: content of the sets, inputs of each model, and scores with closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

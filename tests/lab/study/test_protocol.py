@@ -1,7 +1,5 @@
 """A whole study of synthetic pinches: which results are present, and an interruption."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

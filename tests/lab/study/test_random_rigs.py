@@ -1,7 +1,5 @@
 """Parts on random rigs: rigs unlike all in training, and the scores on them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

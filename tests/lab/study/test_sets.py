@@ -1,7 +1,5 @@
 """Scores of detectors on sets of real recordings."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

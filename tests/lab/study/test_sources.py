@@ -1,7 +1,5 @@
 """Data of every source are loaded as recordings at the models' rate."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Study of recordings with a stiffness: errors over time, sessions and levels held out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rigs whose structure differs from the twin's: closings, false alarms and scores."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Times exclude calls that another program interrupted."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from firstcontact_lab.study.parts.inference import Timed, timed

@@ -1,7 +1,5 @@
 """A window ladder predicts at several times and never uses later samples."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Refusals of ``firstcontact grasp-study``. ``.ci/run`` runs the quick study."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """``firstcontact pretrain``: it trains a network, and reuses finished parts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path

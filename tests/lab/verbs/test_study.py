@@ -1,7 +1,5 @@
 """``firstcontact study``: exit codes, files, and an interrupt that leaves no process behind."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

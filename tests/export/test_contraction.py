@@ -3,6 +3,7 @@
 The Arduino IDE and PlatformIO build libraries with GCC's defaults, which would fuse them.
 """
 
+import platform
 import shutil
 from pathlib import Path
 
@@ -37,3 +38,15 @@ def test_compiled_without_the_flag_nothing_is_fused(
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
     plain = code(tmp_path / "plain")
     assert plain == code(tmp_path / "flag", "-ffp-contract=off")
+
+
+@pytest.mark.parametrize(
+    "option", ["-ffast-math", "-fsingle-precision-constant", "-mfpmath=387", "-mfpmath=both"]
+)
+def test_options_that_change_bits_do_not_compile(option: str) -> None:
+    if "fpmath" in option and platform.machine() not in ("x86_64", "AMD64"):
+        pytest.skip("only x86 has two units for floating point")
+    command = ["cc", *building.INCLUDE, "-fsyntax-only", str(building.SHARED / "chain/fc_svm.c")]
+    building.run(command)
+    with pytest.raises(RuntimeError, match="fc_math.h"):
+        building.run([*command, option])

@@ -48,12 +48,34 @@ def test_its_example_compiles_against_the_stub(
 ) -> None:
     if not shutil.which(f"{building.ARM}g++"):
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
+    made = tmp_path / "cycles.o"
     building.run(
         [f"{building.ARM}g++", "-std=gnu++17", *building.WARN[1:], *building.PLAIN, *building.M7,
          "-nostdinc++", "-fno-exceptions", "-fno-rtti", f"-I{STUB}", f"-I{library / 'src'}",
          "-include", "Arduino.h", "-x", "c++", "-c", str(library / "examples/cycles/cycles.ino"),
-         "-o", str(tmp_path / "cycles.o")]
+         "-o", str(made)]
     )  # fmt: skip
+    called = re.findall(r"U (\w*fc_\w+)", building.run([f"{building.ARM}nm", "-u", str(made)]))
+    assert called and all(name.startswith("fc_") for name in called)
+
+
+@pytest.mark.parametrize("header", ["fc_chain.h", "fc_image.h"])
+def test_cpp_links_with_all_functions_of_a_header(tmp_path: Path, header: str) -> None:
+    folders = building.INCLUDE
+    text = building.run(["cc", "-E", "-P", *folders, str(building.SHARED / "chain" / header)])
+    names = set(re.findall(r"^[^({=]*\b(fc_\w+)\([^{}]*?\);", text, re.MULTILINE))
+    assert {"fc_image_read", "fc_touch_predict", "fc_svm_predict", "fc_gate_take"} <= names
+    source = tmp_path / "main.cpp"
+    pointers = ", ".join(f"(void *)&{name}" for name in sorted(names))
+    source.write_text(
+        f'#include "{header}"\nvoid *all[] = {{{pointers}}};\n'
+        "int main() { return all[0] == nullptr; }\n"
+    )
+    command = ["cc", *building.WARN, *building.PLAIN, *folders]
+    objects = [building.compiled(command, path) for path in building.CHAIN]
+    program = str(tmp_path / "program")
+    building.run(["c++", *folders, str(source), *objects, "-lm", "-o", program])
+    building.run([program])
 
 
 @pytest.mark.parametrize("machine", ["-mthumb -mcpu=cortex-m7", "-marm -march=armv7-a+simd"])

@@ -2,7 +2,14 @@
 #ifndef FC_IMAGE_H
 #define FC_IMAGE_H
 
+#include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
+
+/* Also around the headers below, so that C++ finds the functions of all of them. */
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 #include "fc_detector.h"
 #include "fc_touch.h"
@@ -38,4 +45,7 @@ typedef struct {
 /* Check and read an image at an address that is a multiple of 8. Return NULL, or the fault. */
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image);
 
+#ifdef __cplusplus
+}
+#endif
 #endif

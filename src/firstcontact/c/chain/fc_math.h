@@ -3,6 +3,7 @@
 #ifndef FC_MATH_H
 #define FC_MATH_H
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -10,6 +11,11 @@
 #if defined(__FAST_MATH__)
 #error "compile without -ffast-math: other machines would compute other bits"
 #endif
+#if FLT_EVAL_METHOD < 0 || FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 2
+#error "compile with -mfpmath=sse: other machines would compute other bits"
+#endif
+/* A negative size stops the compiler: with -fsingle-precision-constant, or a double of 32 bits. */
+typedef char fc_doubles_have_64_bits[sizeof(0.1) == 8 ? 1 : -1];
 
 /* GCC fuses products and sums by default where the processor can. Results would differ. */
 #if defined(__GNUC__) && !defined(__clang__)

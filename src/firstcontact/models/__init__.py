@@ -1,4 +1,4 @@
-"""Estimators (one per file), their training, evaluation and intervals, and the model folder."""
+"""Estimators and their models: training, evaluation, prediction intervals, and model folders."""
 
 import lazy_loader
 

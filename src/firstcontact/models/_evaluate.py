@@ -53,7 +53,7 @@ Mask = NDArray[np.bool_]
 
 
 class Overlap(StrEnum):
-    """Relation of pinches to the training of a model, as the title of their group."""
+    """Relation of pinches to the training data of a model, as the title of their group."""
 
     NONE = "not seen in training"
     SESSION = "sessions of the training by name, other specimens"
@@ -217,7 +217,7 @@ class Evaluation(Drawable):
     def _unseen_mean(
         self, values: Callable[[GroupScores], Mapping[float, float]]
     ) -> dict[float, float]:
-        """Return the mean of a group's values over the pinches of several groups."""
+        """Return one score by time, averaged over all pinches that were not seen in training."""
         unseen = [group for group in self.groups if group.title is not Overlap.SEEN]
         groups = [group for group in unseen if group.title is not Overlap.NAMESAKES] or unseen
         n = sum(group.n for group in groups)
@@ -407,7 +407,7 @@ def _group(
 def overlap_groups(
     dataset: Dataset, trained_on: TrainingData, digests: Digests
 ) -> dict[Overlap, Mask]:
-    """Return masks of pinches by their relation to a model's training, unseen pinches first."""
+    """Return masks of pinches by their relation to a model's training data, unseen ones first."""
     seen = np.isin(pinch_digests(dataset.pinches), digests)
     unseen = ~dataset.test & ~seen
     specimen = _same_specimen(dataset, trained_on) & unseen
@@ -445,7 +445,7 @@ def _overlap_warnings(groups: Mapping[Overlap, Mask], is_scored: Mask) -> list[s
 
 
 def _same_specimen(dataset: Dataset, trained_on: TrainingData) -> Mask:
-    """Return a mask of the pinches whose specimen is one of the training."""
+    """Return a mask of the pinches whose specimen (physical object) is in the training data."""
     full = [full_specimen(pinch.label)[:LONGEST_NAME] for pinch in dataset.pinches]
     is_same: Mask = np.isin(dataset.specimens, trained_on.specimens)
     if trained_on.objects:

@@ -1,4 +1,4 @@
-"""Contacts at which training windows start, and the fitting of the contact detector."""
+"""Contacts at which training windows start, and the choice and fitting of the contact detector."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ NOT_FITTED = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """First contacts of pinches, at which their windows start."""
+    """First contact of each pinch, where its window starts, and a text on where these come from."""
 
     contacts: Sequence[Contact | None]
     how: str
 
 
 def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
-    """Return True if signals start at known contacts instead of detected contacts."""
+    """Return True for "known": windows start at the contacts in the data, not at detected ones."""
     if contacts not in get_args(Contacts):
         raise ArgumentError(
             f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
@@ -66,7 +66,7 @@ def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
 
 
 def label_alignment(dataset: Dataset) -> Alignment:
-    """Return the contacts known from the strips or from labels."""
+    """Return the first contacts that the data contain, from contact strips or labels."""
     return Alignment([p.first for p in dataset.pinches], "known (strips or labels)")
 
 
@@ -100,7 +100,10 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
 def choose_detector(
     dataset: Dataset, name: str | None, is_known: bool, seed: int, runner: Runner
 ) -> tuple[Detector, Alignment, str]:
-    """Return the detector for a rig, the contacts to learn from, and a sentence on the choice."""
+    """Choose the package's detector or one fitted to these pinches.
+
+    Return the detector, the contacts at which training windows start, and a sentence on the choice.
+    """
     shipped = general_detector(dataset.layout)
     if name is None and missing_modules(["sklearn"]):
         alignment = label_alignment(dataset) if is_known else detect_alignment(dataset, shipped)
@@ -133,7 +136,7 @@ def choose_detector(
 
 
 def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
-    """Return a mask of the known first contacts that were placed right, as scores count them."""
+    """Return a mask of the pinches with a true contact: True if detected within ``TOLERANCE``."""
     return np.array(
         [
             contact is not None
@@ -167,7 +170,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
 def _found_apart(
     fold: tuple[Places, Places], dataset: Dataset, detector: str
 ) -> Sequence[Contact | None]:
-    """Fit a detector to one side of a fold. Return its contacts on the other side."""
+    """Fit a detector to one side of a fold. Return the contacts that it detects on the other."""
     learn, ask = fold
     other = make_detector(detector).fit(dataset.take(learn))
     return detect_alignment(dataset.take(ask), other).contacts

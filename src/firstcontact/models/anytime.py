@@ -1,4 +1,4 @@
-"""Base classes of everything that predicts stiffness after a contact."""
+"""Base classes of all models that predict stiffness after a contact."""
 
 from __future__ import annotations
 
@@ -70,9 +70,9 @@ class Prediction(NamedTuple):
 
 
 class Predictor(ABC):
-    """Predictor of stiffness at one or several moments after a contact.
+    """Predictor of stiffness at one or several times after a contact.
 
-    Recordings, live sessions and exports ask the same object.
+    Recordings, live sessions and exports use the same object.
     """
 
     #: Sampling rate of the signals, Hz.
@@ -175,7 +175,7 @@ class Predictor(ABC):
 
 
 class AnytimeModel(Predictor):
-    """Model that is saved in a model folder, and predicts at one or several moments.
+    """Model in a model folder that predicts at one or several times after a contact.
 
     A subclass sets ``kind``, and implements the abstract methods of both classes. An
     :class:`AnytimeEstimator` makes it from labelled contacts.
@@ -195,9 +195,9 @@ class AnytimeModel(Predictor):
     @classmethod
     @abstractmethod
     def from_arrays(cls, arrays: Arrays, level: float | None) -> Self:
-        """Restore a model from its arrays, and the level of its intervals.
+        """Restore a model from its arrays. ``level`` is the nominal coverage of its intervals.
 
-        Raise InputError if they do not fit together.
+        Raise InputError if the arrays do not fit together.
         """
 
     def with_record(self, record: TrainingRecord) -> Self:
@@ -212,7 +212,10 @@ class AnytimeModel(Predictor):
 
 
 class PredictorLadder(Predictor):
-    """Predictors of one estimator, of which the one for the longest signal predicts."""
+    """Several predictors of one estimator, for signals of different length.
+
+    The one for the longest signal that is available predicts.
+    """
 
     def __init__(self, steps: Sequence[Predictor]) -> None:
         self._steps = {step.lengths[-1]: step for step in steps}

@@ -61,7 +61,10 @@ class TrainingData:
     recorded_rate_hz: Rate | None = None
 
     def with_shapes(self, data: Dataset) -> Dataset:
-        """Return pinches that state the shape of this training's objects: flat if unknown."""
+        """Return the pinches with the shape of this training's objects where labels state none.
+
+        The shape is flat if the training data do not state one either.
+        """
 
         def shaped(pinch: Pinch) -> Pinch:
             label = pinch.label
@@ -88,7 +91,7 @@ class TrainingRecord:
 
 
 class PredictorCard(msgspec.Struct, frozen=True, kw_only=True, tag_field="takes"):
-    """Section of a card for one predictor: kind in the registry, sampling rate, and training."""
+    """Section of a card on one predictor: type of its model, sampling rate, and training."""
 
     kind: Name
     rate_hz: Rate
@@ -96,7 +99,7 @@ class PredictorCard(msgspec.Struct, frozen=True, kw_only=True, tag_field="takes"
 
 
 class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
-    """Section of a card for a window model: windows, classes, and interval."""
+    """Section of a card on a window model: shape of its windows, classes, and interval."""
 
     task: Task
     samples: Samples
@@ -107,13 +110,13 @@ class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
 
 
 class AnytimeCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
-    """Section of a card for an any-time model: level of its intervals."""
+    """Section of a card on an any-time model: nominal coverage of its intervals."""
 
     level: Annotated[float, msgspec.Meta(gt=0, lt=1)] | None = None
 
 
 class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
-    """Card of a model folder."""
+    """Content of ``model.json``, the card that describes a model folder."""
 
     sha256: Sha256 | None = None
     trained_on: TrainingData = TrainingData()
@@ -144,7 +147,7 @@ def _digest(pinch: Pinch) -> int:
 
 
 def to_array(digests: Digests) -> NDArray[np.uint8]:
-    """Return digests as an array of bytes for a file, ascending."""
+    """Return digests in ascending order as an array of bytes, for a file."""
     return np.unique(digests).astype("<u8").view(np.uint8)
 
 

@@ -26,7 +26,7 @@ TrainingSet = tuple[Windows, Values, NDArray[Any] | None]
 
 @dataclass(frozen=True)
 class EstimatorInfo:
-    """Base class of all estimators: attributes that commands, studies and reports read."""
+    """Base class of all estimators: class attributes that commands, studies and reports read."""
 
     #: Name on the command line, in files and in results.
     name: ClassVar[str]
@@ -132,14 +132,14 @@ class AnytimeEstimator(EstimatorInfo, ABC):
 
 
 def target_scale(task: Task, y: Values) -> NDArray[np.float64]:
-    """Return mean and standard deviation for scaling targets; (0, 1) for classes."""
+    """Return mean and standard deviation of the training targets; (0, 1) for classes."""
     if task is Task.CLASSIFICATION:
         return np.array([0.0, 1.0])
     return np.array([y.mean(), y.std() or 1.0])
 
 
 def library_targets(task: Task, y: Values) -> NDArray[Any]:
-    """Return targets as scikit-learn accepts them: classes as numbers from 0."""
+    """Return targets as scikit-learn accepts them: real numbers, or class numbers from 0."""
     return np.unique(y, return_inverse=True)[1] if task is Task.CLASSIFICATION else y
 
 

@@ -89,12 +89,12 @@ class Interval:
 
 
 def least_answers(level: float) -> int:
-    """Return the smallest number of predictions for one range of an interval."""
+    """Return the smallest number of held-out predictions that give an interval its coverage."""
     return max(RANGE_PINCHES, ceil(4.0 / (1.0 - level)))
 
 
 def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
-    """Return the reason why these predictions give no interval; "" if they give one."""
+    """Return the reason why these held-out predictions give no interval; "" if they give one."""
     names = np.unique(sessions)
     if len(names) < SESSIONS or "" in names:
         named = len(names[names != ""])
@@ -112,7 +112,7 @@ def conformal_interval(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Interval:
-    """Return an interval that covers a share ``level`` of these truths."""
+    """Return the rule for intervals that hold the share ``level`` of these true values."""
     least = least_answers(level)
     if len(answers) < least:
         raise ValueError(f"{len(answers)} predictions are too few for the coverage {level:g}")
@@ -131,7 +131,7 @@ def conformal_interval(
 
 
 def _half_width(residuals: Values, level: float) -> float:
-    """Return the conformal quantile: the smallest residual with ``level`` of n + 1 up to it."""
+    """Return the conformal quantile: residual number ⌈(n + 1) ``level``⌉ in ascending order."""
     return float(np.sort(residuals)[ceil((len(residuals) + 1) * level) - 1])
 
 
@@ -143,7 +143,7 @@ def held_out_coverage(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> dict[str, float]:
-    """Return share of truths in, and mean width of, intervals that are made from other folds."""
+    """Return the coverage and mean width of intervals that are made without the tested fold."""
     inside, widths = [], []
     for fold in np.unique(folds):
         asked, other = folds == fold, folds != fold

@@ -1,7 +1,7 @@
-"""Model of a rig, which holds a contact detector and predictors of stiffness.
+"""Model of a rig: a contact detector and predictors of stiffness.
 
-A model folder holds one such model. ``train`` and ``adapt`` return a model. :meth:`Model.default`
-picks the model that predicts.
+A rig is a hand with its sensors. A model folder holds one such model. ``train`` and ``adapt``
+return a model. :meth:`Model.default` picks the predictor to use.
 """
 
 from __future__ import annotations
@@ -213,7 +213,7 @@ class Model:
         return replace(out, contacts=given, estimator=predictor.name, target=target)
 
     def target_of(self, predictor: Predictor) -> Target:
-        """Return the label that a predictor of this model predicts."""
+        """Return the name of the quantity that a predictor of this model predicts."""
         return cast(Target, predictor.quantity.name)
 
     def only(self, estimator: str) -> Model:
@@ -239,9 +239,10 @@ class Model:
             raise ModelError("the model has a detector, but no predictor: train or adapt one")
 
     def is_foreign(self, layout: Layout) -> bool:
-        """Return True if the vibration has another unit than that of the package's training.
+        """Return True if the vibration's unit is not that of the data the network was trained on.
 
-        Its predictions are then out of range. Raise InputError if another model needs another unit.
+        Its predictions are then out of range. Raise InputError if another predictor needs another
+        unit.
         """
         known, unit = self.trained_on.unit, layout.vibration_unit
         if not known and self.trained_on.pinches and self.trained_on.source != "twin":
@@ -311,7 +312,7 @@ class Model:
 def _given_contacts(
     contacts: Contacts | Sequence[Contact | None], data: Dataset
 ) -> list[Contact | None] | None:
-    """Return the contact of each pinch; None if a detector shall find them."""
+    """Return the contacts that the caller chose for each pinch; None to detect them."""
     if isinstance(contacts, str):
         is_known = at_known_contacts(contacts, data)
         return [p.first for p in data.pinches] if is_known else None
@@ -369,5 +370,5 @@ def require_dataset(data: object) -> None:
 
 
 def shipped_model() -> Model:
-    """Return the package's model. It was trained on the twin and is not conditioned on a rig."""
+    """Return the package's model, which was trained on the twin and is not adapted to a rig."""
     return Model(pretrained_detector(), (pretrained(),), TrainingData(unit=VOLTS))

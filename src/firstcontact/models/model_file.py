@@ -54,7 +54,7 @@ SavedPredictor = WindowPredictor | AnytimeModel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedModel:
-    """Content of a model folder, except the detector."""
+    """Content of a model folder without the detector: predictors, and record of the training data."""
 
     predictors: tuple[SavedPredictor, ...]
     trained_on: TrainingData
@@ -148,7 +148,7 @@ def _predictor(
 
 
 def _check_detector(folder: Path, card: ModelCard) -> None:
-    """Refuse a detector that does not belong to the model."""
+    """Raise ModelError if the folder's detector is not the one that the model was saved with."""
     file = folder / DETECTOR_CARD
     if card.detector is None or not file.exists():
         return
@@ -164,7 +164,7 @@ def _check_detector(folder: Path, card: ModelCard) -> None:
 
 
 def pretrained() -> RigModel:
-    """Return the network of the package, which is not conditioned on a rig yet."""
+    """Return the package's network, which is not adapted to a rig yet."""
     [predictor] = read_model(pretrained_folder()).predictors
     assert isinstance(predictor, RigModel)
     return predictor
@@ -177,13 +177,13 @@ def pretrained_folder() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """Card of which only the field ``format`` is read."""
+    """Part of a card that states its format, to recognise cards of other programs."""
 
     format: str
 
 
 def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> bool:
-    """Refuse a folder with files that the new model would not replace."""
+    """Raise InputError if the folder has files that the new model would not replace."""
     if not out.is_dir():
         return False
     for path in sorted(out.iterdir()):
@@ -217,7 +217,7 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
 
 
 def _card_format(path: Path) -> str | None:
-    """Return the field ``format`` of a card; None if the file is no card."""
+    """Return the field ``format`` of a card; None if the file is not a card."""
     try:
         return read_record(read_regular(path, LONGEST_CARD), _Format, "", "", LONGEST_CARD).format
     except (InputError, OSError):

@@ -111,7 +111,7 @@ class Predictions(Drawable):
             column[rows] = new
 
     def put_one(self, row: int, prediction: Sequence[float], elapsed: float) -> None:
-        """Overwrite one prediction by a :class:`Prediction`, rounded to float32 as in the chain."""
+        """Overwrite one prediction, rounded to float32 as in C. ``elapsed`` is in s."""
         value, low, high, _, spread, is_out = prediction
         numbers = (
             *np.array([value, spread, low, high], np.float32).tolist(),
@@ -148,7 +148,7 @@ SHARED = 0.90
 
 @dataclass(frozen=True, slots=True)
 class Combined:
-    """Pooled prediction from several pinches of one object."""
+    """Average of the predictions for several pinches of one object, with its interval."""
 
     value: float
     low: float
@@ -158,7 +158,7 @@ class Combined:
 
 
 def combine(values: Sequence[float], half_widths: Sequence[float]) -> Combined:
-    """Average the predictions for pinches of one object, weighted by precision."""
+    """Average predictions for pinches of one object, weighted by the precision of each."""
     value, half = np.asarray(values, np.float64), np.asarray(half_widths, np.float64)
     weight = half**-2
     mean = float(weight @ value / weight.sum())

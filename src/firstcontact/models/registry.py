@@ -38,7 +38,10 @@ def window_estimators() -> dict[str, type[Estimator]]:
 
 
 def model_class(kind: str, *, of_windows: bool) -> Any:
-    """Return the class of window models, or of any-time models, with this kind in their cards."""
+    """Return the class of models whose card has this ``kind``.
+
+    ``of_windows`` chooses between window models and any-time models.
+    """
     from firstcontact.models.estimator import Estimator
     from firstcontact.models.windows.regressor import RegressorModel  # its imports are slow
 

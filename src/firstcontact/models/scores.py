@@ -1,4 +1,4 @@
-"""Scores per pinch and per object, with bootstrap intervals over groups."""
+"""Scores over pinches and by object, with bootstrap intervals."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class ClassificationScores(Record, frozen=True, kw_only=True):
 
     @property
     def best_constant(self) -> float:
-        """Accuracy of the constant prediction that scores best on these pinches."""
+        """Share of the most frequent class: the best accuracy of a constant prediction."""
         return max(map(sum, self.confusion), default=0) / self.n
 
 
@@ -57,7 +57,7 @@ TaskScores = RegressionScores | ClassificationScores
 
 
 class SpecimenErrors(Record, frozen=True, kw_only=True):
-    """Mean prediction for one specimen, and errors of its single pinches."""
+    """Mean prediction for one specimen (physical object), and errors of its single pinches."""
 
     object: str
     n: int
@@ -80,13 +80,16 @@ def _sums(clusters: NDArray[Any], columns: Values) -> Values:
 
 
 def resampled_sums(sums: Values, seed: int) -> Values:
-    """Return the total of each bootstrap resample of clusters, shape (RESAMPLES, ...)."""
+    """Return sums over bootstrap resamples of the rows of ``sums``, shape (RESAMPLES, ...)."""
     rng, clusters = np.random.default_rng(seed), len(sums)
     return np.array([sums[rng.integers(clusters, size=clusters)].sum(0) for _ in range(RESAMPLES)])
 
 
 def bootstrap_interval(values: Values, clusters: int) -> Values:
-    """Return the low and high end of a bootstrap interval, shape (2, ...)."""
+    """Return both ends of the interval from resampled values, shape (2, ...).
+
+    It is widened for a small number of ``clusters``.
+    """
     from scipy.stats import norm, t
 
     wider = t.isf((1 - CONFIDENCE) / 2, clusters - 1) * np.sqrt(clusters / (clusters - 1))
@@ -100,7 +103,11 @@ def cluster_intervals(
     clusters: NDArray[Any],
     seed: int,
 ) -> dict[str, Ends]:
-    """Return bootstrap intervals from whole clusters (Davison and Hinkley 1997, 3.8)."""
+    """Return bootstrap intervals of statistics by name; whole clusters are drawn.
+
+    The method is that of Davison and Hinkley (1997), 3.8. A statistic is a function of the sums of
+    ``columns``.
+    """
     sums = _sums(clusters, columns)
     if len(sums) < CLUSTERS:
         return {}

@@ -19,7 +19,7 @@ FOLDS = 5
 
 
 class Group(StrEnum):
-    """Kind of group of pinches. A split may allow a kind to be in both training and test."""
+    """Kind of pinches that belong together. A split may allow it on both of its sides."""
 
     SESSION = "session"
     SPECIMEN = "specimen"
@@ -27,7 +27,7 @@ class Group(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Split:
-    """Positions of the training pinches and of the test pinches, shape (n,) each."""
+    """Indices of the training pinches and of the test pinches, shape (n,) each."""
 
     #: Name of the held-out fold, level or specimen, unique within a list of splits.
     name: str
@@ -37,7 +37,7 @@ class Split:
     shares: frozenset[Group] = field(default_factory=frozenset)
 
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
-        """Refuse a split with undeclared groups on both sides, by a ValueError."""
+        """Raise ValueError if a session or specimen is on both sides, but may not be."""
         if not len(self.train) or not len(self.test):
             raise ValueError(f"split {self.name!r} has an empty side")
         if len(np.intersect1d(self.train, self.test)):
@@ -54,7 +54,7 @@ class Split:
 def by_session(
     sessions: NDArray[np.str_], classes: NDArray[Any], seed: int, folds: int = FOLDS
 ) -> list[Split]:
-    """Return folds that hold out whole sessions, with each class spread evenly over the folds."""
+    """Return folds that hold out whole sessions. Each class is spread evenly over the folds."""
     names = np.unique(sessions)
     if len(names) < 2 or "" in names:
         raise ValueError("a split by session needs pinches of two known sessions or more")
@@ -74,7 +74,7 @@ def by_session(
 
 
 def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION,)) -> list[Split]:
-    """Return splits that hold out each level, material or specimen in turn."""
+    """Return splits that each hold out one value, such as a Shore A, a material or a specimen."""
     everyone, kinds = np.arange(len(values)), frozenset(shares)
     return [
         Split(f"without {value}", everyone[values != value], everyone[values == value], kinds)
@@ -106,7 +106,7 @@ def inner_folds(
 
 
 def _strata(y: NDArray[Any], k: int) -> Index:
-    """Return the class number of each target; all 0 if a class is too rare for k folds."""
+    """Return the class number of each target, or zeros if a class is too rare for ``k`` folds."""
     values, numbers = np.unique(y, return_inverse=True)
     if len(values) > RANGES:
         edges = np.quantile(y, np.arange(1, RANGES) / RANGES)
@@ -116,7 +116,10 @@ def _strata(y: NDArray[Any], k: int) -> Index:
 
 
 def _sides(numbers: Index, k: int) -> Iterator[tuple[Index, Index]]:
-    """Yield positions outside and inside of each fold, given the fold of each pinch."""
+    """Yield for each fold the indices of the pinches outside it, and of those inside.
+
+    ``numbers`` is the fold of each pinch.
+    """
     for fold in range(k):
         yield np.flatnonzero(numbers != fold), np.flatnonzero(numbers == fold)
 
@@ -125,7 +128,7 @@ def _sides(numbers: Index, k: int) -> Iterator[tuple[Index, Index]]:
 
 
 def _even_folds(groups: NDArray[Any], k: int) -> Index:
-    """Return the fold of each pinch, as ``GroupKFold`` does: largest group, smallest fold."""
+    """Return a fold number for each pinch, as scikit-learn's ``GroupKFold`` does."""
     _, group, sizes = np.unique(groups, return_inverse=True, return_counts=True)
     pinches, fold = np.zeros(k), np.empty(len(sizes), np.intp)
     for number in np.argsort(sizes, kind="stable")[::-1]:
@@ -135,7 +138,7 @@ def _even_folds(groups: NDArray[Any], k: int) -> Index:
 
 
 def _stratified_folds(strata: NDArray[Any], k: int, seed: int) -> Index:
-    """Return the fold of each pinch, as ``StratifiedKFold`` does with shuffling."""
+    """Return a fold number for each pinch, as scikit-learn's shuffled ``StratifiedKFold`` does."""
     rng = np.random.RandomState(seed)
     _, first, number = np.unique(strata, return_index=True, return_inverse=True)
     appearance = np.argsort(np.argsort(first))[number]
@@ -148,7 +151,7 @@ def _stratified_folds(strata: NDArray[Any], k: int, seed: int) -> Index:
 
 
 def _stratified_group_folds(strata: NDArray[Any], groups: NDArray[Any], k: int, seed: int) -> Index:
-    """Return the fold of each pinch, as ``StratifiedGroupKFold`` does with shuffling."""
+    """Return a fold number for each pinch, as scikit-learn's ``StratifiedGroupKFold`` does."""
     _, stratum, sizes = np.unique(strata, return_inverse=True, return_counts=True)
     group = np.unique(groups, return_inverse=True)[1]
     counts = np.zeros((group.max() + 1, len(sizes)))

@@ -1,4 +1,4 @@
-"""Contacts with their signal so far, and optional hints: closing speed and object radius.
+"""Contacts with the signals around them, and optional hints: closing speed and object radius.
 
 The baseline of a signal is its mean shortly before the contact. Valid samples are those that a
 prediction may use: they end before the second contact.
@@ -135,17 +135,17 @@ class Touches:
 
     @classmethod
     def lengths(cls, rate: float) -> tuple[int, int]:
-        """Return the least and largest number of samples after a contact that predictions use."""
+        """Return the smallest and the largest number of samples that a prediction uses."""
         return samples_in(cls.SHORTEST, rate), samples_in(cls.LONGEST, rate)
 
     @classmethod
     def moments(cls, rate: float) -> tuple[int, ...]:
-        """Return the numbers of samples after a contact with which the network predicts."""
+        """Return the sample counts after a contact with which the network predicts, ascending."""
         return tuple(samples_in(time, rate) for time in cls.TIMES)
 
     @property
     def answerable(self) -> NDArray[np.bool_]:
-        """True for each contact with enough valid samples for a prediction, shape (n,)."""
+        """True for contacts with enough samples before the second contact to predict, (n,)."""
         return self.valid >= self.lengths(self.rate)[0]
 
     @property
@@ -170,7 +170,7 @@ class Touches:
         return Touches(rate=self.rate, **arrays)
 
     def as_blocks(self) -> Touches:
-        """Return a copy of the contacts, flat where the radius is unknown, as with blocks."""
+        """Return a copy in which objects of unknown radius count as flat, such as blocks."""
         return replace(self, radii=np.where(np.isnan(self.radii), np.inf, self.radii))
 
     def until(self, samples: int) -> Touches:
@@ -197,7 +197,7 @@ def valid_samples(dataset: Dataset, contacts: Sequence[Contact | None]) -> NDArr
 
 
 def finger_number(finger: Finger | None) -> int:
-    """Return the number of a finger; -1 for None."""
+    """Return 0 for the index finger, 1 for the thumb, -1 for None."""
     return -1 if finger is None else list(Finger).index(finger)
 
 

@@ -1,4 +1,4 @@
-"""Labelled windows and contacts, held-out predictions, and the final model with its interval."""
+"""Labelled windows and contacts, held-out predictions, and the training of the final model."""
 
 from __future__ import annotations
 
@@ -92,7 +92,10 @@ class LabelledWindows:
 def resampling_clusters(
     sessions: NDArray[np.str_], specimens: NDArray[np.str_]
 ) -> NDArray[np.str_]:
-    """Return the cluster of each pinch for the bootstrap, which draws whole clusters."""
+    """Return the name of each pinch's bootstrap cluster, which is drawn as a whole.
+
+    A cluster is a session, a specimen or a single pinch: see :attr:`LabelledWindows.clusters`.
+    """
     for names in (sessions, specimens):
         if _tells_apart(names):
             return names
@@ -117,7 +120,7 @@ def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
 
 
 def full_specimen(label: Label) -> str:
-    """Return the name of a specimen with its object and level."""
+    """Return a specimen's name with its object and Shore A, unique over the data."""
     return f"{label.specimen or 'unnamed'} ({', '.join(_kind(label)) or 'unknown'})"
 
 
@@ -239,7 +242,7 @@ def fit_models(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
-    """Estimator, task, data, splits and options of a held-out prediction."""
+    """Held-out predictions to compute: estimator, task, data, splits and options."""
 
     model: object
     task: Task
@@ -249,7 +252,7 @@ class Question:
 
 
 def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
-    """Return a prediction for each window, by a model that did not learn from its pinch."""
+    """Return for each question a prediction of every window, by a model not trained on it."""
     return [answers for answers, _ in held_out_with_spread(runner, questions, seed)]
 
 
@@ -392,7 +395,7 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
 
 
 def scores_in_words(scores: TaskScores, quantity: Quantity) -> str:
-    """Return scores as one line of text, errors in the unit of the quantity, or as factors."""
+    """Return scores as one line of text. Errors have the quantity's unit, or are factors."""
     pinches, words = counted(scores.n, "pinch"), quantity.error_words
     if isinstance(scores, ClassificationScores):
         return f"accuracy {percent(scores.accuracy)}, {pinches}"
@@ -404,7 +407,7 @@ def scores_in_words(scores: TaskScores, quantity: Quantity) -> str:
 
 
 def interval_in_words(final: FinalModel, quantity: Quantity) -> str:
-    """Format the interval and its held-out coverage on one line."""
+    """Return the width of the interval and its held-out coverage as one line of text."""
     if final.interval is None:
         return f"no interval: {final.conformal['none']}"
     checked = final.conformal["held_out"]

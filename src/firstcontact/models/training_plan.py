@@ -42,7 +42,7 @@ class Plan:
         return issubclass(self.kind, Estimator)
 
     def model_rate(self, data: Dataset) -> float | None:
-        """Return the rate to resample to, Hz. The network and the detector share one stream."""
+        """Return the rate to resample pinches to, Hz. All parts of a model use the same rate."""
         if self.rate is None and (has_shore_a(data) or not self.learns_windows):
             return pretrained().rate
         if self.rate is None and data.quantity in PHYSICAL:
@@ -50,7 +50,7 @@ class Plan:
         return self.rate
 
     def check_sizes(self, rate: float) -> None:
-        """Refuse two windows with the same number of samples at this rate, Hz."""
+        """Raise InputError if two windows have the same number of samples at this rate, Hz."""
         sizes = [samples_in(length, rate) for length in self.durations]
         if len(set(sizes)) < len(sizes):
             raise ArgumentError(
@@ -92,7 +92,7 @@ def make_plan(
 
 
 def _check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Refuse options that the network does not support. The InputError names the parameter."""
+    """Raise InputError for options that the network does not support. It names the parameter."""
     base = pretrained()
     is_other_rate = rate is not None and not is_same_rate(rate, base.rate)
     refusals = {
@@ -114,7 +114,7 @@ def has_shore_a(dataset: Dataset) -> bool:
 
 
 def check_windows(windows: Sequence[float]) -> None:
-    """Refuse impossible window lengths, s. InputError names the parameter."""
+    """Raise InputError for impossible window lengths, s. It names the parameter."""
     if not windows or not all(0.001 <= length <= 1.0 for length in windows):
         raise ArgumentError(
             "the lengths of windows must lie between 1 ms and 1 s", parameter="windows"
@@ -122,6 +122,6 @@ def check_windows(windows: Sequence[float]) -> None:
 
 
 def check_seed(seed: int) -> None:
-    """Refuse a random seed outside scikit-learn's range. InputError names the parameter."""
+    """Raise InputError for a random seed that scikit-learn does not accept."""
     if not 0 <= seed < MOST_SEEDS:
         raise ArgumentError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")

@@ -1,4 +1,4 @@
-"""Training and adaptation of the models of a rig, from labelled pinches."""
+"""Training and adaptation of the models of a rig (hand with its sensors) from labelled pinches."""
 
 from __future__ import annotations
 
@@ -185,13 +185,16 @@ def _train_windows(
 
 
 class UnknownRigError(ArgumentError):
-    """Error for pinches from which no any-time model can be made."""
+    """Error: the network cannot be adapted to these pinches, so there is no any-time model."""
 
 
 def _fit_anytime(
     plan: Plan, dataset: Dataset, aligned: Alignment
 ) -> tuple[list[SavedPredictor], list[str]]:
-    """Make the any-time model of pinches with Shore A labels, and notes on it."""
+    """Make the any-time model from pinches with Shore A, and sentences for the user on it.
+
+    Both lists are empty if the plan has no such model.
+    """
     if plan.learns_windows and not has_shore_a(dataset):
         return [], []
     kind = plan.kind if issubclass(plan.kind, AnytimeEstimator) else RIG_ESTIMATOR
@@ -233,7 +236,7 @@ def _fitted(
 
 
 def _closing_notes(predictors: Sequence[SavedPredictor], digests: Digests) -> list[str]:
-    """Return notes on the default predictor, and on pinches that occur twice."""
+    """Return sentences on the default predictor, and on pinches that occur twice."""
     notes = []
     if len(names := list(dict.fromkeys(p.name for p in predictors))) > 1:
         notes.append(f"{names[0]} predicts by default; {names[1]} if you name it as estimator")
@@ -329,7 +332,7 @@ def adapt(
 
 
 def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
-    """Describe the data that a detector was fitted to, for its card."""
+    """Return a description of the data that a detector was fitted to, for its card."""
     if not detector.learns:
         return {}
     if is_pretrained(detector):
@@ -353,7 +356,7 @@ def training_pinches(data: Dataset) -> Dataset:
 
 
 def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
-    """Resample pinches if their rate differs. Return them with a note on the resampling."""
+    """Return pinches with the sampling rate ``rate``, Hz, and a sentence if they had another."""
     given_rate(dataset.layout.rate, "data")
     resampled = dataset if rate is None else resample_dataset(dataset, rate)
     return resampled, list(resampled.notes[len(dataset.notes) :])
@@ -374,7 +377,7 @@ def _cut(dataset: Dataset, aligned: Alignment, length: float, is_scaled: bool) -
 
 
 def _quantity(dataset: Dataset) -> Quantity:
-    """Return the quantity to learn. Raise InputError if labels state none, or two."""
+    """Return the quantity that the labels state. Raise InputError if it is none, or several."""
     if quantity := dataset.quantity:
         return quantity
     raise ArgumentError(

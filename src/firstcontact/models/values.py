@@ -1,4 +1,4 @@
-"""Types of arrays and the learning task, which all models share."""
+"""Types of arrays, and the two learning tasks, which all models share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Values = NDArray[np.float64]
 
 
 class Task(StrEnum):
-    """Learning task of an estimator."""
+    """Learning task of an estimator: regression or classification."""
 
     REGRESSION = "regression"
     CLASSIFICATION = "classification"

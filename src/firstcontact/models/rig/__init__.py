@@ -1,1 +1,1 @@
-"""Rig models: the network, its rigs, and regressions on the pinches of one rig."""
+"""Models of one rig (a hand with its sensors): the adapted network, and regressions."""

@@ -33,7 +33,7 @@ _SCALES = 0.1, 10.0
 def average_with_regressions(
     base: RigModel, touches: Touches, shore_a: Values, seed: int, scale: NDArray[np.float64]
 ) -> RigModel:
-    """Return a model of a rig: the network, averaged with a regression on the rig's pinches."""
+    """Return the network adapted to a rig, averaged with a regression on the rig's pinches."""
     rigs = known_rigs(touches, shore_a, seed)
     regressions = {}
     for finger, (rig, members) in rigs.items():
@@ -51,7 +51,7 @@ def adapt_combined(
     sessions: NDArray[np.str_] | None = None,
     seed: int = 0,
 ) -> Adapted:
-    """Condition a network on a rig and average it with a regression on the rig's pinches."""
+    """Adapt the network to a rig, and average it with a regression on the rig's pinches."""
     adapted = adapt_network(base, touches, shore_a, sessions, seed)
     lasting = touches.answerable
     touches, shore_a = touches.take(lasting).as_blocks(), shore_a[lasting]
@@ -78,7 +78,7 @@ def adapt_combined(
 class CombinedEstimator(NetworkEstimator):
     """Estimator that averages the network with a regression on the rig's own pinches.
 
-    With too few pinches or levels the network predicts alone.
+    With too few pinches, or too few values of Shore A, the network predicts alone.
     """
 
     name: ClassVar[str] = RigModel.COMBINED
@@ -89,7 +89,10 @@ class CombinedEstimator(NetworkEstimator):
 def spread_scale(
     base: RigModel, touches: Touches, shore_a: Values, seed: int
 ) -> NDArray[np.float64]:
-    """Return the factor of the regression's spread at each stage, shape (stages,)."""
+    """Return the factor that makes a regression's spreads as reliable as the network's.
+
+    It is estimated from blocks left out of the pinches, for each of ``Rig.STAGES``, (stages,).
+    """
     ones = np.ones(len(Rig.STAGES))
     squares = np.zeros((2, len(Touches.SCORED_MS)))
     groups = level_groups(shore_a)
@@ -118,7 +121,7 @@ def spread_scale(
 
 
 def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
-    """Return positions of at most ``most`` random pinches, as equally many of each Shore A."""
+    """Return indices of at most ``most`` random pinches, equally many of each Shore A."""
     order = np.random.default_rng(seed).permutation(len(shore_a))
     earlier = np.empty(len(order), np.intp)
     for level in np.unique(shore_a):
@@ -129,6 +132,6 @@ def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
 
 
 def _stage_inputs(model: RigModel, touches: Touches) -> NDArray[np.float64]:
-    """Return the regression's inputs for n contacts, shape (stages, n, inputs)."""
+    """Return the regression's inputs for n contacts at each signal length, (stages, n, inputs)."""
     cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in Rig.STAGES]
     return np.stack(cuts).astype(np.float64)

@@ -1,4 +1,7 @@
-"""Weights of the network, and statistics of its training contacts. The chain computes the rest."""
+"""Weights of the pre-trained network, and statistics of its training contacts.
+
+The compiled chain computes the predictions.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ _MOST = 1e6
 
 
 class ContextNetwork:
-    """Perceptron of layers ``out(into(x) + term) + bias`` of int16 with a scale for each row."""
+    """Weights of the network: a perceptron of matrices of 16-bit integers, with a scale per row."""
 
     #: Number of standard deviations from the mean at which inputs are clipped.
     FARTHEST: ClassVar[float] = 6.0
@@ -59,7 +62,7 @@ class ContextNetwork:
         return array
 
     def _integers(self, arrays: Arrays, name: str, columns: int) -> int:
-        """Check a matrix of integers with its scales. Return the number of its rows."""
+        """Check and store a matrix of 16-bit integers and its scales. Return its number of rows."""
         weight = arrays.get(f"{name}.weight", np.zeros(0))
         if weight.dtype != np.int16 or weight.ndim != 2 or weight.shape[1] != columns:
             raise ModelError(
@@ -78,12 +81,12 @@ class ContextNetwork:
 
     @property
     def directions(self) -> int:
-        """Number of values that a rig adds."""
+        """Number of values through which the description of a rig enters the network."""
         return len(self["body1.into.weight"])
 
     @property
     def layers(self) -> list[Layer]:
-        """Thin layers, in order."""
+        """Hidden layers in order, each the product of two thin matrices."""
 
         def matrix(name: str) -> Matrix:
             return Matrix(self[f"{name}.weight"], self[f"{name}.scale"])
@@ -93,7 +96,10 @@ class ContextNetwork:
         ]
 
     def rig_term(self, tokens: NDArray[Any], general: NDArray[Any]) -> NDArray[np.float32]:
-        """Return what a rig adds in the second layer, at each stage."""
+        """Return what a rig adds in the second layer, for each signal length, (stages, directions).
+
+        ``tokens`` are the rig's features for each Shore A, ``general`` those of the whole rig.
+        """
         with np.errstate(over="ignore", invalid="ignore"):
             e = self._scaled("token", tokens)
             for name in ("token1", "token2"):
@@ -126,7 +132,10 @@ class ContextNetwork:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Familiar:
-    """Statistics of the traits of training contacts, at each stage."""
+    """Statistics of signal features in training, which show if a contact is out of range.
+
+    Mean, whitening matrix and largest distance from the mean, for each of ``Rig.STAGES``.
+    """
 
     mean: NDArray[np.float64]
     whitening: NDArray[np.float64]
@@ -149,7 +158,7 @@ class Familiar:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
-        """Restore from arrays of :meth:`to_arrays`; InputError if they do not fit."""
+        """Restore the statistics from named arrays. Raise ModelError if these do not fit."""
         shape = (len(Rig.STAGES), TRAITS)
         mean = take_array(arrays, "familiar.mean", *shape)
         whitening = take_array(arrays, "familiar.whitening", *shape, TRAITS)

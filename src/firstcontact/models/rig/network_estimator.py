@@ -1,4 +1,4 @@
-"""Pre-trained network as an estimator, conditioned on a summary of a rig's pinches."""
+"""Pre-trained network as an estimator: it is adapted to a rig by a summary of the rig's pinches."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ FOLDS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Adapted:
-    """Model conditioned on a rig, with its held-out scores."""
+    """Model that was adapted to a rig, with its scores on held-out pinches."""
 
     model: RigModel
     scores: Mapping[str, float]
@@ -49,13 +49,13 @@ class Adapted:
 
     @property
     def rmse(self) -> float:
-        """Return the RMSE of the model on held-out pinches; NaN without any."""
+        """RMSE of the model on held-out pinches, Shore A; NaN without such pinches."""
         alone = self.scores.get(RigModel.kind, float("nan"))
         return self.scores.get(self.model.name, alone)
 
     @property
     def by_finger(self) -> bool:
-        """True if each finger is a rig of its own, False if all fingers are one."""
+        """True if the model was adapted to each finger separately, not to all together."""
         return len(self.model.rigs) > 1
 
     @property
@@ -76,7 +76,7 @@ class Adapted:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IntervalCheck:
-    """Check of a model's intervals on held-out pinches of the rig."""
+    """Coverage of a model's intervals on held-out pinches of the rig, and factors to widen them."""
 
     n: int
     coverage: float
@@ -90,7 +90,7 @@ def adapt_network(
     sessions: NDArray[np.str_] | None = None,
     seed: int = 0,
 ) -> Adapted:
-    """Condition a pre-trained network on a rig. Contacts of unknown shape are those of blocks."""
+    """Adapt the pre-trained network to a rig. Objects of unknown shape count as flat blocks."""
     lasting, touches = touches.answerable, touches.as_blocks()
     longest, shore_a = touches.take(lasting), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
@@ -121,7 +121,7 @@ Condition = Callable[[Touches, Values], RigModel]
 def known_rigs(
     touches: Touches, shore_a: Values, seed: int
 ) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
-    """Return the rigs of all contacts and of each finger, and the positions of their contacts."""
+    """Return by finger number the summary of its contacts, and their indices; -1 is all fingers."""
 
     def rig(members: NDArray[np.intp]) -> tuple[Rig, NDArray[np.intp]]:
         chosen = members[_choose_pinches(shore_a[members], seed)]
@@ -136,7 +136,7 @@ def known_rigs(
 
 
 def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
-    """Return ascending positions of at most ``MOST_OF_LEVEL`` pinches of each level."""
+    """Return ascending indices of at most ``MOST_OF_LEVEL`` random pinches of each Shore A."""
     rng = np.random.default_rng(seed)
     chosen = []
     for level in np.unique(shore_a):
@@ -147,7 +147,7 @@ def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldOut:
-    """Errors of predictions for held-out pinches of a rig."""
+    """Errors of predictions for held-out pinches of a rig, Shore A."""
 
     errors: Values
     from_mean: Values
@@ -170,7 +170,7 @@ def score_held_out(
     sessions: NDArray[np.str_] | None,
     seed: int,
 ) -> HeldOut | None:
-    """Predict held-out pinches of a rig. Return None if none can be held out."""
+    """Adapt without some pinches, and predict these. Return None if none can be held out."""
     parts = []
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
         if len(np.unique(shore_a[learn])) < 2 or not len(ask):
@@ -230,12 +230,12 @@ class NetworkEstimator(AnytimeEstimator):
 
 
 def rig_estimators() -> dict[str, type[NetworkEstimator]]:
-    """Return the registered estimators that condition the network, by name."""
+    """Return the registered estimators that adapt the network to a rig, by name."""
     return {n: entry for n, entry in ESTIMATORS.items() if issubclass(entry, NetworkEstimator)}
 
 
 def _rig_sentence(shore_a: Values, made: Adapted) -> str:
-    """Return a sentence on the pinches that describe the rig."""
+    """Return a sentence on the pinches that the network was adapted to."""
     levels, counts = np.unique(shore_a, return_counts=True)
     per = " and finger" if made.by_finger else ""
     limit = f"; at most {MOST_OF_LEVEL} of each level{per} are used"
@@ -246,7 +246,7 @@ def _rig_sentence(shore_a: Values, made: Adapted) -> str:
 
 
 def _speed_sentences(touches: Touches, made: Adapted) -> list[str]:
-    """Return a sentence on how measured closing speeds are used; [] if none was measured."""
+    """Return a sentence on the use of measured closing speeds, or [] if none was measured."""
     is_measured = np.isfinite(touches.speeds)
     if not is_measured.any():
         return []
@@ -274,7 +274,7 @@ def _held_out_scores(made: Adapted) -> dict[str, float]:
 
 
 def _check_sentences(base: RigModel, made: Adapted) -> list[str]:
-    """Return sentences on the held-out errors and intervals."""
+    """Return sentences for the user on held-out errors, and on the coverage of the intervals."""
     if made.check is None:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
     alone = made.scores[RigModel.kind]

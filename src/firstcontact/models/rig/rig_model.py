@@ -1,4 +1,4 @@
-"""Network conditioned on a rig by a few pinches of objects of known Shore A, without training.
+"""Pre-trained network, adapted to a rig by a few pinches of objects of known Shore A.
 
 The network was trained once on thousands of random rigs (``firstcontact pretrain``). A summary of
 the user's rig is one of its inputs, so users train nothing.
@@ -35,7 +35,7 @@ LOUD = 1e-9, 1e9
 
 
 class RigModel(AnytimeModel):
-    """Pre-trained network with the rigs that it is conditioned on, by finger number.
+    """Pre-trained network with summaries of the rigs that it is adapted to, by finger number.
 
     Each rig may have a regression on its own pinches. Then a prediction is a mixture of the
     network's prediction and the regression's, weighted by the inverse of their variances. Its
@@ -92,7 +92,7 @@ class RigModel(AnytimeModel):
 
     @property
     def uses_speed(self) -> bool:  # type: ignore[override]
-        """True if the rig's own pinches had measured speeds. Without them, speeds have no use."""
+        """True if the rig's own pinches had measured closing speeds. Others are ignored."""
         return any(rig.speeds is not None for rig in self.rigs.values())
 
     def constants(self) -> ModelConstants:
@@ -137,7 +137,7 @@ class RigModel(AnytimeModel):
         return build_image(self.rate, model=self.constants())
 
     def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
-        """Return the half widths of intervals for predictions from so many samples."""
+        """Return half widths of intervals from predicted ``spreads`` and lengths in ``samples``."""
         return spreads * self.factors[Rig.stage_index(samples)]
 
     def network_alone(self) -> Self:
@@ -145,15 +145,15 @@ class RigModel(AnytimeModel):
         return self._changed(factors=self.network_factors, regressions={})
 
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> Self:
-        """Return a model with the same network, conditioned on these rigs, without regressions."""
+        """Return the same network with other summaries of rigs, and without regressions."""
         return self.network_alone()._changed(rigs=dict(rigs))
 
     def with_regressions(
         self, regressions: Mapping[int, RigRegression], factors: NDArray[np.float64]
     ) -> Self:
-        """Return a model that averages this network with regressions.
+        """Return a model that averages this network with regressions, given by finger number.
 
-        ``factors`` are those of the average's intervals, shape (stages,).
+        ``factors`` turn the average's spreads into half widths of intervals, shape (stages,).
         """
         return self._changed(regressions=dict(regressions), factors=factors)
 
@@ -217,7 +217,7 @@ class RigModel(AnytimeModel):
         return Predictions(value, spread, low, high, is_out_of_range > 0, elapsed)
 
     def regress(self, touches: Touches) -> tuple[Values, Values]:
-        """Return the regressions' predictions and their spreads, shape (n,) each."""
+        """Return the predictions of the regressions, and their standard deviations, (n,) each."""
         out = predict_touches(self.image, *touches.arrays, is_regression=True)
         return out[:, 0], out[:, 4]
 
@@ -234,9 +234,9 @@ class RigModel(AnytimeModel):
             )
 
     def to_arrays(self) -> Arrays:
-        """Return the arrays of the network, and of each rig as ``rig.FINGER.NAME``.
+        """Return all arrays of the model by name: weights, summaries of rigs, and regressions.
 
-        Those of a regression are called ``own.FINGER.NAME``.
+        A summary's names begin with ``rig.FINGER.``, those of a regression with ``own.FINGER.``.
         """
         arrays = {**self.network.to_arrays(), **self.familiar.to_arrays()}
         arrays |= {"factors": self.factors, "mixed": self.mixed}

@@ -1,4 +1,4 @@
-"""Summary of a rig, and a regression, from the rig's pinches of known Shore A."""
+"""Summary of a rig and a regression, both computed from the rig's pinches of known Shore A."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Spectra = NDArray[np.float32]
 
 
 class Ear(TypedDict):
-    """Constants of the spectrum: see ``fc_pitch`` in C."""
+    """Constant arrays for the spectrum of the motor's noise; ``fc_pitch.h`` describes them."""
 
     sine: NDArray[np.float32]
     fade: NDArray[np.float32]
@@ -44,7 +44,7 @@ class Ear(TypedDict):
 
 @lru_cache(maxsize=8)
 def ear(rate: float) -> Ear:
-    """Return the constants of the spectrum at a sampling rate."""
+    """Return the constant arrays for the motor's spectrum at this sampling rate, Hz."""
     quiet = samples_in(Touches.BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
     place = np.geomspace(LOWEST, HIGHEST, LINES) * (TURN / rate)
     cell = np.minimum(place.astype(np.int32), TURN // 2 - 1).astype(np.int32)
@@ -57,21 +57,24 @@ def ear(rate: float) -> Ear:
 
 
 def spectra(signals: Signals, rate: float) -> Spectra:
-    """Return the peaks of the spectrum before each contact, relative to its smooth part."""
+    """Return the spectrum of the motor's noise before each contact, shape (n, LINES).
+
+    It is divided by its smooth part, so that the peaks of the motor remain.
+    """
     constants = ear(rate)
     return touch.spectra(signals[:, : len(constants["fade"])], **constants)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorPitch:
-    """Spectrum of a rig's motor at its usual speed."""
+    """Spectrum of a motor's noise at its usual speed. Its shift along frequency gives the speed."""
 
     reference: Spectra
     usual: float
 
     @classmethod
     def fit(cls, heard: Spectra) -> MotorPitch:
-        """Fit to the spectra before a rig's contacts, shape (n, LINES), with n at least 1."""
+        """Compute the usual spectrum from the spectra before a rig's contacts, shape (n, LINES)."""
         reference = heard[np.argmax(heard.std(axis=1))]
         for _ in range(_ROUNDS):
             shift, alike = touch.shifts(heard, reference)
@@ -86,7 +89,7 @@ class MotorPitch:
         return cls(reference, float(np.median(shift)) * STEP)
 
     def listen(self, heard: Spectra) -> tuple[Values, Values]:
-        """Return the speed relative to the rig's usual speed."""
+        """Return ln(speed / usual speed), and the confidence in it (0 to 1), shape (n,) each."""
         shift, alike = touch.shifts(heard, self.reference)
         speed = shift.astype(np.float64) * STEP - self.usual
         return speed, np.clip(alike, 0.0, 1.0).astype(np.float64)
@@ -146,7 +149,7 @@ class Rig:
 
     @staticmethod
     def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
-        """Return the position in ``STAGES`` of the first value >= ``valid``, or of the last."""
+        """Return the index of the first value in ``STAGES`` from ``valid`` on, or the last one."""
         stages = Rig.STAGES
         return np.minimum(np.searchsorted(stages, valid), len(stages) - 1).astype(np.intp)
 
@@ -202,7 +205,7 @@ class Rig:
 
 
 def level_groups(shore_a: Values) -> NDArray[np.intp]:
-    """Return the group of each pinch: its level of Shore A, or neighbouring levels."""
+    """Return a group number for each pinch. Near values of Shore A share a group."""
     values, group = np.unique(shore_a, return_inverse=True)
     if len(values) <= Rig.LEVELS:
         return group.astype(np.intp)
@@ -217,7 +220,7 @@ def _tokens(
     shore_a: Values,
     groups: list[NDArray[np.intp]],
 ) -> NDArray[np.float64]:
-    """Return the tokens of each level at a stage, shape (levels, Rig.TOKEN)."""
+    """Return the features of each Shore A from ``stage`` samples, shape (levels, Rig.TOKEN)."""
     n = len(touches)
     valid = np.minimum(touches.valid, stage)
     scales = np.full(n, level), np.full(n, sign)
@@ -241,7 +244,7 @@ def _tokens(
 
 
 def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the median of the values that are not NaN at each point; 0 if all are NaN."""
+    """Return the median over all waveforms without their NaN; 0 where all are NaN."""
     is_finite = np.isfinite(waves)
     filled = np.where(is_finite, waves, np.inf)
     filled.sort(axis=0)
@@ -268,7 +271,7 @@ FENCE = 2.0
 
 @dataclass(frozen=True, slots=True)
 class RigSpeeds:
-    """Closing speeds of a rig, from its hand's measurements and its motor's pitch."""
+    """Usual closing speed of a rig, m/s, relative spread, and error of speeds from motor pitch."""
 
     usual: float
     spread: float = ASSUMED
@@ -276,7 +279,7 @@ class RigSpeeds:
 
     @property
     def is_possible(self) -> bool:
-        """True if spread and error lie within bounds; an infinite error stands for none."""
+        """True if spread and error lie within bounds. An infinite error stands for no pitch."""
         errors = [self.spread, *([self.heard_error] if np.isfinite(self.heard_error) else [])]
         return all(LEAST_SPREAD <= error <= MOST_SPREAD for error in errors)
 
@@ -304,12 +307,12 @@ def _log_ratio(speeds: Values, usual: float) -> Values:
 
 
 def _bounded(errors: Values) -> Values:
-    """Return relative errors within bounds. NaN counts as exact, infinity as no measurement."""
+    """Return relative errors, at least ``LEAST_SPREAD``. NaN stands for an exact measurement."""
     return np.maximum(np.where(np.isnan(errors), 0.0, errors), LEAST_SPREAD)
 
 
 def _spread(values: Values, noise: Values) -> float:
-    """Return the standard deviation of values without outliers, corrected for their noise."""
+    """Return the standard deviation of values without outliers, minus the variance of noise."""
     low, high = np.quantile(values, [0.25, 0.75])
     reach = FENCE * max(high - low, LEAST_SPREAD)
     usual = values[(values >= low - reach) & (values <= high + reach)]
@@ -335,7 +338,7 @@ LARGEST_INPUT = 10.0
 
 
 class RigRegression:
-    """Regression from features to Shore A, fitted to the pinches of one rig alone."""
+    """Regression from signal features to Shore A, fitted to the pinches of one rig."""
 
     def __init__(
         self, inputs: NDArray[np.float64], shore_a: Values, scale: NDArray[np.float64]
@@ -378,7 +381,7 @@ class RigRegression:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], at: str) -> Self:
-        """Return the regression in the arrays whose names begin with ``at``."""
+        """Restore the regression from the arrays whose names begin with ``at``."""
         shore_a = take_array(arrays, at + "shore_a", None).astype(np.float64)
         inputs = take_array(arrays, at + "inputs", len(Rig.STAGES), len(shore_a), WIDTH)
         scale = take_array(arrays, at + "scale", len(Rig.STAGES)).astype(np.float64)

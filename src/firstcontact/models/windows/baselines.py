@@ -64,13 +64,13 @@ class TrainMean(Estimator):
 
 
 def _log_peak(X: NDArray[Any]) -> Values:
-    """Return the logarithm of the largest magnitude of each window (n, samples, channels)."""
+    """Return ln(largest magnitude) of each window (n, samples, channels), shape (n,)."""
     peak: Values = np.log(np.abs(X).max(axis=(1, 2)).astype(np.float64))
     return peak
 
 
 class PeakModel(ArraysModel):
-    """Model of the log peak, the logarithm of a window's peak amplitude."""
+    """Model that predicts from the logarithm of a window's peak amplitude alone."""
 
     kind: ClassVar[str] = "peak"
     declared: ClassVar[Mapping[str, ArrayCheck]] = {"weights": ArrayCheck(("weights",))}
@@ -89,7 +89,7 @@ class PeakModel(ArraysModel):
         return {}
 
     def outputs(self, X: Windows) -> Values:
-        """Return the parabola's value, or negative distances to classes, shape (n, outputs)."""
+        """Return the value of a parabola, or negative distances to the classes, (n, outputs)."""
         peak = _log_peak(X)[:, None]
         if self.spec.task is Task.REGRESSION:
             low, high = self.weights[3:]

@@ -38,7 +38,10 @@ GRAPH = files("firstcontact.models.windows").joinpath("efficientnet.onnx")
 
 
 def filled_graph(samples: int, channels: int, outputs: int, weights: NDArray[np.float32]) -> bytes:
-    """Return the shipped graph with these weights, for windows (n, channels, 1, samples)."""
+    """Return the ONNX graph of the package with these weights.
+
+    Its input has the shape (n, channels, 1, samples).
+    """
     from onnx import ModelProto, numpy_helper
 
     model = ModelProto.FromString(GRAPH.read_bytes())
@@ -182,7 +185,7 @@ class Cnn(Estimator):
         return self.fit_several([(X, y, groups)], seed)[0]
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> list[CnnModel]:
-        """Fit several networks; those with as many batches are trained together."""
+        """Train several networks. Those with equally many batches are trained together."""
         prepared = [self._prepared(*each) for each in sets]
         groups: dict[object, list[int]] = {}
         for place, (spec, *_, inputs, targets) in enumerate(prepared):
@@ -202,7 +205,7 @@ class Cnn(Estimator):
     def _prepared(
         self, X: Windows, y: Values, groups: NDArray[Any] | None
     ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
-        """Return specification, scales of windows and targets, and scaled inputs and targets."""
+        """Return specification, scales of windows and targets, scaled windows, scaled targets."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         target = target_scale(self.task, y)
@@ -219,7 +222,7 @@ def _batch(n: int) -> int:
 
 
 def _one_cycle(step: int, steps: int) -> float:
-    """Return the relative learning rate of a step: a linear rise, then half a cosine."""
+    """Return the learning rate of a step relative to the largest: it rises, then falls."""
     rise = max(1, round(RISE * steps))
     if step < rise:
         return (step + 1) / rise
@@ -241,7 +244,7 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
 
 
 def _train(examples: Sequence[tuple[Inputs, Inputs]], epochs: int, seed: int) -> list[EfficientNet]:
-    """Train networks. The seed and the number of threads determine the weights."""
+    """Train networks side by side. The seed and the number of threads determine the weights."""
     import torch
 
     from firstcontact.models.windows.efficientnet import EfficientNet, join, separate

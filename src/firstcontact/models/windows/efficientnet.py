@@ -140,7 +140,7 @@ class EfficientNet(nn.Module):
         return out
 
     def folded(self) -> Self:
-        """Return a copy in evaluation mode with normalisations folded into convolutions."""
+        """Return a copy for predictions, with normalisations folded into convolutions."""
         copy = deepcopy(self).eval()
         for module in list(copy.modules()):
             if isinstance(module, ConvNorm):
@@ -166,7 +166,7 @@ class GroupedLinear(nn.Module):
 
 
 def join(networks: Sequence[EfficientNet]) -> EfficientNet:
-    """Return one network that runs several networks of the same structure side by side."""
+    """Return one network that computes several networks of equal structure side by side."""
     joined = deepcopy(networks[0])
     for name, module in list(joined.named_modules()):
         same = [network.get_submodule(name) for network in networks]
@@ -184,7 +184,7 @@ def join(networks: Sequence[EfficientNet]) -> EfficientNet:
 
 
 def separate(joined: EfficientNet, networks: Sequence[EfficientNet]) -> None:
-    """Copy weights and statistics of a network from :func:`join` back into ``networks``."""
+    """Copy the weights of a network from :func:`join` back into the single ``networks``."""
     for name, tensor in joined.state_dict().items():
         parts = tensor.chunk(len(networks)) if tensor.ndim else [tensor] * len(networks)
         for network, part in zip(networks, parts, strict=True):

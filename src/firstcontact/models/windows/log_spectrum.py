@@ -44,7 +44,7 @@ Features = Callable[[Values, float], Values]
 
 
 def features(kind: str, X: Windows, rate: float) -> Values:
-    """Return the features (n, inputs) of windows (n, samples, channels); ``kind`` is in KINDS."""
+    """Return features (n, inputs) of windows (n, samples, channels). ``kind`` is a key of KINDS."""
     waves = X.astype(np.float64)
     # Then the squares of any finite floats stay within range.
     waves /= np.maximum(np.abs(waves).max(axis=(1, 2), keepdims=True), _TINY)
@@ -52,18 +52,18 @@ def features(kind: str, X: Windows, rate: float) -> Values:
 
 
 def log_bands(waves: Values, rate: float) -> Values:
-    """Return the log spectrum without its level, in bands of equal ratio, shape (n, BANDS)."""
+    """Return the log spectrum minus its mean, in bands of equal frequency ratio, (n, BANDS)."""
     padded = max(PADDED, 1 << (waves.shape[1] - 1).bit_length())
     return _level_free(_power(waves, padded) @ in_bands(padded, rate))
 
 
 def log_bins(waves: Values, rate: float) -> Values:
-    """Return the log spectrum without its level, shape (n, samples // 2 + 1)."""
+    """Return the log spectrum minus its mean for each frequency, (n, samples // 2 + 1)."""
     return _level_free(_power(waves, waves.shape[1]))
 
 
 def course(waves: Values, rate: float) -> Values:
-    """Return features of the windows' course in time, shape (n, 8)."""
+    """Return features of the signal over time, such as quantiles of its energy, shape (n, 8)."""
     n = waves.shape[1]
     energy = np.cumsum(waves**2, axis=1)
     total = np.maximum(energy[:, -1:], _TINY)
@@ -92,7 +92,7 @@ def _level_free(power: Values) -> Values:
 
 @cache
 def in_bands(padded: int, rate: float) -> NDArray[np.float64]:
-    """Return the weights for the mean of a spectrum's lines in each band, shape (lines, BANDS)."""
+    """Return the weights that average the lines of a spectrum in each band, (lines, BANDS)."""
     lines = np.fft.rfftfreq(padded, 1.0 / rate)
     edges = np.geomspace(min(LOWEST, rate / 8), rate / 2, BANDS + 1)
     inside = (lines[:, None] >= edges[:-1]) & (lines[:, None] <= edges[1:])
@@ -127,7 +127,7 @@ LEAST = 1e-3
 
 
 class LogSpectrumModel(ArraysModel):
-    """Linear model on standardised features of the log spectrum."""
+    """Linear model on standardised features of a window's log spectrum."""
 
     kind: ClassVar[str] = "log_spectrum"
     declared: ClassVar[Mapping[str, ArrayCheck]] = {
@@ -156,7 +156,7 @@ class LogSpectrumModel(ArraysModel):
         return {"inputs": self._features, "C": float(self._arrays["parameters"][0])}
 
     def outputs(self, X: Windows) -> Values:
-        """Return the score of each class, or the prediction as a standardised target."""
+        """Return the score of each class, or the prediction in standard deviations of targets."""
         mean, deviation = self._arrays["scale"]
         inputs = (features(self._features, X, self.spec.rate) - mean) / deviation
         out: Values = inputs @ self._arrays["weights"] + self._arrays["bias"]
@@ -165,7 +165,7 @@ class LogSpectrumModel(ArraysModel):
 
 @dataclass(frozen=True)
 class LogSpectrum(Estimator):
-    """Logistic or ridge regression on the log spectrum without its level."""
+    """Estimator: logistic or ridge regression on the log spectrum without its mean."""
 
     name: ClassVar[str] = "log_spectrum"
     title: ClassVar[str] = "Log spectrum"
@@ -193,7 +193,7 @@ class LogSpectrum(Estimator):
     def _search(
         self, X: Windows, y: Values, groups: NDArray[Any] | None, seed: int
     ) -> tuple[str, float]:
-        """Return the feature type and C with the least loss on held-out groups."""
+        """Return the feature type and regularisation C with the least loss on held-out groups."""
         rng = np.random.default_rng(seed)
         chosen = np.sort(rng.permutation(len(y))[: self.search_windows])
         y, groups = y[chosen], None if groups is None else groups[chosen]
@@ -251,7 +251,7 @@ def _folds(
 
 
 def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
-    """Return sample weights with mean 1."""
+    """Return sample weights with mean 1 that give each class and each group equal weight."""
     weights = np.ones(len(y))
     classes = np.unique(y, return_inverse=True)[1]
     if groups is not None:
@@ -273,7 +273,7 @@ def _fit(
     c: float,
     accuracy: float = ACCURACY,
 ) -> tuple[Values, Values, Values]:
-    """Return mean and standard deviation of the inputs, and the fitted weights and bias."""
+    """Return mean and standard deviation of the inputs, fitted weights, and bias."""
     import warnings
 
     from sklearn.exceptions import ConvergenceWarning

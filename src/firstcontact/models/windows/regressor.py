@@ -67,7 +67,7 @@ class RegressorModel(WindowModel):
         return {"regressor": self._title}
 
     def outputs(self, X: Windows) -> NDArray[Any]:
-        """Return the prediction for each window, or 1 for the predicted class and 0 for others."""
+        """Return predictions, or for classes a 1 at the predicted class and 0 elsewhere."""
         if not len(X):
             return np.zeros((0, len(self.spec.classes) or 1))
         with foreign_errors(f"{self._title}.predict"):
@@ -84,7 +84,7 @@ class RegressorModel(WindowModel):
         return predicted
 
     def to_arrays(self) -> Arrays:
-        """Return the bytes of a skops file."""
+        """Return a single array: the bytes of a skops file that holds the regressor."""
         return {
             "skops": np.frombuffer(to_skops(self._fitted, self._title), np.uint8),
             "title": np.frombuffer(self._title.encode(), np.uint8),
@@ -101,7 +101,7 @@ class RegressorModel(WindowModel):
 
 @dataclass(frozen=True)
 class RegressorEstimator(Estimator):
-    """Base of the estimators that :func:`regressor_estimator` makes from regressors."""
+    """Base of the estimator classes that :func:`regressor_estimator` makes from regressors."""
 
     model: ClassVar[type[WindowModel]] = RegressorModel
     modules: ClassVar[tuple[str, ...]] = ("skops",)
@@ -171,7 +171,7 @@ def class_name(estimator: str) -> str:
 
 
 def fresh(regressor: Any, seed: int) -> Any:
-    """Return a new unfitted regressor for one training."""
+    """Return a new unfitted copy of a regressor, with this random seed."""
     if isinstance(regressor, type):
         return regressor(**({"random_state": seed} if _takes_seed(regressor) else {}))
     if not hasattr(regressor, "get_params"):

@@ -41,14 +41,14 @@ SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
 
 def loudness_level(X: Windows) -> NDArray[np.float64]:
-    """Return mean and standard deviation of the log RMS of windows (n, samples, channels)."""
+    """Return mean and standard deviation of ln(RMS) over windows (n, samples, channels)."""
     flat = X.reshape(len(X), -1).astype(np.float64)
     loud = 0.5 * np.log((flat**2).mean(axis=1))
     return np.array([loud.mean(), loud.std() or 1.0])
 
 
 def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return windows divided by their RMS, and their standardised log RMS."""
+    """Return windows divided by their RMS, and their standardised ln(RMS) as the last column."""
     flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
     power = np.einsum("ij,ij->i", flat, flat)
     power[~((power > LEAST_POWER) & (power < MOST_POWER))] = np.nan
@@ -72,7 +72,7 @@ class SvmModel(ArraysModel):
 
     @property
     def parameters(self) -> NDArray[np.float64]:
-        """C, gamma and epsilon."""
+        """Hyper-parameters C, gamma and epsilon of the training, shape (3,)."""
         return self._arrays["parameters"]
 
     @classmethod
@@ -88,7 +88,7 @@ class SvmModel(ArraysModel):
         return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
-        """Return decisions or votes for windows, from the chain's C; see :func:`svm_outputs`."""
+        """Return values, or votes for each class, computed in C; see :func:`svm_outputs`."""
         return svm_outputs(self._image, X, len(self.spec.classes) or 1)
 
     @cached_property
@@ -99,7 +99,7 @@ class SvmModel(ArraysModel):
         return build_image(self.spec.rate, model=constants)
 
     def constants(self) -> SvmConstants:
-        """Return this model's arithmetic for the chain, without an interval."""
+        """Return the constants from which the C chain predicts, without an interval."""
         a, rate = self._arrays, self.spec.rate
         level, deviation = a["level"]
         mean, scale = self.target
@@ -120,7 +120,7 @@ class SvmModel(ArraysModel):
         )
 
     def smaller(self, X: Windows) -> Iterator[SvmModel]:
-        """Yield models with fewer support vectors, fitted to windows, the smallest first."""
+        """Yield faster copies with fewer support vectors, refitted to ``X``, the smallest first."""
         level, vectors, weights, bias, target, parameters = self._arrays.values()
         inputs = shape_and_level(X, level)
         for chosen, fitted, offset in _reduced_sets(vectors, float(parameters[1]), weights, inputs):
@@ -135,7 +135,7 @@ _RIDGE = 1e-8
 def _reduced_sets(
     vectors: NDArray[Any], gamma: float, weights: NDArray[Any], inputs: NDArray[Any]
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]]:
-    """Yield reduced sets of several sizes: fewer vectors, with refitted weights."""
+    """Yield smaller sets of support vectors: indices of the vectors, weights and biases."""
     wide = vectors.astype(np.float64)
     kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))
     wanted = kernel @ weights.T.astype(np.float64)
@@ -179,7 +179,7 @@ SEARCH_ACCURACY = 1e-2
 
 @dataclass(frozen=True)
 class Svm(Estimator):
-    """Estimator: SVC (one against one) or SVR on the shape and the level of a window."""
+    """Estimator: support vector classifier or regressor on the shape and loudness of a window."""
 
     name: ClassVar[str] = "svm"
     title: ClassVar[str] = "SVM"
@@ -209,7 +209,7 @@ class Svm(Estimator):
 
 
 def _sample(task: Task, y: Values) -> NDArray[np.intp]:
-    """Return the indices of the windows that the model is fitted to, ascending."""
+    """Return the ascending indices of the windows that the model is fitted to."""
     if len(y) <= MOST_WINDOWS:
         return np.arange(len(y))
     order = np.random.default_rng(0).permutation(len(y))
@@ -237,7 +237,7 @@ def search(
     seed: int,
     most: int = SEARCH_WINDOWS,
 ) -> tuple[float, float, float]:
-    """Choose C, gamma and epsilon on three grouped folds of at most ``most`` windows."""
+    """Choose C, gamma and epsilon on three folds that hold out groups, of ``most`` windows."""
     from sklearn import config_context
 
     rng = np.random.default_rng(seed)
@@ -287,7 +287,7 @@ def _loss(
     asked_kernel: NDArray[np.float64],
     truth: Values,
 ) -> float:
-    """Return the error rate or RMSE of a candidate on one fold."""
+    """Return the error rate or RMSE of one choice of C, gamma and epsilon on one fold."""
     machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
     predicted = machine.fit(kernel, y).predict(asked_kernel)
     if task is Task.CLASSIFICATION:
@@ -302,7 +302,7 @@ def _model(
     target: NDArray[np.float64],
     parameters: NDArray[np.float64],
 ) -> SvmModel:
-    """Return a model of this package from scikit-learn's machine."""
+    """Return the package's model made from a trained machine of scikit-learn."""
     weights, bias = machine.dual_coef_, machine.intercept_
     if spec.task is Task.CLASSIFICATION:
         if len(spec.classes) == 2:  # only here a positive value means the second class
@@ -320,7 +320,7 @@ def _model(
 
 
 def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
-    """Return a row of weights for each pair of classes, from libsvm's packed coefficients."""
+    """Return one row of weights for each pair of classes, from libsvm's packed coefficients."""
     end = np.cumsum(counts)
     start = end - counts
     pairs = list(combinations(range(len(counts)), 2))

@@ -1,4 +1,4 @@
-"""Window models: specification, and checks of inputs and outputs around their arithmetic."""
+"""Base class of window models, with the checks of their inputs and outputs."""
 
 from __future__ import annotations
 
@@ -117,10 +117,10 @@ class WindowModel(ABC):
 
     @abstractmethod
     def outputs(self, X: Windows) -> NDArray[Any]:
-        """Return outputs for usable windows (n, samples, channels), shape (n, outputs).
+        """Return one number per window, or one per window and class, shape (n, outputs).
 
-        A regression has one output for each window. The outputs of a classification are the input
-        of :meth:`choose`.
+        ``X`` holds usable windows, shape (n, samples, channels). The outputs of a classification
+        are the input of :meth:`choose`.
         """
 
     def spread(self, X: Windows) -> Values | None:
@@ -133,16 +133,16 @@ class WindowModel(ABC):
         return None
 
     def constants(self) -> SvmConstants | None:
-        """Return what the chain needs to predict in C; None if the model predicts in Python."""
+        """Return the constants from which the C chain predicts; None for a model in Python."""
         return None
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Return the position in ``spec.classes`` of each predicted class, shape (n,)."""
+        """Return the index into ``spec.classes`` of each predicted class, shape (n,)."""
         return np.asarray(outputs.argmax(axis=1))
 
     @abstractmethod
     def to_arrays(self) -> Arrays:
-        """Return all arrays that predictions depend on."""
+        """Return all arrays that predictions depend on, by name."""
 
     @classmethod
     @abstractmethod
@@ -175,7 +175,7 @@ class WindowModel(ABC):
 
 @dataclass(frozen=True, slots=True)
 class ArrayCheck:
-    """Declaration of one array of a model: the shape and sign that loading checks."""
+    """Shape and sign that an array of a model must have, which is checked when it is loaded."""
 
     #: Length of each axis: a number, or a name from :meth:`ArraysModel.sizes`. A name that is
     #: not there stands for any length that is the same in all arrays.

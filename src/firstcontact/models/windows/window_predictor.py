@@ -1,4 +1,4 @@
-"""Predictor with a window of fixed length, its interval, and the record of its training."""
+"""Predictor that uses one fixed length of signal, with its interval and record of training."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _CHANNELS = ("piezo of the finger that touched", "piezo of the other finger")
 
 
 class WindowPredictor(Predictor):
-    """Predictor with one moment: it uses a window, a signal of fixed length after the contact.
+    """Predictor at one time: it uses a window, which is a signal of fixed length after the contact.
 
     ``interval`` gives the prediction intervals; None for a model without. ``record`` describes the
     training. The model and the interval of a logarithmic ``quantity`` are on its scale, but
@@ -66,7 +66,7 @@ class WindowPredictor(Predictor):
 
     @property
     def duration(self) -> float:
-        """Length of the window, s, rounded to 1 or 0.1 ms if that gives as many samples."""
+        """Length of the window, s, rounded to 1 ms or 0.1 ms if that gives the same samples."""
         spec = self.model.spec
         for decimals in (3, 4):
             length = round(spec.duration, decimals)
@@ -89,7 +89,7 @@ class WindowPredictor(Predictor):
         return Prediction(value, low, high, spread=spread)
 
     def constants(self) -> WindowConstants:
-        """Return what the chain needs: the constants of an SVM, or those of a model in Python."""
+        """Return the constants of the model for the C chain: an SVM, or a model in Python."""
         svm, rule = self.model.constants(), self.interval
         constants = WindowConstants(self.before, self.lengths, self.lookahead)
         if svm is None or (rule is not None and rule.scaled) or self.model.spec.channels > 1:

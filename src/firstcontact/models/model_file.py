@@ -54,7 +54,7 @@ SavedPredictor = WindowPredictor | AnytimeModel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedModel:
-    """Content of a model folder without the detector: predictors, and record of the training data."""
+    """Content of a model folder without its detector: predictors, and the training data."""
 
     predictors: tuple[SavedPredictor, ...]
     trained_on: TrainingData

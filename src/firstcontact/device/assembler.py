@@ -1,4 +1,4 @@
-"""Assembly of a device's frames into samples with 64-bit numbers, epochs and counts of losses."""
+"""Assembly of a device's frames (packets) into numbered samples, with counts of losses."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FARTHEST = 60.0
 
 @dataclass(slots=True)
 class Counts:
-    """Counts of received and lost data, as in ``Health``, and of frames that make no sense."""
+    """Numbers of received and lost data, as in ``Health``, and of frames without valid content."""
 
     samples: int = 0
     lost_samples: int = 0
@@ -51,7 +51,7 @@ class Counts:
 
 @dataclass(slots=True, eq=False)
 class Assembled:
-    """Content of some frames: blocks, markers and predictions, each in order."""
+    """Blocks, markers and predictions that some frames contained, each in order."""
 
     blocks: list[Block] = field(default_factory=list)
     markers: list[Marker] = field(default_factory=list)
@@ -95,12 +95,12 @@ class Assembler:
         self._descriptor_requested = True
 
     def interrupted(self) -> None:
-        """Record that the connection was lost. Frames before the next descriptor are ignored."""
+        """Record a lost connection. Frames before the next descriptor are then ignored."""
         self._listening = False
         self.decoder.restart()
 
     def feed(self, data: bytes) -> Assembled:
-        """Process the next bytes from the device. Return their content, like :meth:`take`."""
+        """Process the next bytes from the device. Return their content."""
         if not self._fits or not self._listening:
             return self.take(self.decoder.feed(data))
         assert self._counter is not None
@@ -141,7 +141,7 @@ class Assembler:
         return assembled
 
     def _greeting(self, frame: Frame) -> bool:
-        """Process a descriptor frame. Return False if the frame is late or repeated."""
+        """Process a descriptor. Return False if it is late or repeated, and thus ignored."""
         boot, descriptor = read_greeting(frame.payload)
         if self.descriptor is None:
             self.descriptor = descriptor
@@ -245,7 +245,7 @@ class Assembler:
         return number
 
     def _count_late(self, skipped: int, unheard: int) -> None:
-        """Count predictions skipped and samples missed by the device since its last report."""
+        """Count skipped predictions and missed samples, of which devices report running totals."""
         if self._late is not None:
             self.counts.late_answers += (skipped - self._late[0]) % _WRAP
             self.counts.unheard_samples += (unheard - self._late[1]) % _WRAP

@@ -156,7 +156,7 @@ def portaudio() -> Any:
 
 
 def _latency() -> float:
-    """Return the latency to request, s. On ALSA, set the number of PortAudio's periods first."""
+    """Set the number of PortAudio's buffers on Linux. Return the latency to request, s."""
     with suppress(OSError, AttributeError, TypeError):
         library = ctypes.CDLL(ctypes.util.find_library("portaudio") or "")
         library.PaAlsa_SetNumPeriods(BLOCKS)
@@ -169,7 +169,7 @@ def _inputs(sound: Any) -> list[dict[str, Any]]:
 
 
 def _device(sound: Any, name: str) -> dict[str, Any]:
-    """Return the sound input with this name, or the default one."""
+    """Return PortAudio's description of the sound input with this name, or of the default one."""
     available = _inputs(sound)
     if not available:
         raise DeviceError(

@@ -1,4 +1,4 @@
-"""Rate of a device's clock, and times of samples on the host's clock, from arrival times.
+"""Rate of a device's clock, and times of samples by ``time.monotonic()`` of this computer.
 
 Both are fitted to the least delayed blocks, because buffers delay blocks but never make them early.
 Clock drift is measured here. Signals are never corrected for it.
@@ -43,14 +43,14 @@ class _ArrivalTime(NamedTuple):
 
 
 class _FastestArrivals:
-    """Least delayed arrival of each of the last seconds."""
+    """Least delayed arrival in each of the last seconds."""
 
     def __init__(self, rate: float, seconds: int) -> None:
         self._rate = rate
         self.arrivals: deque[_ArrivalTime] = deque(maxlen=seconds + 1)
 
     def add(self, sample: int, host: float) -> bool:
-        """Add the arrival of a sample. Return True if it is the first arrival in a new second."""
+        """Add a sample's arrival time, s. Return True if it is the first in a new second."""
         new = _ArrivalTime(host - sample / self._rate, float(sample), host)
         first = not self.arrivals or int(host) != int(self.arrivals[-1].host)
         if first:
@@ -60,12 +60,12 @@ class _FastestArrivals:
         return first
 
     def delay(self, since: float) -> float:
-        """Return the least delay of the arrivals since a time, s."""
+        """Return the least delay of all arrivals after the time ``since``, s."""
         return min(a.delay for a in self.arrivals if a.host >= since)
 
 
 class ClockFit:
-    """Rate of the samples by the host's clock, from a line through the arrival times."""
+    """Sampling rate by this computer's clock, from a line through the arrival times."""
 
     def __init__(self, rate: float) -> None:
         self._fastest = _FastestArrivals(rate, LONGEST)
@@ -81,7 +81,7 @@ class ClockFit:
 
 
 class RateCheck:
-    """Measured rate of a stream, compared with its stated rate."""
+    """Measured sampling rate of a stream, compared with the stated rate."""
 
     def __init__(self, stated: float) -> None:
         self._stated = stated
@@ -93,7 +93,7 @@ class RateCheck:
         return float(np.median(self._rates)) if self._rates else 0.0
 
     def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:
-        """Add samples up to a time. Return True if the measured rate differs from the stated."""
+        """Add samples up to number ``end``. Return True if the rate differs from the stated one."""
         if behind or self._begin is None or seconds < self._begin[1]:
             self._begin = end, seconds
             return False
@@ -115,7 +115,7 @@ class RateCheck:
 
 
 class TransportDelay:
-    """Delay of samples on their way to the host, beyond the least delay of the last ten seconds."""
+    """Delay of samples on their way, beyond the least delay of the last ten seconds."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -133,16 +133,16 @@ class TransportDelay:
             self.least = min(self.least, self._fastest.arrivals[-1].delay)
 
     def host_time(self, sample: int) -> float:
-        """Return the host's time at which ``sample`` arrives with the shortest delay, s."""
+        """Return the earliest possible arrival of a sample by ``time.monotonic()``, s."""
         return sample / self._rate + self.least
 
     def delay(self, sample: int, host: float) -> float:
-        """Return the delay of a sample that was available at the host's time ``host``, s."""
+        """Return by how much a sample that arrived at ``host`` was later than the earliest, s."""
         return max(host - sample / self._rate - self.least, 0.0)
 
 
 class DeviceClock:
-    """Host times of samples, from their numbers and the least delayed blocks of ten seconds."""
+    """Times of samples by ``time.monotonic()``, from the least delayed blocks of ten seconds."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -153,7 +153,7 @@ class DeviceClock:
         self._last = -np.inf
 
     def stamps(self, block: Block, host: float) -> NDArray[np.float64]:
-        """Return the host time of each sample of the next block, which arrived at ``host``, s."""
+        """Return the time of each sample of a block that arrived at ``host``, s, (samples,)."""
         self._transport.add(block, host)
         target = self._transport.least
         offset = self._applied
@@ -174,5 +174,5 @@ class DeviceClock:
         return times
 
     def host_time(self, sample: int, epoch: int) -> float:
-        """Return the host time of a sample, s; of an older epoch, that of the newest sample."""
+        """Return the time of a sample, s. Samples of older epochs get that of the newest one."""
         return sample / self._rate + self._applied if epoch == self._epoch else self._last

@@ -37,7 +37,10 @@ LEAP = 100_000.0
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Meaning of the columns of a line. The counter rises by ``step`` and may wrap at ``wraps``."""
+    """Meaning of the columns of a printed line: signals, names, and the sample counter.
+
+    The counter rises by ``step`` and may wrap at ``wraps``.
+    """
 
     names: tuple[str, ...]
     signals: tuple[int, ...]
@@ -48,13 +51,13 @@ class Columns:
 
 
 def find_column(word: str, names: Sequence[str]) -> int | None:
-    """Return the index of a column from its name or its position from 1; None if missing."""
+    """Return the index of a column from its name or its position (1 is the first), or None."""
     words = [*names, *(str(k + 1) for k in range(len(names)))]
     return words.index(word) % len(names) if word in words else None
 
 
 def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names. A name that occurs more than once gets its position appended."""
+    """Return the names, with its position appended to each that occurs more than once."""
     distinct = [f"{n} {k + 1}" if names.count(n) > 1 else n for k, n in enumerate(names)]
     if len(set(distinct)) < len(distinct):
         distinct = [str(k + 1) for k in range(len(names))]
@@ -64,7 +67,7 @@ def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
 def select_signals(
     device: str, names: Sequence[str], wanted: Sequence[str], default: list[int]
 ) -> list[int]:
-    """Return the positions of the one or two wanted columns, or ``default`` if none is wanted."""
+    """Return the indices of the one or two wanted columns, or ``default`` if none is wanted."""
     matches = [find_column(word, names) for word in wanted]
     places = [k for k in matches if k is not None] if wanted else default
     if None in matches or not 1 <= len(set(places)) == len(places) <= 2:
@@ -80,7 +83,7 @@ def select_signals(
 def vibration_channels(
     columns: Sequence[Mapping[str, str]], units: Sequence[Unit]
 ) -> tuple[Channel, ...]:
-    """Return channels for one or two columns, from label, and if known finger and sensor."""
+    """Return channels for one or two columns that are described by label, finger and sensor."""
     by_name = {finger_name(f): f for f in Finger}
     fingers = [by_name.get(column.get("finger", "")) for column in columns]
     if len(set(fingers)) < len(fingers):
@@ -103,7 +106,7 @@ def vibration_channels(
 def identify_columns(
     lines: list[tuple[float, ...]], header: tuple[str, ...], wanted: tuple[str, ...], device: str
 ) -> Columns:
-    """Return the meaning of the columns, from the first lines of a board."""
+    """Find out which columns hold signals and counters, from the first lines of a board."""
     widths = [len(line) for line in lines]
     width = max(set(widths), key=widths.count)
     full_lines = [line for line in lines if len(line) == width]
@@ -139,7 +142,7 @@ def identify_columns(
 
 
 def _pace(counts: NDArray[np.float64]) -> tuple[float, tuple[float, ...]]:
-    """Return the usual step of a counter, and the numbers at which it may wrap."""
+    """Return the usual step of a sample counter, and the numbers at which it may wrap."""
     steps = np.diff(counts)
     step = float(np.median(steps[(steps > 0) & (steps <= LEAP)]))
     seen = {step - back for back in steps[steps < 0].tolist()}
@@ -149,7 +152,7 @@ def _pace(counts: NDArray[np.float64]) -> tuple[float, tuple[float, ...]]:
 def _counter(
     lines: list[tuple[float, ...]], names: tuple[str, ...], signals: Sequence[int]
 ) -> int | None:
-    """Return the counter column: the one with a counter's name, or one that rises by 1 per line."""
+    """Return the index of the sample counter's column, found by name or by its steps of 1."""
     lower = [name.lower() for name in names]
     for k, name in enumerate(lower):
         is_finger = name == "index" and "thumb" in lower and not counts_up(lines, k)

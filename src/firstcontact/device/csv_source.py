@@ -1,4 +1,4 @@
-"""Source for boards that print lines of numbers. It identifies columns and measures the rate."""
+"""Source for boards that print lines of numbers. It finds the signals and measures the rate."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ LINES_NEEDED = 20
 
 @dataclass(slots=True)
 class SampleCounter:
-    """Sample numbers from a column that counts samples, or from the number of lines."""
+    """Sample numbers, from a column that counts samples or from the number of lines."""
 
     columns: Columns
     last: float | None = None
@@ -84,7 +84,7 @@ class SampleCounter:
 
 
 class SteadyArrivals:
-    """Arrivals of lines, without those that waited in buffers, such as the first ones."""
+    """Arrival times of lines, without lines that had waited in a buffer."""
 
     def __init__(self, lead: float) -> None:
         self._lead = self._begin = lead
@@ -103,7 +103,7 @@ class SteadyArrivals:
 
     @property
     def steady(self) -> list[tuple[float, int]]:
-        """Arrivals since the last pause; empty if they span too short a time."""
+        """Pairs (age, s; number of lines) since the last pause; empty if too short a time."""
         steady = self._arrivals[bisect_left(self._arrivals, (self._begin, 0)) :]
         return steady if steady and steady[-1][0] - steady[0][0] >= 2.0 * self._lead else []
 
@@ -117,7 +117,7 @@ class SteadyArrivals:
 
 
 class CsvSource(ThreadedSource):
-    """Board on a serial port that prints its samples as lines of numbers."""
+    """Source for a board on a serial port that prints its samples as lines of numbers."""
 
     def __init__(
         self,
@@ -208,7 +208,7 @@ class CsvSource(ThreadedSource):
         return columns, rate
 
     def _unit_of(self, name: str, values: NDArray[np.float64]) -> Unit:
-        """Return the unit of a column: the stated one, or counts of 10 bits if they can be that."""
+        """Return a column's unit: the stated one, or else counts of 10 bits if the values fit."""
         if (stated := self._unit or unit_of_name(name)) is not None:
             return fit_unit(f"column {name} of {self.name}", stated, values)
         try:
@@ -303,7 +303,7 @@ class CsvSource(ThreadedSource):
         self._port = reopen(self._port, self._closing, self.baud)
 
     def _check_columns(self, lines: list[tuple[float, ...]]) -> None:
-        """Refuse a board that came back with other columns."""
+        """Raise InputError if a board came back with other columns."""
         assert self._columns is not None
         former = self._columns
         complete_lines = [line for line in lines if len(line) == former.width]

@@ -26,7 +26,7 @@ _FLASH = "flash the firmware that belongs to this version of firstcontact"
 
 @dataclass(frozen=True, slots=True)
 class DevicePredictor:
-    """Model that runs on a device, as stated in the device's descriptor."""
+    """Model that runs on a device, as the device's descriptor states it."""
 
     #: Digest of the model.
     model: Annotated[str, Meta(pattern="^[0-9a-f]{16}$")]
@@ -39,7 +39,7 @@ class DevicePredictor:
 
 @dataclass(frozen=True, slots=True)
 class ModelSlot:
-    """Storage for models on a device, as stated in the device's descriptor."""
+    """Memory for a model on a device, as the device's descriptor states it."""
 
     format: Annotated[int, Meta(ge=0, lt=2**32)]
     room: Annotated[int, Meta(ge=0, lt=2**32)]
@@ -69,7 +69,7 @@ class _DescriptorJson:
 
 
 def layout_to_send(layout: Layout) -> dict[str, Any]:
-    """Return a layout as JSON, in the form of protocol version 1 if that can express the layout."""
+    """Return a layout as JSON. Version 1 of the protocol is used if it can express the layout."""
     alphas = {c.smoothing_alpha for c in layout.vibration}
     is_version_1 = all(
         c.sensor is VibrationSensor.PIEZO and c.finger is not None for c in layout.vibration
@@ -243,7 +243,7 @@ def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
 
 
 def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> None:
-    """Raise FrameError if a contact or estimate cannot belong to the device's samples."""
+    """Raise FrameError if the sample numbers of a device's prediction are impossible."""
     if isinstance(prediction, DeviceContact):
         contact, samples = prediction.sample, 0
     else:

@@ -34,7 +34,7 @@ MORE_PIECES = 10
 
 
 class _Link:
-    """Connection to a device. It sends frames and waits for the answers."""
+    """Connection to a device for the transfer of a model: it sends frames and awaits answers."""
 
     def __init__(self, port: str) -> None:
         self.port = port
@@ -45,7 +45,7 @@ class _Link:
         self._transport.close()
 
     def ask(self, kind: FrameType, payload: bytes, answer: FrameType) -> bytes | None:
-        """Send a frame until the device answers it. Return the payload of the answer, or None."""
+        """Send a frame until the device answers. Return the payload of its answer, or None."""
         deadline = time.monotonic() + PATIENCE
         try:
             while time.monotonic() < deadline:
@@ -78,7 +78,7 @@ class _Link:
         return answer
 
     def send(self, data: bytes) -> int:
-        """Send a model in pieces. Return :data:`KEPT` if the device kept it, else another state."""
+        """Send a model in pieces. Return :data:`KEPT` if the device stored it, else its state."""
         head = _BEGIN.pack(*_FORMAT.unpack_from(data), len(data), zlib.crc32(data))
         _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
         for _ in range(2 * (len(data) // CHUNK + MORE_PIECES)):
@@ -98,7 +98,7 @@ class _Link:
     def _model(
         self, kind: FrameType, payload: bytes, received: int, length: int
     ) -> tuple[int, int]:
-        """Send a frame of a transfer. Return the device's state and its number of stored bytes."""
+        """Send a frame of a transfer. Return the device's state and number of stored bytes."""
         answer = self.ask(kind, payload, FrameType.MODEL_STATE)
         if answer is None:
             # A device that answers other frames does not know this one.
@@ -128,7 +128,7 @@ class _Link:
 
 
 def check_model_fits(port: str, data: bytes) -> None:
-    """Raise InputError if the device cannot take a model. Nothing changes on the device."""
+    """Raise InputError if the device cannot store a model. Nothing changes on the device."""
     with closing(_Link(port)) as link:
         hello = link.hello()
     try:

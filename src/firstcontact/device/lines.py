@@ -1,4 +1,4 @@
-"""Lines of a board that prints numbers: samples, text, names of columns, and damage."""
+"""Lines of a board that prints numbers: samples, text, column names, and damaged lines."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class LineReader:
     _width: int = 0
 
     def restart(self) -> None:
-        """Forget the rest of a line: the port was opened again."""
+        """Forget an incomplete line, because the port was opened again."""
         self._rest, self._begun = b"", False
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
@@ -50,7 +50,7 @@ class LineReader:
         return lines
 
     def _is_text(self, line: bytes) -> bool:
-        """Return True for a line of text, which is no sample. Names before numbers are no text."""
+        """Return True for a line of text without numbers. Names before numbers are not text."""
         text, words = line.decode("ascii", "replace").strip(), _words(line)
         names, values = _names_and_values(words)
         is_usual = self._usual == _shape(line)
@@ -83,7 +83,7 @@ class LineReader:
         return values
 
     def _name(self, line: bytes) -> None:
-        """Take a header. One that is known changes only its order once there are samples."""
+        """Store a line of column names. Once there are samples, it may only change their order."""
         words, former = _words(line), self.header
         fits = len(words) > 1 or len(former) < 2
         if self._usual:
@@ -106,7 +106,7 @@ class LineReader:
 
 
 def _names_and_values(words: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names before the colons of a plotter's line, and what follows them."""
+    """Return the names before the colons of a plotter's line, and the texts after them."""
     parts = [word.rpartition(":") for word in words]
     return tuple(name for name, _, _ in parts), tuple(value for _, _, value in parts)
 

@@ -58,7 +58,7 @@ def lsl_library() -> Any:
 
 
 class _Epoch:
-    """Numbers for the samples of one epoch, from the time stamps of the sender's clock."""
+    """Sample numbers of one epoch (run of a sender's clock), from its time stamps."""
 
     def __init__(self, number: int, rate: float) -> None:
         self.number, self._rate = number, rate
@@ -71,7 +71,7 @@ class _Epoch:
         self._steps = self._backward = 0  # number of steps between stamps, and of steps back
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the samples whose ages ``ago``, s, fit the ages of earlier samples."""
+        """Return a mask of the samples whose ages, s, are plausible after earlier samples."""
         good = usable_stamps(ago)
         if math.isinf(self._least) and good.any():
             self._least = float(np.sort(ago[good])[good.sum() // 2])
@@ -80,7 +80,7 @@ class _Epoch:
         return good
 
     def runs_backwards(self, stamps: NDArray[np.float64]) -> bool:
-        """Return True if three of four stamps of a second step back, which no jitter explains."""
+        """Return True if three of four time stamps of a second step back, as no jitter does."""
         stamps = np.append(self._newest, stamps[usable_stamps(stamps)])
         self._backward += int((np.diff(stamps) < 0).sum())
         self._steps += len(stamps) - 1
@@ -92,7 +92,7 @@ class _Epoch:
         return share > 0.75
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the next samples. Stamps that :meth:`in_time` rejects are NaN."""
+        """Return sample numbers for time stamps. Implausible stamps must be NaN."""
         self.count += len(stamps)
         if math.isinf(self._least):
             self._unstamped += len(stamps)
@@ -101,7 +101,7 @@ class _Epoch:
 
 
 class LslSource(ThreadedSource):
-    """Inlet for an LSL stream with vibration channels."""
+    """Source that receives an LSL stream with vibration channels."""
 
     def __init__(
         self, stream: str, channels: tuple[str, ...] = (), rate: float = FINGERTIP_RATE
@@ -206,7 +206,7 @@ class LslSource(ThreadedSource):
         host: float,
         clock: float,
     ) -> _Epoch:
-        """Deliver a chunk. Return its epoch, a new one if the sender's clock was changed."""
+        """Deliver samples. Return their epoch, which is a new one if the sender's clock jumped."""
         if epoch.runs_backwards(stamps):
             raise DeviceError(
                 f"the time stamps of {self.name} run backwards: correct the program that sends them"
@@ -277,7 +277,7 @@ def _predicate(stream: str) -> str:
 
 
 def _literal(text: str) -> str:
-    """Return an XPath expression for any text; XPath has no escape for quotes."""
+    """Return an XPath expression for any text, because XPath cannot escape quotes."""
     if "'" not in text:
         return f"'{text}'"
     pieces = text.split("'")

@@ -48,7 +48,7 @@ SILENCE, WAITS = 2.0, 4
 
 
 class RestMeter:
-    """Meter of the vibration sensors' noise in a stream. It uses only the parts at rest."""
+    """Meter of the vibration sensors' noise. It uses the parts of a stream without motion."""
 
     def __init__(self, layout: Layout, seconds: float = 2.0) -> None:
         self._fingers = fingers = layout.vibration_fingers
@@ -72,7 +72,7 @@ class RestMeter:
         self.samples = 0  #: number of samples so far
 
     def update(self, block: Block) -> None:
-        """Process the next block. A part never spans a gap."""
+        """Process the next block of samples. A part that is measured never spans a gap."""
         self.samples += len(block.data)
         x = self._layout.physical(block.data, tuple(range(self._layout.width)))
         if (block.first_sample, block.epoch) == self._next:
@@ -144,7 +144,10 @@ class RestMeter:
         )
 
     def _faults(self) -> NDArray[np.bool_]:
-        """Return whether a part is flat, closed, loaded or loud; shape (4, parts, fingers)."""
+        """Return masks of parts that are constant, or have a closed strip, force, or loud noise.
+
+        The shape is (4, parts, fingers).
+        """
         flat = self._rms == 0.0
         if not len(flat):
             return np.zeros((4, *flat.shape), np.bool_)
@@ -157,7 +160,7 @@ class RestMeter:
         return np.stack([flat, self._closed, loaded, is_loud])
 
     def _level(self, rms: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the lowest RMS of each sensor that several parts share; ``rms`` is sorted."""
+        """Return for each sensor the lowest RMS that several parts share. ``rms`` is sorted."""
         others = min(AGREEING, len(rms)) - 1
         is_shared = rms[others:] <= STEADY * rms[: len(rms) - others]
         # If no level is shared, the lowest counts.

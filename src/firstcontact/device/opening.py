@@ -33,7 +33,7 @@ def check_speed(speed: float, fastest: float = math.inf) -> None:
 
 @dataclass(frozen=True, slots=True)
 class SourceOptions:
-    """User options of a source, besides its name."""
+    """User's options for a source, besides its name."""
 
     speed: float = 1.0
     condition: str = "paper-rig"
@@ -42,7 +42,7 @@ class SourceOptions:
     fault: str = ""
 
     def check_own_speed(self, device: str) -> None:
-        """Raise InputError if the speed is not 1. ``device`` has a fixed speed."""
+        """Raise InputError for a speed other than 1, for devices that set their own pace."""
         if self.speed != 1.0:
             raise ArgumentError(
                 f"{device} has a fixed speed: leave the speed out", parameter="speed"

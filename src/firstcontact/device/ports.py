@@ -1,4 +1,4 @@
-"""Serial ports of this machine, their transport, and pseudo terminals that act as ports."""
+"""Serial ports of this computer, and pseudo terminals that act as ports."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class SerialTransport:
             raise DeviceError(_opening_error(port, error)) from error
 
     def read(self, patience: float = PATIENCE) -> bytes:
-        """Return the available bytes. Wait at most ``patience`` s for the first."""
+        """Return the available bytes. Wait at most ``patience`` s for the first one."""
         try:
             # pyserial takes about 20 % more time of the processor.
             number = self._serial.fileno()
@@ -107,9 +107,9 @@ class SerialTransport:
 
 
 def reopen(lost: SerialTransport, closing: threading.Event, baud: int) -> SerialTransport | None:
-    """Wait until a port is back and return it; None if ``closing`` is set first.
+    """Wait until a lost port is back and return it; None if ``closing`` is set first.
 
-    Say what to do if it does not come back soon, or if another port appears.
+    Log a remedy if it does not come back soon, or if another port appears.
     """
     waits, said = itertools.count(), lost.others
     while not closing.wait(RETRY):
@@ -129,7 +129,7 @@ def reopen(lost: SerialTransport, closing: threading.Event, baud: int) -> Serial
 
 
 def port_names(port: str) -> set[str]:
-    """Return the names of ports that are like ``port`` up to their digits."""
+    """Return the existing ports whose names differ from ``port`` only in their digits."""
     path = Path(port)
     return {str(p) for p in path.parent.glob(f"{path.name.rstrip('0123456789')}[0-9]*")} - {port}
 
@@ -184,7 +184,7 @@ def ports() -> list[Port]:
 
 
 def access(path: Path) -> str:
-    """Return owner, group and mode of a port, and whether this process may open it."""
+    """Return text on owner, group and mode of a port, and if this process may open it."""
     try:
         state = path.stat()
     except OSError as error:
@@ -213,7 +213,7 @@ def port_folder() -> Iterator[Path]:
 
 
 class PseudoTerminal:
-    """Terminal that a host opens like a serial port, through the symbolic link ``path``."""
+    """Simulated serial port, which a host opens through the symbolic link ``path``."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -235,7 +235,7 @@ class PseudoTerminal:
         self.path.symlink_to(os.ttyname(self._host))
 
     def unplug(self) -> None:
-        """Remove the terminal, even while a host has it open. Do nothing while it is unplugged."""
+        """Remove the port, even while a host has it open. A second call does nothing."""
         if not self.plugged:
             return
         with suppress(FileNotFoundError):

@@ -1,4 +1,4 @@
-"""Frames of the wire protocol of ``docs/protocol.md``, version 1, without I/O."""
+"""Encoding and decoding of the wire protocol's frames (``docs/protocol.md``, version 1)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _HINT = struct.Struct("<fff")
 
 
 class FrameType(IntEnum):
-    """Type of a frame, its first byte."""
+    """Type of a frame, given by its first byte."""
 
     DESCRIPTOR = 0x01
     SAMPLES = 0x02
@@ -65,7 +65,7 @@ class Frame(NamedTuple):
 
 
 class NextSamples(NamedTuple):
-    """Number of columns, and numbers in the head of the next samples frame (modulo 2^32)."""
+    """Number of columns, and the numbers that the next samples frame must have (modulo 2^32)."""
 
     width: int
     counter: int
@@ -127,25 +127,25 @@ def decode(stuffed: bytes) -> Frame:
 
 
 def unpack(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[Any, ...]:
-    """Return the numbers of a payload. Raise FrameError if its length differs."""
+    """Return the numbers in a payload. Raise FrameError if its length is wrong."""
     if len(payload) != form.size:
         raise FrameError(f"a frame of type {kind.name} has the wrong length")
     return form.unpack(payload)
 
 
 def _split(form: struct.Struct, payload: bytes, kind: FrameType) -> tuple[tuple[Any, ...], bytes]:
-    """Return the numbers at the beginning of a payload, and the bytes after them."""
+    """Return the numbers at the beginning of a payload, and the remaining bytes."""
     return unpack(form, payload[: form.size], kind), payload[form.size :]
 
 
 def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -> bytes:
-    """Return the payload of a samples frame. ``data`` has shape (1 to 5, channels)."""
+    """Return the payload of a frame with samples. ``data`` has the shape (1 to 5, channels)."""
     head = _SAMPLES.pack(first_sample & _MASK, overflow & _MASK, len(data))
     return head + np.ascontiguousarray(data, dtype="<i2").tobytes()
 
 
 def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
-    """Return the parts of a samples frame's payload, without decoding the samples."""
+    """Return first sample number, overflow count, number of samples, and bytes of the samples."""
     (first, overflow, n), data = _split(_SAMPLES, payload, FrameType.SAMPLES)
     if n < 1 or len(data) != 2 * n * channels:
         raise FrameError(
@@ -205,7 +205,7 @@ def _text(data: bytes) -> str:
 
 
 class Decoder:
-    """Decoder that splits a stream of bytes at its zeros into frames.
+    """Decoder that splits a stream of bytes into frames.
 
     Frame counters give the number of lost frames, not ``bad``: a wrong bit can split a frame into
     two damaged pieces. The first piece of the stream may be the end of a frame and is not counted.
@@ -221,7 +221,10 @@ class Decoder:
         self._too_long = False
 
     def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
-        """Add bytes. Decode the samples frames at the beginning that follow without a loss."""
+        """Add bytes, and decode the samples frames that follow ``expected`` without a loss.
+
+        Return the number of frames, and the bytes of their samples.
+        """
         self._rest += data
         if self._too_long:
             return 0, b""

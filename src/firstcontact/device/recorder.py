@@ -41,7 +41,7 @@ class RecorderStatus:
 
 
 class Recorder:
-    """Recorder of samples into one file at a time, in order. Any thread can call its methods.
+    """Recorder of samples into one file at a time. Any thread can call its methods.
 
     The queue has no limit. If the file cannot be written, its complete parts stay readable, and the
     status gives the reason.
@@ -108,7 +108,7 @@ class Recorder:
         self._add(mark)
 
     def put_group(self, name: str, block: Block) -> None:
-        """Queue samples of a slower group."""
+        """Queue samples of other columns with a lower rate, such as positions of the hand."""
         self._add((name, block))
 
     def _add(self, piece: _Piece) -> None:
@@ -118,7 +118,7 @@ class Recorder:
                 self._changed.notify_all()
 
     def stop(self) -> None:
-        """Write the queue and close the file. Do nothing if no recording is running."""
+        """Write all queued samples and close the file. Without a recording, do nothing."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
@@ -155,7 +155,7 @@ class Recorder:
             self._waiting = 0
 
     def _take(self) -> list[_Piece]:
-        """Wait for queued items, and return them all. The list is empty once the recording ends."""
+        """Wait for queued items and return them all. The list is empty at the recording's end."""
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
             waiting = list(self._queue)
@@ -179,7 +179,7 @@ class Recorder:
 
 
 def _joined(pieces: list[_Piece]) -> Iterator[_Piece]:
-    """Yield the queued items in order, with short consecutive blocks joined."""
+    """Yield queued items in order. Short consecutive blocks are joined."""
     run: list[Block] = []
     for piece in pieces:
         if isinstance(piece, Block):

@@ -153,7 +153,7 @@ class ReplaySource(Source):
         return self._began + samples / (self.speed * self._recording.header.layout.rate)
 
     def _take(self, now: float, most: int | None = None) -> list[Arrival]:
-        """Return the blocks due by now, at most ``most``."""
+        """Return at most ``most`` blocks that are due at the time ``now``, s."""
         arrivals: list[Arrival] = []
         while self._next is not None and len(arrivals) != most:
             due = self._due() if self._paced else now
@@ -175,7 +175,7 @@ class ReplaySource(Source):
 
 
 def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iterator[_Piece]:
-    """Yield blocks with their markers and pinch marks; only of one epoch if it is given."""
+    """Yield blocks of a recording with their markers and pinch marks, if given of one epoch."""
     stretches = [s for s in recording.stretches if epoch in (None, s.epoch)]
     wanted = [m for m in recording.markers if epoch in (None, m.epoch)]
     markers = deque(sorted(wanted, key=lambda m: (m.epoch, m.sample)))
@@ -272,7 +272,7 @@ class ReplayDevice(TerminalDevice):
         self._responder.finished = self._next is None
 
     def _listen(self) -> bytes:
-        """Wait for the host's bytes until samples are due. Return the bytes; b"" if none came."""
+        """Wait for bytes from the host until samples are due. Return them, or b""."""
         wait = TICK
         if self._responder.streaming and self._next is not None:
             until_due = (FRAME_SAMPLES - self._due) / self._rate

@@ -1,4 +1,4 @@
-"""Source with resampled samples, at the rate that a model takes."""
+"""Source that resamples another source to the sampling rate of a model."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class ResampledSource(Source):
         return CausalResampler(self._old, self._rate, self._strips, origin)
 
     def _take(self, arrival: Arrival) -> list[Arrival]:
-        """Return the resampled arrival, after markers and marks left over from an ended epoch."""
+        """Return resampled samples, preceded by markers that remain from an ended epoch."""
         block, leftovers = arrival.block, []
         is_new_epoch = block.epoch != self._epoch
         if is_new_epoch:
@@ -134,7 +134,7 @@ class ResampledSource(Source):
         )
 
     def _due(self, block: Block, predictions: tuple[DevicePrediction, ...]) -> list[Arrival]:
-        """Return samples with their markers and marks; an empty list if there is nothing."""
+        """Return samples with their markers and pinch marks; [] if there is nothing to return."""
         end = block.epoch, block.end
         markers = tuple(m for m in self._markers if (m.epoch, m.sample) < end)
         pinches = tuple(p for p in self._pinches if (p.epoch, p.first_sample) < end)
@@ -145,7 +145,7 @@ class ResampledSource(Source):
         return [Arrival(block, self._host, markers, pinches, predictions)]
 
     def _leftovers(self) -> list[Arrival]:
-        """Return markers and marks whose sample will not come."""
+        """Return markers and pinch marks of an ended epoch whose samples will not come."""
         if not self._waiting:
             return []
         no_samples = np.zeros((0, self.descriptor.layout.width), np.float32)

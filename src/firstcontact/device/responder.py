@@ -1,4 +1,4 @@
-"""Device side of the wire protocol, like ``firmware/core/fc_device.c``, and its terminal."""
+"""Device's side of the wire protocol, equal to ``firmware/core/fc_device.c``, for simulations."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class _Run:
 
 
 class Responder:
-    """State machine of the device's side of the protocol, without I/O and clock."""
+    """State machine of the device's side of the protocol, which itself reads and sends nothing."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class Responder:
 
     @property
     def listens(self) -> bool:
-        """Return True if the device reads bytes from the host; False while a reply is due."""
+        """Return False while a reply is due, because the device then reads no bytes."""
         return self._reply is None
 
     @property
@@ -85,17 +85,17 @@ class Responder:
             self.overflow += len(data) - taken
 
     def marker(self, sample: int, text: str) -> None:
-        """Send a marker that the device made itself, after all samples before ``sample``."""
+        """Send a marker of the device itself, after all samples before number ``sample``."""
         if self.streaming:
             self._markers.append((sample, text))
 
     def hear(self, data: bytes) -> None:
-        """Process bytes from the host. Bytes after a request wait for its reply."""
+        """Process bytes from the host. Bytes after a request wait until its reply is sent."""
         self._heard += data
         self._obey()
 
     def frame(self) -> bytes:
-        """Return the next frame to send, with its final zero; b"" if there is none."""
+        """Return the next frame to send, with its final zero byte; b"" if there is none."""
         stopping = self._reply is not None and self._reply[0] is FrameType.STOPPED
         if self._reply is not None and not stopping:
             return self._answer()
@@ -177,7 +177,7 @@ class Responder:
 
 
 class TerminalDevice:
-    """Simulated device at the device side of a pseudo terminal. Subclasses make its samples."""
+    """Simulated device on a pseudo terminal. Subclasses make its samples."""
 
     def __init__(self, terminal: PseudoTerminal) -> None:
         self._terminal = terminal
@@ -188,12 +188,12 @@ class TerminalDevice:
     def _restart(
         self, descriptor: Descriptor, room: int, on_order: Callable[[str], str] | None = None
     ) -> None:
-        """Restart with a new boot number: all counts begin again."""
+        """Restart the simulated device with a new boot number. All counts begin again."""
         self._boot += 1
         self._responder = Responder(descriptor, self._boot, room, on_order)
 
     def _send(self) -> None:
-        """Send as much of the prepared frames as the line accepts."""
+        """Send as many bytes of the prepared frames as the port accepts."""
         while self._terminal.plugged:
             while len(self._wire) < WIRE_BYTES and (frame := self._next_frame()):
                 self._wire += frame
@@ -206,7 +206,7 @@ class TerminalDevice:
         return self._responder.frame()
 
     def _wait(self, seconds: float, *inputs: int) -> list[int | PseudoTerminal]:
-        """Wait for bytes of the host or of other inputs, or until the line takes more frames."""
+        """Wait until the host or an input has bytes, or the port accepts more. Return these."""
         listening: list[int | PseudoTerminal] = [*inputs]
         if self._terminal.plugged and self._responder.listens:
             listening.append(self._terminal)

@@ -57,7 +57,7 @@ SIMULATED = ("twin", "synthetic")
 # Not a ThreadedSource: here the thread also connects, and the device itself counts samples and
 # places markers.
 class SerialSource(QueuedSource):
-    """Device on a serial port, which may be unplugged and plugged in again.
+    """Source for a device on a serial port, which may be unplugged and plugged in again.
 
     :meth:`read` reads the port in the caller's thread, so samples are available as soon as their
     last byte arrives. Between calls, a thread of the source reads the port and stores the samples.
@@ -136,7 +136,7 @@ class SerialSource(QueuedSource):
         return self._collect(max(until - time.monotonic(), 0.0), least)
 
     def _look(self, least: int, patience: float) -> None:
-        """Sleep until ``least`` samples are due. Read the port once, in the reader's thread."""
+        """Sleep until ``least`` samples should have come. Read the port once, for the reader."""
         transport = self._transport
         if transport is None or self._interruption is not None or self._closing.is_set():
             self._connected = False  # the source's own thread goes on
@@ -166,7 +166,7 @@ class SerialSource(QueuedSource):
         self._send(FrameType.ORDER, marker_text(text), "the order was not given")
 
     def hint(self, speed: float, error: float, radius: float) -> None:
-        """Tell a device that predicts by itself the speed of this closing or of the next one."""
+        """Send closing speed, m/s, its relative error and radius, m, to the device's model."""
         self._send(FrameType.HINT, hint_payload(speed, error, radius), "the speed was not sent")
 
     def _send(self, kind: FrameType, payload: bytes, failed: str) -> None:
@@ -220,7 +220,7 @@ class SerialSource(QueuedSource):
                 self._end(error, markers, predictions, number, self._assembler.epoch)
 
     def _communicate(self, transport: SerialTransport) -> None:
-        """Connect, then read the port whenever no reader does, until the source is closed."""
+        """Connect, and read the port while :meth:`read` does not, until the source is closed."""
         self._opened = time.monotonic()
         self._heard = self._asked = -math.inf
         while not self._closing.is_set():
@@ -244,7 +244,7 @@ class SerialSource(QueuedSource):
 
     @contextmanager
     def _last_turn(self) -> Iterator[None]:
-        """Wait until no reader reads the port. Keep readers away during the ``with`` block."""
+        """Wait until :meth:`read` has left the port, and keep it away in the ``with`` block."""
         has_turn = self._turn.acquire(timeout=LAST_TURN)
         try:
             yield
@@ -273,7 +273,7 @@ class SerialSource(QueuedSource):
             transport.send(FrameType.START)
 
     def _is_needed(self) -> bool:
-        """Return True if the source's thread must read the port, because no reader does."""
+        """Return True if the source's own thread must read the port."""
         now = time.monotonic()
         if now - self._looked < LOOK:
             return False
@@ -343,7 +343,7 @@ class SerialSource(QueuedSource):
         self._assembler.interrupted()
 
     def _stop(self, transport: SerialTransport) -> None:
-        """Stop the device and receive data until it confirms the end."""
+        """Stop the device, and receive data until it confirms the end."""
         now = time.monotonic()
         silence, spent, last_request = 0.0, 0.0, -AGAIN
         while spent < FAREWELL and silence < SILENCE:

@@ -122,7 +122,7 @@ class Health:
 
     @property
     def unusable(self) -> str:
-        """Text with the number of unusable samples and the possible reasons."""
+        """Number of unusable samples and the possible reasons, as text."""
         count = self.unusable_samples
         return f"{count} NaN, infinite, out of range, or with a time stamp that jumps"
 
@@ -217,7 +217,7 @@ class Source(ABC):
         self.close()
 
     def _check_readable(self, timeout: float, *, is_drained: bool) -> None:
-        """Refuse a read that would give nothing for ever."""
+        """Raise InputError for a read that could never return anything."""
         self.descriptor  # noqa: B018  # refuses if the source is not open
         if is_drained:
             raise DeviceError(f"{self.name} is closed: open it again")
@@ -232,7 +232,7 @@ class Source(ABC):
 
 
 def require_source(source: object) -> None:
-    """Raise InputError if the value is no source, such as the name of a device."""
+    """Raise InputError if the value is not a source but, for example, a device name."""
     if not isinstance(source, Source):
         raise ArgumentError(
             f"a source is needed, not a {type(source).__name__}: open one with "
@@ -252,7 +252,7 @@ def drain(source: Source) -> list[Arrival]:
 
 
 def _changes(previous: Health, now: Health) -> list[str]:
-    """Return one line for each disconnection, reconnection and loss between two health states."""
+    """Return a line of text for each disconnection, reconnection and loss between two states."""
     news = []
     if previous.connected and not now.connected:
         unusable = now.unusable_samples + now.bad_frames
@@ -272,7 +272,7 @@ def _changes(previous: Health, now: Health) -> list[str]:
 
 
 class LinkNews:
-    """Reporter of changes of a link since the last report; of losses at most once a second."""
+    """Reporter of changes in a link since its last report. It reports losses once a second."""
 
     def __init__(self, health: Health, clock: Callable[[], float] = time.monotonic) -> None:
         self._previous = health
@@ -293,7 +293,7 @@ class LinkNews:
 
 
 def clock_line(health: Health, rate: float) -> str:
-    """Return a line that compares the measured rate with the stated ``rate``, Hz; "" if unknown."""
+    """Return text that compares the measured rate with the stated one, Hz; "" if unknown."""
     if not health.host_rate > 0:
         return ""
     off = 1e6 * (health.host_rate / rate - 1)

@@ -1,4 +1,4 @@
-"""Sample numbers from time stamps, by a line that tracks the sender's clock."""
+"""Sample numbers from time stamps, by a line that follows the sender's clock."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SMALLEST = 2.0
 
 
 class StampedSamples:
-    """Numbering of samples by their time stamps. It detects missing samples."""
+    """Numbering of samples by their time stamps, which also detects missing samples."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -69,7 +69,7 @@ class StampedSamples:
         return numbers
 
     def _repaired(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the stamps with unusable ones replaced by interpolation."""
+        """Return time stamps with interpolated values in place of unusable ones."""
         good = usable_stamps(stamps)
         if good.all():
             return stamps
@@ -82,7 +82,7 @@ class StampedSamples:
         return repaired
 
     def _missing(self, stamps: NDArray[np.float64], numbers: NDArray[np.int64]) -> int:
-        """Return by how many samples a chunk is late; 0 if jitter can explain the delay."""
+        """Return the number of samples that are missing before a chunk; 0 if it may be jitter."""
         assert self._zero is not None
         if len(self._centres) < LEAST:
             return 0

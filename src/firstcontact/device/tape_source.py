@@ -26,7 +26,7 @@ BLOCK = 0.005
 
 
 class TapeSource(ThreadedSource):
-    """Player of a WAV or FLAC file with one or two channels, at a multiple of real time."""
+    """Source that plays a WAV or FLAC file of one or two channels, at a multiple of real time."""
 
     def __init__(self, path: Path, speed: float) -> None:
         super().__init__(f"tape:{path}")

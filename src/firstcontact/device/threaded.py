@@ -36,7 +36,7 @@ LARGEST_SAMPLE = 2.0**31
 
 
 class QueuedSource(Source):
-    """Source whose thread puts arrivals into a queue for the reader."""
+    """Source whose own thread puts samples into a queue, from which they are read."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -94,7 +94,7 @@ class QueuedSource(Source):
         self._thread.start()
 
     def _measure_rate(self, stated: float) -> None:
-        """Begin to measure the rate of an epoch, whose stated rate is in Hz."""
+        """Begin to measure the sampling rate of an epoch, and compare it with ``stated``, Hz."""
         self._clock, self._rate_check = ClockFit(stated), RateCheck(stated)
 
     def _is_enough(self) -> bool:
@@ -116,7 +116,7 @@ class QueuedSource(Source):
         number: int,
         epoch: int,
     ) -> None:
-        """End the stream. The reader gets ``error`` after the last samples."""
+        """End the stream. After the last samples, the reader gets ``error`` or the end."""
         if markers or predictions:
             no_samples = np.zeros((0, self.descriptor.layout.width), self.descriptor.dtype)
             empty = Arrival(Block(no_samples, number, epoch), time.monotonic())
@@ -128,7 +128,7 @@ class QueuedSource(Source):
 
 
 class ThreadedSource(QueuedSource):
-    """Base class of sources with a receiving thread, a queue, counts and markers.
+    """Base class of sources with their own receiving thread.
 
     Subclasses implement ``_open``, ``_work`` and ``_shut``.
     """
@@ -161,7 +161,7 @@ class ThreadedSource(QueuedSource):
 
     @abstractmethod
     def _shut(self) -> None:
-        """Close the source, in the receiving thread. The source need not be open."""
+        """Release the port or stream, in the receiving thread. It may not have been opened."""
 
     @property
     def descriptor(self) -> Descriptor:
@@ -198,7 +198,7 @@ class ThreadedSource(QueuedSource):
             self._markers.append(text)
 
     def _resample(self, input_rate: float, output_rate: float) -> float:
-        """Set the input and the output rate of :meth:`_give`, Hz. Return the filter's delay, s."""
+        """Let :meth:`_give` resample between these rates, Hz. Return the filter's delay, s."""
         self._input_rate, self._output_rate = input_rate, output_rate
         return CausalResampler(input_rate, output_rate).delay
 
@@ -210,7 +210,11 @@ class ThreadedSource(QueuedSource):
         host: float,
         taken: float | None = None,
     ) -> None:
-        """Deliver samples at the output rate. Unusable samples become gaps."""
+        """Deliver samples to the reader. Samples that are not usable become gaps.
+
+        ``numbers`` are those of the input samples. ``host`` is the time of their arrival, and
+        ``taken`` that of the newest one at the sender, both by ``time.monotonic()``, s.
+        """
         if not len(values):
             return
         if self._resampler is None or self._resampler[0] != epoch:
@@ -228,7 +232,7 @@ class ThreadedSource(QueuedSource):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count the input samples after the last delivered one, up to number ``end``, as lost."""
+        """Count all input samples after the last delivered one, up to ``end``, as lost."""
         until = -int(-end * self._output_rate // self._input_rate)
         with self._changed:
             self._begin_epoch(epoch, 0)
@@ -242,7 +246,7 @@ class ThreadedSource(QueuedSource):
             )
 
     def _wait(self) -> bool:
-        """Count the time without a usable sample. Return True if the source counts as silent."""
+        """Measure the time without a usable sample. Return True once it reaches ``SILENCE`` s."""
         now = time.monotonic()
         self._silence += min(now - self._looked, LONGEST_LOOK)
         self._looked = now
@@ -283,7 +287,7 @@ class ThreadedSource(QueuedSource):
         self._next, self._pending = (epoch, first), 0
 
     def _refuse_rate(self, share: float, clock: str) -> NoReturn:
-        """Raise InputError: by ``clock``, the rate is ``share`` times the stated rate."""
+        """Raise InputError because the measured rate is ``share`` times the stated one."""
         stated = self._input_rate or self.descriptor.layout.rate
         raise DeviceError(
             f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, but "

@@ -1,4 +1,4 @@
-"""The twin's hand, which takes commands over the twin's serial line."""
+"""Hand of the twin, which takes commands over the twin's simulated serial line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RATE = 200.0
 
 
 class TwinHand(Hand):
-    """Hand that sends each command as an order to the twin for the current closing."""
+    """Hand of the twin: each command is sent as an order for the current closing."""
 
     name = "twin"
     limits = HandLimits(speed=Drive().speed, force=Drive().force, rate=RATE, watchdog=inf)
@@ -40,6 +40,10 @@ class TwinHand(Hand):
         self._order(CLOSE_ORDER)
 
     def positions_since(self, since: float, host_zero: float) -> Sequence[tuple[float, float]]:
+        """Return (time, s; travel, m) pairs after ``since`` by the clock of the samples.
+
+        The twin's positions have sample times, so ``host_zero`` is not used.
+        """
         if not self._open:
             return ()
         try:

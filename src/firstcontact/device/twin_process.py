@@ -1,4 +1,4 @@
-"""Process that runs the twin as a device, until its standard input ends."""
+"""Process that simulates the twin as a device, until its standard input ends."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class TwinProcess(TerminalDevice):
                 return
 
     def _catch_up(self) -> bool:
-        """Make a batch of samples if it is due. Return True if the next batch is due too."""
+        """Simulate a batch of samples if it is due. Return True if the next one is due too."""
         due = int((time.monotonic() - self._begin) * self._rate) - self._made
         if due < self._batch:
             return False
@@ -110,7 +110,7 @@ class TwinProcess(TerminalDevice):
         return frame
 
     def _announce(self) -> None:
-        """Send markers: the object and the largest force of each closing, and a lost object."""
+        """Send markers: object and largest force of each closing, or the loss of an object."""
         words: list[tuple[int, str]] = []
         for pinch in reversed(self._stream.pinches):
             words.append((pinch.start, f"{TWIN}{pinch.label.object}"))
@@ -151,7 +151,7 @@ class TwinProcess(TerminalDevice):
         return f"{ACCEPTED}{text}"
 
     def _command(self) -> bool:
-        """Carry out commands from the parent process. Return False at the end of the input."""
+        """Carry out commands from the parent process. Return False once its pipe is closed."""
         lines = os.read(0, 4096)
         for line in lines.splitlines():
             answer = "done"
@@ -178,7 +178,7 @@ DESCRIPTOR = Descriptor(
 
 
 def say(line: str) -> None:
-    """Send a line to the parent process. Do nothing if that process has ended."""
+    """Send a line to the parent process, if that still runs."""
     try:
         sys.stdout.write(line + "\n")
         sys.stdout.flush()

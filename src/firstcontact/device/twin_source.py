@@ -1,4 +1,4 @@
-"""Twin in its own process, as a device on a serial port, and the source that creates it."""
+"""Twin as a device on a simulated serial port in its own process, and a source for it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ AHEAD = 0.25
 
 
 class TwinDevice:
-    """Twin on a pseudo terminal, until it is closed."""
+    """Process that simulates the twin on a pseudo terminal, until it is closed."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class TwinDevice:
         return self._child.pid
 
     def positions_since(self, since: float) -> list[tuple[float, float]]:
-        """Return time, s of samples, and travel, m, of the hand's positions after a time."""
+        """Return (time, s of the samples' clock; travel, m) pairs after the time ``since``."""
         _, *pairs = self._ask(f"positions {since!r}").split()
         return [(float(at), float(x)) for at, x in (pair.split(",") for pair in pairs)]
 
@@ -76,7 +76,7 @@ class TwinDevice:
         self._ask("plug")
 
     def close(self) -> None:
-        """End the twin and its port, within seconds in any state. Closing twice is fine."""
+        """End the process and remove its port, within seconds. A second call does nothing."""
         # Another thread may be waiting for an answer: let it finish, within limits.
         has_lock = self._lock.acquire(timeout=PATIENCE)
         try:
@@ -113,7 +113,7 @@ class TwinDevice:
 
 
 class TwinSource(SerialSource):
-    """:class:`SerialSource` that creates a :class:`TwinDevice` and opens its port."""
+    """Source for the twin: it starts a :class:`TwinDevice` and opens its port."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Texts of the orders to the twin, which have frames of their own, and of its markers."""
+"""Texts of the orders that the twin obeys, and of the markers that it sends."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def object_text(name: str) -> str:
 
 
 def tester_text(task: str) -> str:
-    """Return the text of the order to the simulated person: "rest", "tap index", "press thumb"."""
+    """Return an order to the simulated tester: "rest", "tap index" or "press thumb"."""
     return f"{TESTER} {task}"
 
 
@@ -39,7 +39,7 @@ def is_accepted(marker: str, order: str) -> bool:
 
 
 def read_order(text: str) -> Command | None:
-    """Return the command in an order that begins with :data:`HAND`; None for a release."""
+    """Return the command in an order that begins with :data:`HAND`; None if it opens the hand."""
     words = text.removeprefix(HAND).split()
     if words == ["release"]:
         return None
@@ -62,12 +62,12 @@ def lost_text(how: str) -> str:
 
 
 def lost_object(text: str) -> str | None:
-    """Return "dropped" or "broken" from a marker about a lost object, otherwise None."""
+    """Return "dropped" or "broken" if a marker reports a lost object, otherwise None."""
     return text.removeprefix(LOST) if text.startswith(LOST) else None
 
 
 def held_object(text: str) -> str | None:
-    """Return the object's name from a marker about a new closing, otherwise None."""
+    """Return the name of the object if a marker reports a new closing, otherwise None."""
     if not text.startswith(TWIN) or text.startswith(ABOUT_HAND):
         return None
     return text.removeprefix(TWIN)

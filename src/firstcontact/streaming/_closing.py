@@ -1,4 +1,4 @@
-"""State of the closing in progress."""
+"""State of the closing (one movement of the hand around an object) that is in progress."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ class OpenClosing:
         self.closing_speed = self.unmeasured = None
 
     def settle(self, last: int, rate: float, *, real_time: bool) -> Estimate | None:
-        """Drop estimates from samples after ``last``, and mark the newest one as final."""
+        """Mark the newest estimate as final and return it; None without one.
+
+        Estimates that use samples after number ``last`` are dropped first.
+        """
         self.is_settled = True
         self.made = [pair for pair in self.made if pair[0] <= last]
         if not self.made:
@@ -54,7 +57,7 @@ class OpenClosing:
 
 
 class Strips:
-    """Collector of the first contact of each strip in a closing."""
+    """Collector of true contacts: the first one that each copper strip shows in a closing."""
 
     def __init__(self, layout: Layout) -> None:
         columns = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}

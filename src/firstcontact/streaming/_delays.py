@@ -1,4 +1,4 @@
-"""Causes of estimates that come too late: this computer, this program, or the device."""
+"""Reasons why estimates come too late: this computer, another output, or the device."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ _TIMES = Path("/proc/thread-self/schedstat")
 
 
 def processor_wait() -> float:
-    """Return how long this thread has been ready but not running so far, s; NaN if unknown."""
+    """Return for how long this thread was ready to run, but had no processor, since its start, s.
+
+    The time is NaN on systems that do not report it.
+    """
     with suppress(OSError, ValueError, IndexError):
         return 1e-9 * int(_TIMES.read_bytes().split()[1])
     return math.nan
 
 
 def delay_cause(first: Estimate, offset: float | None, queued: float, stalled: float) -> str:
-    """Return the cause of a delay without which the first estimate would have been in time, or "".
+    """Return the reason why the first estimate came too late, or "" if a delay was not the reason.
 
     ``offset`` is the time from the first to the second contact, ``queued`` the wait for a
     processor, and ``stalled`` the time in which the thread did not run for any reason, s.

@@ -1,4 +1,4 @@
-"""Comparison of the predictions of device and host, pinch by pinch."""
+"""Comparison of a device's own predictions with those of this computer, pinch by pinch."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Prediction = ContactEvent | ContactWithdrawn | Estimate | NoEstimate
 
 
 class HandPredictions:
-    """Collector that compares the predictions of a device and of the host for the same pinches."""
+    """Collector that compares the predictions of a device and of this computer (the host)."""
 
     def __init__(self, model: str, rate: float, checked: bool) -> None:
         self._model = model
@@ -45,7 +45,10 @@ class HandPredictions:
     def update(
         self, messages: Sequence[DevicePrediction], block: Block, host: float
     ) -> list[Event]:
-        """Process messages of the device and the newest samples. Return the events that follow."""
+        """Process a device's messages and the newest samples. Return new events.
+
+        ``host`` is the time of arrival by ``time.monotonic()``, s.
+        """
         begin = (block.epoch, block.first_sample)
         if (0, 0) < self._heard < begin:
             self._gaps = [g for g in self._gaps if g[1] > self._away(self._heard, -4)]
@@ -107,7 +110,10 @@ class HandPredictions:
         )
 
     def _complete(self, due: Place) -> list[Event]:
-        """Return new events of pinches whose first contact is at ``due`` or earlier."""
+        """Return the events of all pinches whose first contact is at ``due`` or earlier.
+
+        ``due`` is an epoch and a sample number.
+        """
         events: list[Event] = []
         for place in [place for place in self._pinches if place <= due]:
             near = [
@@ -177,5 +183,5 @@ def _check(
 
 
 def _numbers(e: Estimate) -> tuple[int, float, float, float, float, bool]:
-    """Return what must be equal on device and host."""
+    """Return the numbers of an estimate that must be equal on device and host."""
     return e.contact.sample, e.elapsed, e.value, e.low, e.high, e.out_of_range

@@ -1,4 +1,4 @@
-"""Names of the pinched objects, and pooled estimates from several pinches of one object."""
+"""Names of the pinched objects, and averages of the estimates for one object."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ObjectNames:
         self._pinches.append(pinch)
 
     def markers(self, pinch: PinchDone) -> list[str]:
-        """Return the texts of the markers from the end of the previous pinch to that of a pinch."""
+        """Return the texts of the markers since the previous pinch ended, until this one ended."""
         end = pinch.epoch, pinch.end
         since = max((e for p in self._pinches if (e := (p.epoch, p.end)) < end), default=(0, 0))
         return [m.text for m in self._markers if since <= (m.epoch, m.sample) < end]
@@ -44,7 +44,7 @@ class ObjectNames:
 
 
 class ObjectCombiner(ObjectNames):
-    """Pool of the final estimates of several pinches of one object."""
+    """Collector that averages the final estimates of all pinches of one object."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -53,7 +53,7 @@ class ObjectCombiner(ObjectNames):
         self._is_new = self._has_labels = False
 
     def new_object(self) -> None:
-        """Begin another object with the next pinch; may be called from any thread."""
+        """Let the next pinch begin another object. Any thread may call this."""
         self._is_new = True
 
     @property
@@ -63,7 +63,7 @@ class ObjectCombiner(ObjectNames):
         return (held_object(text) or text)[:LONGEST_NAME]
 
     def pool(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Return the pooled estimate of the object of a pinch; None without a final estimate."""
+        """Return the average over all pinches of this object so far; None without an estimate."""
         self.add_pinch(pinch)
         if self._is_new:
             self._is_new = False

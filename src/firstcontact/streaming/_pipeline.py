@@ -180,16 +180,20 @@ class Pipeline:
         self._has_warned = self._chain.has_floors
 
     def follow(self, recording: Recording) -> None:
-        """Begin the closings of a recording where offline functions do, unless floors are known.
+        """Begin closings where a recording marks its pinches, as offline functions do.
 
-        Call this only before the first block, and after :meth:`calibrate`.
+        With noise floors, closings are detected instead. Call this before the first block, and
+        after :meth:`calibrate`.
         """
         if recording.pinches and not self._chain.has_floors:
             self._closings = recorded_closings(recording, self.layout.rate)
             self._has_warned = True
 
     def _parts(self, block: Block) -> Iterator[tuple[int, Block]]:
-        """Yield the parts of a block that the chain gets, each with the number of its run."""
+        """Yield the parts of a block that lie in closings, each with a number that joins parts.
+
+        Without marked closings it is the whole block.
+        """
         if not self._closings:
             yield block.epoch, block
         begin, stop = (block.epoch, block.first_sample), (block.epoch, block.end)
@@ -222,12 +226,12 @@ class Pipeline:
                 yield from self._work(host)
 
     def group(self, seconds: float) -> None:
-        """Process samples in groups of ``seconds``, 0.018 to 0.036 s, while no event is due."""
+        """Process samples in groups of ``seconds`` (0.018 to 0.036 s) while no event is due."""
         self._idle = samples_in(min(max(seconds, IDLE[0]), IDLE[1]), self.layout.rate)
 
     @property
     def is_closing(self) -> bool:
-        """True while a closing (one closing movement of the hand) is in progress."""
+        """True while a closing (one movement of the hand around an object) is in progress."""
         return self._chain.runs
 
     @property
@@ -281,7 +285,10 @@ class Pipeline:
         self.ledger.worked(self._clock() - start, len(block.data))
 
     def _touch(self, sample: int) -> tuple[float, float, float]:
-        """Return what is known of the object at a first contact, for the chain."""
+        """Return closing speed, m/s, its relative error, and radius, m, of a first contact.
+
+        A speed of 0 and a radius of NaN stand for unknown.
+        """
         speed = None
         if self.predictor is not None and self.predictor.uses_speed:
             speed = self._ask_speed(sample, self._block.epoch)
@@ -304,7 +311,7 @@ class Pipeline:
             )
 
     def _warn_of_load(self) -> None:
-        """Warn once that a force that stays high hides all closings."""
+        """Warn once that no closing is detected, because a force stays high."""
         if self._has_warned_of_load or self._chain.refused < REFUSED:
             return
         self._has_warned_of_load = True
@@ -315,7 +322,7 @@ class Pipeline:
         )
 
     def _live(self, e: ChainEvent) -> Iterator[Event]:
-        """Yield the live events of an event of the chain."""
+        """Yield the live events that follow from an event of the compiled chain."""
         if e.kind == EventKind.CLOSING_BEGAN:
             self._pinch = OpenClosing(e.sample, self._block.epoch, e.sample)
             self._strips.begin()
@@ -353,7 +360,7 @@ class Pipeline:
         yield ContactEvent(contact, is_first, pinch.epoch, self._now)
 
     def _last_used(self, e: ChainEvent) -> int:
-        """Return the number of the last sample that an estimate needs."""
+        """Return the number of the last sample that an estimate uses."""
         assert self.predictor is not None
         return e.sample + e.samples + self.predictor.lookahead - 1
 
@@ -396,7 +403,7 @@ class Pipeline:
     def _settle(
         self, pinch: OpenClosing, last: int, complete: int, reason: str
     ) -> Estimate | NoEstimate:
-        """Return the final estimate, from samples up to ``last``; without one, the reason."""
+        """Return the final estimate from samples up to ``last``, or a report that there is none."""
         final = pinch.settle(last, self.layout.rate, real_time=self.real_time)
         if self.real_time:
             pinch.queued = processor_wait() - self._queued
@@ -405,7 +412,7 @@ class Pipeline:
         return final or NoEstimate(pinch.contacts[0], reason, complete, pinch.epoch)
 
     def _watch_strips(self, stop: int) -> None:
-        """Pass the samples of the closing before ``stop`` to the strips."""
+        """Process the strips' samples of this closing up to the sample number ``stop``."""
         pinch, block = self._pinch, self._block
         if pinch is None or pinch.epoch != block.epoch:
             return
@@ -415,7 +422,7 @@ class Pipeline:
             self._strips.watch(Block(data, start, block.epoch))
 
     def _ask_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Measure the closing speed before a contact. This may take milliseconds."""
+        """Return the closing speed measured before a contact, or None. It may take milliseconds."""
         if self.measure_speed is None:
             return None
         host = math.nan if self._transport is None else self._transport.host_time(sample)
@@ -458,7 +465,7 @@ class Pipeline:
 
 
 def _called(predictor: Predictor) -> Predict:
-    """Return the function with which the chain calls a predictor in Python."""
+    """Return the function through which the compiled chain calls a predictor in Python."""
 
     def predict(
         signal: bytes, lead: int, samples: int, finger: int, *hints: float

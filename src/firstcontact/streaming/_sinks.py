@@ -1,4 +1,4 @@
-"""Sinks, which write the outputs of a live session, and the threads that feed them."""
+"""Sinks (outputs of a live session) and the threads that feed them."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Sink(Protocol):
 
 
 class _Feeder:
-    """Sink with its thread and its queue of updates."""
+    """Thread that passes updates to one sink, and the queue of waiting updates."""
 
     def __init__(
         self, sink: Sink, descriptor: Descriptor, patient: bool, stopped: Callable[[], bool]
@@ -165,12 +165,12 @@ class Fanout:
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Number of updates that each sink missed, by name. Sinks whose reader left are omitted."""
+        """Number of updates that each sink missed, by its name, except sinks whose reader left."""
         return {f.sink.name: f.dropped for f in self._feeders if not f.left}
 
     @property
     def failed(self) -> dict[str, str]:
-        """Reason of each failure, by the sink's name. Sinks whose reader left are omitted."""
+        """Reason of each failure by name of the sink, except sinks whose reader only left."""
         return {f.sink.name: f.failed for f in self._feeders if f.failed and not f.left}
 
     @property

@@ -12,7 +12,7 @@ from firstcontact.recording import PinchMark
 
 
 class Ask(StrEnum):
-    """Request to a hand."""
+    """Request to the hand: close or open."""
 
     CLOSE = "close"
     OPEN = "open"

@@ -106,7 +106,7 @@ class FoxgloveSink:
             self._log(event, self._clock.host_time(event.known_sample, event.epoch))
 
     def close(self) -> None:
-        """Disconnect all viewers and release the port. Closing twice is fine."""
+        """Disconnect all viewers and release the port. A second call does nothing."""
         self._server.stop()
 
     def _send(self, arrival: Arrival) -> None:
@@ -130,7 +130,7 @@ class FoxgloveSink:
             self._log(line, self._clock.host_time(marker.sample, marker.epoch))
 
     def _grid(self, force: Any, place: int, stamp: int) -> Any:
-        """Return the force map of a finger, with its first row on top as on the page."""
+        """Return the force map of a finger for Foxglove, with the first row on top as on the page."""
         kinds = self._sdk.messages
         across = 1 if len(force) % 2 else 2
         position = kinds.Vector3(x=place * APART)
@@ -152,7 +152,7 @@ class FoxgloveSink:
         self.events[tag].log(json_line(line), log_time=int(self._nanoseconds(host)))
 
     def _nanoseconds(self, host: Any) -> Any:
-        """Return times of the host's monotonic clock as nanoseconds since 1970."""
+        """Return times by ``time.monotonic()``, s, as nanoseconds since 1970."""
         return np.int64(np.round((host + self._shift) * 1e9))
 
     def _channel(self, topic: str, **options: Any) -> Any:
@@ -160,7 +160,7 @@ class FoxgloveSink:
 
 
 def _schema(kind: inspect.Type) -> dict[str, Any]:
-    """Return a JSON schema without references and unions, which viewers do not read."""
+    """Return a JSON schema of an event type, without the references that viewers cannot read."""
     if isinstance(kind, inspect.UnionType):
         return _schema(next(t for t in kind.types if not isinstance(t, inspect.NoneType)))
     if isinstance(kind, inspect.StructType | inspect.DataclassType):

@@ -1,4 +1,4 @@
-"""Bridge from live events to a grasp policy, from its commands to a hand, and requests to it."""
+"""Link of a live session to a hand: events go to the grasp policy, its commands to the hand."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _log = logging.getLogger("firstcontact.streaming")
 
 @dataclass(frozen=True, slots=True)
 class HandRequest:
-    """Request and its origin ``by``. ``ask`` is None if the origin has disconnected."""
+    """Request of ``by``, such as a viewer of the page. ``ask`` is None if ``by`` disconnected."""
 
     ask: Ask | None
     by: str
@@ -51,7 +51,7 @@ class HandRequest:
 
 
 class HandRequests:
-    """Queue of requests from any thread; the session's own thread carries them out."""
+    """Queue of requests to the hand from any thread. The session's own thread carries them out."""
 
     def __init__(self, name: str, begins: Begins, release: Callable[[], None]) -> None:
         #: Origin of the request that closed the hand; None while no request holds it closed.
@@ -86,7 +86,7 @@ class HandRequests:
                 self._waiting.append(HandRequest(ask, by))
 
     def gone(self, by: str) -> None:
-        """Open the hand if the origin ``by``, now disconnected, had closed it."""
+        """Open the hand if the viewer ``by``, who has disconnected, had closed it."""
         with self._lock:
             self._gone.add(by)
             if self.by != by:
@@ -98,7 +98,7 @@ class HandRequests:
         self._over = True
 
     def take(self) -> HandRequest | None:
-        """Return the next request, in the session's thread; None if none waits."""
+        """Return the next request, or None. Only the session's thread may call this."""
         with self._lock:
             self.opening = any(self.opens(request) for request in self._waiting)
             while self._waiting:
@@ -118,7 +118,7 @@ class HandRequests:
 
 
 class PositionTrack:
-    """Positions of a hand at the even times of a group in a recording, within one epoch."""
+    """Positions of a hand, interpolated to the steady rate of their columns in a recording."""
 
     def __init__(self, hand: Hand, dtype: str, epoch: int, start: float) -> None:
         self.epoch = epoch
@@ -127,7 +127,10 @@ class PositionTrack:
         self._reports: list[tuple[float, ...]] = []  # the newest report
 
     def read(self, host_zero: float) -> list[Block]:
-        """Return the steps of the group up to the newest report, interpolated between reports."""
+        """Return the positions up to the hand's newest report, interpolated between its reports.
+
+        ``host_zero`` is the time of sample 0 by ``time.monotonic()``, s.
+        """
         since = self._reports[0][0] if self._reports else (self._next - PAUSE) / self._rate
         self._reports += self._hand.positions_since(since, host_zero)
         if len(self._reports) < 2:
@@ -232,7 +235,7 @@ class Grasping:
                 self.is_used = None if self.loop.policy.deadline is None else is_used
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Pass force and time to the policy, carry out requests, and return their events."""
+        """Carry out requests and commands that are due after a block. Return their events."""
         events: list[Event] = [*self._obey(block)]
         now = block.end / self._rate + self._late
         if not self._done and block.epoch == self._epoch:
@@ -243,17 +246,17 @@ class Grasping:
         return [*events, *self.take_commands()]
 
     def take_commands(self) -> list[PolicyCommand]:
-        """Return the events of the commands since the last call."""
+        """Return an event for each command that the hand got since the last call."""
         commands, self._commands = self._commands, []
         return [PolicyCommand(c.speed, c.force, *self._newest) for c in commands]
 
     def ended(self) -> None:
-        """Release the hand before the source and the outputs are closed, which takes longer."""
+        """Open the hand at the end of a session, before the slower outputs are closed."""
         self.requests.end()
         self.hand.release()
 
     def _closing_starts(self, event: ClosingStart) -> None:
-        """Process the start of the motor: begin a closing if the hand closes by itself."""
+        """Process the start of the motor, which begins a closing if the hand closes by itself."""
         is_requested = self.requests.by is not None
         if is_requested or Begins.OTHERS in self.hand.begins:
             self._epoch = event.epoch
@@ -311,7 +314,7 @@ class Grasping:
 
     @property
     def host_zero(self) -> float:
-        """Host's time of sample 0, s; NaN if unknown."""
+        """Time of sample 0 by ``time.monotonic()``, s; NaN if unknown."""
         return math.nan if self._transport is None else self._transport.least
 
     @property
@@ -319,7 +322,7 @@ class Grasping:
         return self._safe is not None and self._safe.silenced
 
     def _estimated(self, estimate: Estimate) -> None:
-        """Pass an estimate to the policy, unless the final one repeats what it acted on."""
+        """Pass an estimate to the policy, unless it repeats the one that the policy used last."""
         if estimate.out_of_range:  # its interval may not hold: as if there were no estimate
             self.loop.counts.unused += estimate.final
             self._acted_on = -1.0  # so that a final estimate from fewer samples counts again
@@ -334,7 +337,7 @@ class Grasping:
             self._acted_on = estimate.elapsed
 
     def _send(self, command: Command) -> bool:
-        """Send a command, unless the hand is to stay open or the samples are too old."""
+        """Send a command. Return False if the hand must stay open or the samples are too old."""
         if self.requests.opening or self._is_silenced or self._late > STALE:
             return False
         self.last = command
@@ -345,7 +348,10 @@ class Grasping:
         return True
 
     def lines(self, *, real_time: bool = True) -> list[str]:
-        """Return lines of text for the end of a run; without deadlines if not in real time."""
+        """Return sentences for the end of a session on commands, contacts and used estimates.
+
+        Sentences about time limits need ``real_time``.
+        """
         counts = self.loop.counts
         lines = [
             f"hand {self.hand.name} with policy {self.loop.policy.name}: {counts.commands} "

@@ -1,4 +1,4 @@
-"""Hand of a live session as the user wants it: the checks, and the hand's opening."""
+"""Choice of the hand in a live session: its checks, and the opening of the hand."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from firstcontact.streaming.grasping import Grasping
 
 @dataclass(frozen=True, slots=True)
 class HandPlan:
-    """Wishes of the user about the hand; by default no hand.
+    """User's choice of a hand, its policy and its slip detector; by default no hand.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class HandPlan:
     slip: str | None = None
 
     def check(self, device: str, *, is_live: bool) -> None:
-        """Refuse a hand that cannot be driven with these options or this source."""
+        """Raise InputError if the hand does not work with these options or this source."""
         policy, port = self.policy, self.port
         if policy is not None:
             find_policy(policy)
@@ -78,7 +78,7 @@ class HandPlan:
     def open(
         self, stack: ExitStack, source: Source, predictor: Predictor | None, *, real_time: bool
     ) -> Grasping | None:
-        """Open the hand, which ``stack`` closes. Return what drives it; None without a hand."""
+        """Open the hand, which ``stack`` closes. Return the object that drives it, or None."""
         if self.hand is None:
             return None
         policy = live_policy(self.policy or POLICIES.default)
@@ -95,7 +95,7 @@ class HandPlan:
 
 
 def _check_quantity(policy: Policy, predictor: Predictor | None) -> None:
-    """Refuse a policy that uses estimates with a model that does not predict Shore A."""
+    """Raise InputError if the policy uses estimates and the model does not predict Shore A."""
     if policy.deadline is not None and predictor and predictor.quantity is not SHORE_A:
         raise ArgumentError(
             f"{policy.name} uses estimates in Shore A, but the model predicts "
@@ -105,7 +105,7 @@ def _check_quantity(policy: Policy, predictor: Predictor | None) -> None:
 
 
 def _check_slip(slip: str, hand: str | Hand | None, policy: type[Policy] | Policy) -> None:
-    """Refuse a slip detector unless the hand closes on request and the policy has a reflex."""
+    """Raise InputError unless the hand closes on request and the policy reacts to slips."""
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in find_hand(hand).begins:
         raise ArgumentError(

@@ -77,7 +77,7 @@ class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"
 
     @classmethod
     def describe(cls, descriptor: Descriptor) -> DescriptorLine:
-        """Return the line of a source."""
+        """Return the first line for a source."""
         layout = descriptor.layout
         pairs = zip(layout.column_names, layout.column_channels, strict=True)
         return cls(
@@ -174,7 +174,7 @@ class JsonLinesSink:
             self._write(lines)
 
     def close(self) -> None:
-        """Close the sink. All lines have already been written."""
+        """Do nothing, because all lines have been written and the stream stays open."""
 
     def _write(self, lines: Sequence[str]) -> None:
         self._stream.write("".join(line + "\n" for line in lines))

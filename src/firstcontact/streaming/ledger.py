@@ -1,4 +1,4 @@
-"""Time ledger: parts of the time between a contact and its estimate, and text about them."""
+"""Statistics of the times between a contact and its estimate, and text about them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TIMES = {
 
 
 class Ledger:
-    """Collector of the times of a run: computing per estimate, all other times per pinch."""
+    """Collector of times in a session: computing time per estimate, all others per pinch."""
 
     def __init__(self, rate: float, delay: float = 0.0) -> None:
         self.rate = rate
@@ -57,7 +57,7 @@ class Ledger:
         self._times["compute"].append(estimate.compute)
 
     def use(self, *, is_used: bool) -> None:
-        """Count a pinch of a hand that uses estimates."""
+        """Count a pinch by a hand that uses estimates, and whether it used one."""
         self.used = (self.used or 0) + is_used
 
     def close(self, pinch: PinchDone) -> None:
@@ -79,7 +79,7 @@ class Ledger:
             self._times[name].append(seconds)
 
     def summary(self) -> Mapping[str, float]:
-        """Return the counts so far, and p50, p99 and maximum of each time, s."""
+        """Return all counts by name, and p50, p99 and maximum of each time, s."""
         figures = {
             "estimates": float(self.estimates),
             "pinches": float(self.verdicts.total()),
@@ -111,7 +111,7 @@ def ledger_lines(
     alone: bool = False,
     speed: float = 1.0,
 ) -> Iterator[str]:
-    """Yield the lines of text about the times of a run, from the figures of a ledger."""
+    """Yield lines of text about the times of a session, from :meth:`Ledger.summary`."""
     with_estimate = figures["pinches"] - figures["none"]
     if speed != 1.0:
         yield (

@@ -1,4 +1,4 @@
-"""Assembly of a live session: source, model, noise floors, pipeline and hand."""
+"""Opening of a live session with its source, model, noise floors, pipeline and hand."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _log = logging.getLogger("firstcontact.streaming")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SessionPlan:
-    """Wishes of the user about a live session. None means that the session chooses.
+    """User's choices for a live session. None lets the session choose.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class SessionPlan:
 
 
 class _Choice(NamedTuple):
-    """Model, detector and predictor of a session."""
+    """Model, detector and predictor that a session uses."""
 
     model: Model | None
     detector: Detector | None
@@ -90,7 +90,7 @@ def live_session(
     opens: bool = False,
     notify: Callable[[str], None] = _log.info,
 ) -> Iterator[LiveSession]:
-    """Open a live session in a context manager, which releases the hand at the end."""
+    """Open a live session in a context manager, at whose end the hand opens and lets go."""
     from threadpoolctl import threadpool_limits
 
     real_time = source.speed == 1.0 if plan.real_time is None else plan.real_time
@@ -133,7 +133,7 @@ def live_session(
 
 
 def _model(plan: SessionPlan, source: Source) -> Model:
-    """Return the model that the plan names, or the default one for a source, open or not."""
+    """Return the planned model, or the default model for the source, which may be unopened."""
     model = plan.model
     if isinstance(model, str | os.PathLike):
         model = load_model(model, plan.detector)
@@ -144,7 +144,7 @@ def _model(plan: SessionPlan, source: Source) -> Model:
 
 
 def _choose(plan: SessionPlan, model: Model, source: Source) -> _Choice:
-    """Choose what detects and predicts. A device that predicts needs a model of its own."""
+    """Choose detector and predictor. Devices that predict by themselves need a named model."""
     is_own = source.descriptor.predictor is None or model.folder is not None
     if plan.model is None and not is_own:
         return _Choice(None, plan.detector, None)
@@ -237,7 +237,7 @@ def _at_rate(source: Source, choice: _Choice, notify: Callable[[str], None]) -> 
 
 
 def _device_floors(device: DevicePredictor | None) -> Calibration | None:
-    """Return the noise floors that a device reports, for the host; None if it reports none."""
+    """Return the noise floors that a device reports; None if it reports none."""
     if device is None or len(device.floors) < 2 or not min(device.floors) > 0:
         return None
     pairs = zip(fingertip_layout().vibration_fingers, device.floors, strict=True)

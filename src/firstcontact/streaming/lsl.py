@@ -24,7 +24,7 @@ BUFFERED = 60
 
 
 class LslSink:
-    """Two LSL streams: samples in physical units (Tactile), and events as JSON (Markers)."""
+    """Output to two LSL streams: samples in physical units, and events as JSON markers."""
 
     name = "lsl"
     every = 0.02
@@ -69,7 +69,7 @@ class LslSink:
             self._push(json_line(event), self._clock.host_time(event.known_sample, event.epoch))
 
     def close(self) -> None:
-        """Remove both streams from the network. Closing twice is fine."""
+        """Remove both streams from the network. A second call does nothing."""
         self._samples = self._events = None
 
     def _send(self, arrival: Arrival) -> None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class OutputOptions:
-    """User options of the outputs, besides their names."""
+    """User's options for the outputs, besides their names."""
 
     #: Address and TCP port of the page, and the token of its viewers on other machines.
     address: str = "127.0.0.1"

@@ -1,4 +1,4 @@
-"""Live session: a source, the pipeline, a recorder, and outputs."""
+"""Live session: it passes samples from a source to the pipeline, a recorder and outputs."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _log = logging.getLogger("firstcontact.streaming")
 
 
 class LiveSession:
-    """Live session: runs a pipeline on an open source, under the control of viewers.
+    """Running live session: a pipeline on an open source, which viewers can control.
 
     ``grasping`` gets each event before any output does. ``notify`` gets a line that says what the
     system granted to a session in real time.
@@ -120,7 +120,7 @@ class LiveSession:
             self.set_shape(shape)
 
     def run(self, sinks: Sequence[Sink] = (), **limits: Any) -> None:
-        """Run until the end. The parameters are those of :meth:`events`."""
+        """Run until the source ends or a limit is reached; parameters as in :meth:`events`."""
         for _ in self.events(sinks, **limits):
             pass
 
@@ -169,7 +169,7 @@ class LiveSession:
         pinches: int | None,
         stopped: Callable[[], bool],
     ) -> Iterator[Event]:
-        """Yield the events of new samples until the source ends or a limit is reached."""
+        """Yield events until the source ends or a limit is reached."""
         updated = last_arrival = time.monotonic()
         is_urgent = False
         while not stopped() and time.monotonic() < until:
@@ -197,7 +197,7 @@ class LiveSession:
                 return
 
     def _read(self, last_arrival: float) -> list[Arrival]:
-        """Return the next samples. Poll for them while estimates are due."""
+        """Return the next samples. While estimates are due, poll instead of sleeping."""
         if self.pipeline.is_predicting and self._can_poll:
             until = last_arrival + POLL
             due = last_arrival + self._least / self.pipeline.layout.rate - EARLY
@@ -213,7 +213,7 @@ class LiveSession:
         return self.source.read(WAIT, self._least)
 
     def start_recording(self) -> Path:
-        """Begin a recording in the session's folder, under a free name, and return its path."""
+        """Begin a recording in the session's folder under an unused name. Return its path."""
         now = datetime.now().astimezone()
         created = now.isoformat(timespec="seconds")
         header = self.source.descriptor.header(created=created, calibration=self._calibration)
@@ -259,7 +259,7 @@ class LiveSession:
         self.source.mark(text)
 
     def new_object(self) -> None:
-        """Begin another object. From now on, only its pinches are pooled."""
+        """Let the next pinch begin another object: estimates are averaged from there on."""
         self._objects.new_object()
         self.pipeline.radius = parse_radius(self._shape)
 
@@ -287,7 +287,7 @@ class LiveSession:
         return () if self._requests is None else self._requests.allowed
 
     def ask_hand(self, ask: Ask, by: str) -> None:
-        """Send a request to the hand. Raise InputError if it is not possible now or ever."""
+        """Send a request to the hand. Raise InputError if the hand cannot do it."""
         if self._requests is None:
             raise InputError("This session drives no hand: start the command again with --hand")
         self._requests.ask(ask, by)
@@ -314,7 +314,7 @@ class LiveSession:
         return 1 if self.grasping is not None and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
-        """Process samples. Return True if they have markers or events for the sinks."""
+        """Process samples. Return True if the outputs should get them at once."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
         if arrival.markers or arrival.pinches:
@@ -331,7 +331,7 @@ class LiveSession:
         return bool(arrival.markers) or len(self._events) > event_count
 
     def _act(self, events: Iterable[Event]) -> None:
-        """Pass each event to the hand's policy immediately, and keep it for the outputs."""
+        """Pass events to the hand's policy immediately, and store them for the outputs."""
         for event in events:
             if self.grasping is not None:
                 self.grasping.on_event(event)
@@ -351,12 +351,12 @@ class LiveSession:
                 self._names[event.number] = self._objects.name
 
     def _close_source(self) -> None:
-        """Close the source. Keep all samples that it received for the recorder and the sinks."""
+        """Close the source. The samples that it has received still go to recorder and outputs."""
         self._was_connected = self.source.health.connected
         self._arrivals += drain(self.source)
 
     def _update(self) -> None:
-        """Pass samples and events to the recorder and the sinks."""
+        """Pass stored samples and events to the recorder and the outputs."""
         arrivals, self._arrivals = _fewer(self._arrivals), []
         events, self._events = tuple(self._events), []
         pinches = [event for event in events if isinstance(event, PinchDone)]
@@ -383,7 +383,7 @@ class LiveSession:
         self.fanout.put(Update(arrivals, events, health, self.recording, self._figures, failed))
 
     def _record_positions(self, block: Block) -> None:
-        """Record the positions of the hand up to a block. They wait while estimates are due."""
+        """Record the hand's positions up to a block, but not while estimates are due."""
         hand = None if self.grasping is None else self.grasping.hand
         if self.grasping is None or hand is None or not hand.position_rate > 0:
             return
@@ -422,7 +422,7 @@ class LiveSession:
 
 
 def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
-    """Merge samples into as few arrivals as possible, each with the time of its newest samples."""
+    """Join samples into as few arrivals as possible, each with the time of its newest samples."""
     hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
     blocks = merge_blocks(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)
@@ -442,7 +442,10 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
 def real_time_process(
     *, real_time: bool, notify: Callable[[str], None] = _log.info
 ) -> Iterator[Callable[[bool], None]]:
-    """Keep this process fast, and yield a function that pauses the garbage collector if True."""
+    """Prepare this process for real time, and undo that at the end of the ``with`` block.
+
+    Yield a function that pauses the garbage collector (True) or lets it run (False).
+    """
     if not real_time:
         yield lambda is_urgent: None
         return
@@ -477,7 +480,7 @@ def real_time_process(
 
 
 def _raise_priority() -> tuple[int, os.sched_param] | None:
-    """Return the scheduling of this thread before a change; None if it could not be changed."""
+    """Raise this thread's priority. Return its former scheduling; None if that was refused."""
     if sys.platform != "linux":
         return None
     former = os.sched_getscheduler(0), os.sched_getparam(0)
@@ -489,7 +492,7 @@ def _raise_priority() -> tuple[int, os.sched_param] | None:
 
 
 def _lock_memory() -> Callable[[], object] | None:
-    """Keep the memory of this process out of swap. Return the function that ends that, or None."""
+    """Keep this process out of swap. Return the function that undoes this; None if refused."""
     with suppress(OSError, AttributeError):  # a system without these functions
         system = ctypes.CDLL(None)
         if system.mlockall(MCL_CURRENT) == 0:

@@ -73,7 +73,7 @@ class TextSink:
                 self._write(f"the same object, {event.pinches} pinches: {words}")
 
     def close(self) -> None:
-        """Write a line about lost samples, if some were not reported yet."""
+        """Write a line about lost samples that were not reported yet."""
         for line in self._link.lines(self._health, last=True):
             self._write(line)
 
@@ -142,7 +142,7 @@ def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
 
 
 def estimate_words(estimate: Estimate, *, timed: bool) -> str:
-    """Return an estimate in words; if ``timed``, with the time at which it was available."""
+    """Return an estimate in words. With ``timed``, add the time at which it was available."""
     e = estimate
     at = f" at {1e3 * e.available:.1f} ms" if timed else ""
     flag = ", out of range" if e.out_of_range else ""

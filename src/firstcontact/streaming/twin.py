@@ -1,4 +1,4 @@
-"""The model for a source, if the user names none: that of the package, or one for the twin."""
+"""Default model for a source: that of the package, or one trained for the twin."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RECIPE = 7
 
 
 def default_model(source: Source) -> Model:
-    """Return the model for a source, open or not, for which the user names none."""
+    """Return the model for a source if the user names none. The source need not be open."""
     from firstcontact.models import load_model
     from firstcontact.models.model import shipped_model
 
@@ -34,7 +34,7 @@ def default_model(source: Source) -> Model:
 
 
 def twin_model(condition: str, seed: int) -> Path:
-    """Return the folder of a model for the twin, which is trained if there is none."""
+    """Return the folder of a model for the twin. Train one if there is none."""
     from firstcontact.models import ESTIMATORS
 
     if (condition, seed) == SHIPPED_HAND:

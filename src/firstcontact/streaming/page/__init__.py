@@ -1,4 +1,4 @@
-"""Live page: a sink that shows the session in a browser."""
+"""Live page: an output that shows the session in a browser."""
 
 from firstcontact.core.installation import require_modules
 

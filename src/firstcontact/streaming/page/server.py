@@ -1,4 +1,4 @@
-"""Server of the page's files and of the WebSocket that updates it, in one event loop."""
+"""Web server of the live page: its files, and a WebSocket that updates it."""
 
 from __future__ import annotations
 
@@ -50,20 +50,20 @@ _HEAD = struct.Struct("<IId")
 
 @dataclass(frozen=True, slots=True)
 class ViewerRequest:
-    """Message of a viewer; ``text`` is a marker or a shape."""
+    """Message from a viewer's browser; ``text`` is a marker or a shape."""
 
     do: Literal["record", "stop", "mark", "new", "shape", "close", "open"]
     text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
 
 
 class Commands:
-    """Handler of viewers' requests."""
+    """Handler of the requests that viewers of the page send."""
 
     def __init__(self, controls: LiveSession | None) -> None:
         self._controls = controls
 
     async def obey(self, message: str | bytes, by: str) -> dict[str, Any]:
-        """Carry out a viewer's message. Return a reply, also about errors."""
+        """Carry out the message of viewer ``by``. Return fields for the reply, also after errors."""
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         try:
             request = read_record(
@@ -115,7 +115,7 @@ class Commands:
 
 @dataclass(slots=True)
 class _Viewer:
-    """Viewer of the page, connected by a socket."""
+    """Browser that shows the page, connected by a WebSocket."""
 
     name: str
     connection: ServerConnection
@@ -126,13 +126,13 @@ class _Viewer:
     pinged: float = math.inf  # time of the ping without a reply; infinite if there is none
 
     async def watch(self) -> None:
-        """Wait until the viewer has closed the hand and is silent, then raise TimeoutError."""
+        """Raise TimeoutError once a viewer that closed the hand has sent nothing for too long."""
         while not self.closes or time.monotonic() - self.heard < SILENCE:
             await asyncio.sleep(TICK)
         raise TimeoutError
 
     async def ping(self) -> None:
-        """Ping the viewer until it does not reply because it reads nothing, then disconnect it."""
+        """Ping a viewer regularly, and disconnect it when it stops replying."""
         while True:
             self.pinged = time.monotonic()
             try:
@@ -145,12 +145,12 @@ class _Viewer:
             await asyncio.sleep(PAUSE)
 
     def drop(self) -> None:
-        """Disconnect a viewer that reads nothing: it would not read a closing handshake."""
+        """Disconnect at once, without the closing handshake that a silent viewer would not read."""
         self.connection.transport.abort()
 
 
 class PageServer:
-    """Web server of the page. It serves while :meth:`run` runs."""
+    """Web server of the page, which serves while :meth:`run` runs."""
 
     def __init__(
         self,
@@ -191,7 +191,7 @@ class PageServer:
         return answered
 
     def _make_room(self) -> bool:
-        """Disconnect the viewer whose reply has been missing longest. Return True if one was."""
+        """Disconnect the viewer that has been silent longest. Return False if all are active."""
         slowest = min(self._viewers.values(), key=lambda viewer: viewer.pinged)
         if time.monotonic() - slowest.pinged < GRACE:
             return False
@@ -238,7 +238,7 @@ class PageServer:
             await asyncio.sleep(TICK)
 
     async def _tell(self, connection: ServerConnection, viewer: _Viewer) -> None:
-        """Send changed parts of the state to a viewer, as fast as it reads them."""
+        """Send changed parts of the page's state to a viewer, as fast as it reads them."""
         await connection.send(f'{{"hello":{viewer.hello}}}')
         seen: dict[str, int] = {}
         column, skipped = -1, 0

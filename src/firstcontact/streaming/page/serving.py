@@ -49,7 +49,7 @@ TYPES = {
 
 
 class NotAllowedError(Exception):
-    """Error for a refused request, with its HTTP status and one sentence."""
+    """Error for a refused request, with an HTTP status and one sentence."""
 
     def __init__(self, status: HTTPStatus, sentence: str) -> None:
         super().__init__(sentence)
@@ -58,7 +58,7 @@ class NotAllowedError(Exception):
 
 
 def is_loopback(host: str) -> bool:
-    """Return True if an address is reachable from this machine only."""
+    """Return True if an address can be reached from this computer only."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -67,7 +67,7 @@ def is_loopback(host: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Access control of pages; without a token, only requests to loopback names are served."""
+    """Access control of the pages. Without a token, only this computer may open them."""
 
     host: str
     port: int
@@ -78,7 +78,7 @@ class Guard:
 
     @property
     def cookie(self) -> str:
-        """Name of the token's cookie. It contains the port, because cookies ignore ports."""
+        """Name of the cookie with the token. It contains the port, because cookies ignore ports."""
         return f"firstcontact-{self.port}"
 
     def url(self, token: str | None) -> str:
@@ -90,7 +90,7 @@ class Guard:
         return f"http://{host}:{self.port}/{query}"
 
     def check(self, path: str, headers: Headers, websocket: bool) -> str | None:
-        """Return the token of a request; None if none is needed. Refuse all other requests."""
+        """Return the valid token of a request, or None if none is needed. Raise NotAllowedError."""
         served = headers.get_all("Host")
         if len(served) != 1 or not self._ours(served[0]):
             raise NotAllowedError(
@@ -158,7 +158,7 @@ def _same(given: str, token: str) -> bool:
 
 
 def load(package: str, folder: str) -> Files:
-    """Return content type and bytes of each file of a known type in a package folder, by path."""
+    """Return by path the content type and bytes of the files in a folder of a package."""
     table = {}
     for item in files(package).joinpath(folder).iterdir():
         suffix = "." + item.name.rpartition(".")[2]

@@ -66,7 +66,7 @@ class PageSink:
 
     @property
     def look_url(self) -> str | None:
-        """Address for viewers that may only look; None if no token is needed."""
+        """Address for viewers who may not control the session; None if no token is needed."""
         token = self._guard.look_token
         return None if token is None else self._guard.url(token)
 
@@ -83,7 +83,7 @@ class PageSink:
             self._state.take(update)
 
     def close(self) -> None:
-        """Notify viewers, disconnect them and release the port. Closing twice is fine."""
+        """Notify and disconnect viewers, and release the port. A second call does nothing."""
         if self._thread is not None and self._loop is not None and self._stop is not None:
             with contextlib.suppress(RuntimeError):  # the loop ended by itself
                 self._loop.call_soon_threadsafe(self._stop.set)
@@ -117,7 +117,7 @@ def _make(session: LiveSession, options: OutputOptions) -> PageSink:
 
 
 def _landmarks(model: Model) -> dict[str, float]:
-    """Return the values of the objects that a model was trained on, by name."""
+    """Return the labels of the objects that a model was trained on, by name, for the scale."""
     data = model.trained_on
     if not model.predictors or model.default().quantity.name != data.target:
         return {}

@@ -1,4 +1,4 @@
-"""State of the page, in parts that change separately. New viewers get all parts."""
+"""State of the page, in parts that are sent separately. New viewers get all parts."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ FORCE_SECONDS = 0.02
 
 
 class Row(msgspec.Struct, frozen=True):
-    """Row of the table: a pinch, the name of its object, and what the twin says became of it."""
+    """Row of the table: a pinch, the name of its object, and "dropped" or "broken" on the twin."""
 
     pinch: PinchDone
     name: str = ""
@@ -62,7 +62,7 @@ class Row(msgspec.Struct, frozen=True):
 
 
 class PinchRows:
-    """Collector of the table's rows for the last pinches, the newest last."""
+    """Rows of the page's table for the last pinches, the newest last."""
 
     def __init__(self) -> None:
         self._rows: deque[Row] = deque(maxlen=ROWS)
@@ -70,7 +70,7 @@ class PinchRows:
         self._losses: deque[Marker] = deque(maxlen=ROWS)
 
     def add_marker(self, marker: Marker) -> None:
-        """Process a marker. It names the object of a pinch, or reports that an object was lost."""
+        """Process a marker that names a pinched object, or reports that the twin lost it."""
         if lost_object(marker.text):
             self._losses.append(marker)
         self._names.add_markers([marker])
@@ -100,7 +100,7 @@ class PinchRows:
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """Rows of the table, with the twin's reports of lost objects."""
+        """Rows of the table, with reports of the twin on lost objects."""
         rows = []
         end = (np.inf, np.inf)  # a loss after the start of the following pinch belongs to that one
         for row in reversed(self._rows):
@@ -123,7 +123,7 @@ def brief(pinch: PinchDone) -> PinchDone:
 
 
 class Now(msgspec.Struct, frozen=True):
-    """Events of the current or the last closing, as the page shows them."""
+    """Events of the current or last closing, as the page shows them."""
 
     contact: ContactEvent | None = None
     second: float | None = None
@@ -135,7 +135,7 @@ class Now(msgspec.Struct, frozen=True):
 
 @dataclass(slots=True, eq=False)
 class _Part:
-    """Part of the page with a change counter and cached JSON."""
+    """Part of the page's state as JSON, with a number that counts its changes."""
 
     tree: Any
     count: int
@@ -143,7 +143,7 @@ class _Part:
 
 
 class State:
-    """Current state of the page. One thread fills it, another reads it."""
+    """Current state of the page. One thread writes it, another reads it."""
 
     def __init__(
         self, descriptor: Descriptor, landmarks: Mapping[str, float], controls: LiveSession | None
@@ -214,13 +214,13 @@ class State:
         return new
 
     def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
-        """Return columns of the traces, see :meth:`Columns.since`."""
+        """Return the traces' minima and maxima from column ``since`` on: :meth:`Columns.since`."""
         with self._lock:
             self._settle()
             return self._columns.since(since)
 
     def _settle(self) -> None:
-        """Process waiting updates in order: the samples of each, then its events."""
+        """Process the waiting updates in order: samples of each, then events."""
         pending, self._pending = self._pending, []
         arrivals: list[Arrival] = []
         for update in pending:
@@ -265,7 +265,7 @@ class State:
             self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
-        """Return the mean of each taxel in the order of the 3×2 array, row by row."""
+        """Return the mean force of each cell of the 3×2 array, row by row."""
         ordered = sorted(columns, key=lambda c: self._layout.column_channels[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
         return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []

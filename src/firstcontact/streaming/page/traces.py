@@ -29,7 +29,7 @@ def finger_place(finger: Finger | None) -> int:
 
 
 class Columns:
-    """Ring buffer of the minimum and maximum of every few samples, so that no peak is lost."""
+    """Ring buffer for drawing: minimum and maximum of every few samples, so no peak is lost."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
@@ -89,14 +89,14 @@ class Columns:
         self._top = max(self._top, top)
 
     def place(self, sample: int, epoch: int) -> float | None:
-        """Return the position of a sample, in columns; None if its epoch is too old."""
+        """Return the column in which a sample lies, as a fraction; None if it is too old."""
         if epoch not in self._epochs:
             return None
         origin, base = self._epochs[epoch]
         return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
-        """Return all stored complete columns from number ``column`` on."""
+        """Return the number of the first complete column from ``column`` on, and all from there."""
         first = min(max(column, self.first), self.end)
         return first, self._ring[np.arange(first, self.end) % self._size]
 
@@ -126,7 +126,7 @@ class Closeup:
         return self._fill(block)
 
     def begin(self, contact: Contact, epoch: int) -> None:
-        """Show the samples around this first contact from now on."""
+        """Show the samples around this first contact until :meth:`clear` or the next contact."""
         self._contact, self._epoch = contact, epoch
         self._first = contact.sample - self._before
         self._trace[:] = np.nan
@@ -142,7 +142,7 @@ class Closeup:
             self._marks.append(mark)
 
     def clear(self) -> None:
-        """Show no contact until the next closing's first contact."""
+        """Show nothing until the first contact of the next closing."""
         self._contact = None
 
     def _fill(self, block: Block) -> bool:
@@ -158,7 +158,7 @@ class Closeup:
         return True
 
     def tree(self) -> dict[str, Any] | None:
-        """Return times (ms), traces and contacts for the page. Missing samples are NaN."""
+        """Return times, ms, traces and contacts for the page. Missing samples are NaN."""
         if self._contact is None:
             return None
         ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3

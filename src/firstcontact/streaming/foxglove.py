@@ -130,7 +130,7 @@ class FoxgloveSink:
             self._log(line, self._clock.host_time(marker.sample, marker.epoch))
 
     def _grid(self, force: Any, place: int, stamp: int) -> Any:
-        """Return the force map of a finger for Foxglove, with the first row on top as on the page."""
+        """Return the force map of a finger. Its first row is on top, as on the page."""
         kinds = self._sdk.messages
         across = 1 if len(force) % 2 else 2
         position = kinds.Vector3(x=place * APART)

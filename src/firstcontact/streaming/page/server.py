@@ -63,7 +63,7 @@ class Commands:
         self._controls = controls
 
     async def obey(self, message: str | bytes, by: str) -> dict[str, Any]:
-        """Carry out the message of viewer ``by``. Return fields for the reply, also after errors."""
+        """Carry out the message of viewer ``by``. Return the fields of the reply or error."""
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         try:
             request = read_record(

@@ -19,7 +19,7 @@ from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.core.physics import gent_modulus
 from firstcontact.twin.mechanics import FingerParameters, ObjectParameters
 from firstcontact.twin.noise import MotorNoise
-from firstcontact.twin.objects import slow_share
+from firstcontact.twin.objects import shell_stiffness, slow_share
 from firstcontact.twin.pad import confinement
 from firstcontact.twin.pinch import piezo_samples, touch_voltage
 
@@ -82,8 +82,13 @@ PINCH_SPREAD: Mapping[str, float] = {
 #: stiff back, which also confines the contact. One rig in four has a stiff back.
 PAD = ("pad_stiffness", "pad_stiffening", "pad_arm_stiffness", "pad_damping")
 DIMPLED, BACKED, BACK = (0.2, 1.0), (1.0, 4.0), 0.25
-#: Largest slow arm of a block, and largest slow loss factor of an object relative to its fast one.
-BLOCK_SLOW, OBJECT_SLOW = 0.1, 0.6
+#: Largest slow arm of a block, and largest loss factor of an object over seconds. That is at most
+#: the loss factor within milliseconds: equal ones lose alike at all frequencies.
+BLOCK_SLOW, OBJECT_SLOW = 0.1, 0.35
+#: Wall of a hollow object relative to its radius, and the factor on its stiffness against a dent:
+#: pressure, felt, and walls that are no part of a sphere. Walls of ``thin_shell`` are thinner.
+WALL, DENTED = (0.12, 0.4), (0.5, 2.0)
+THIN_WALL = (0.04, 0.08)
 #: Smallest and largest factor by which a rig multiplies these standard deviations.
 REPEATS = (0.15, 1.5)
 #: Range of the peak-to-peak voltage of a hard block at the converter. The gain of each rig is set
@@ -217,7 +222,7 @@ def draw_object(rng: Rng) -> RandomObject:
     shore_a = float(rng.uniform(SOFTEST, HARDEST))
     modulus = gent_modulus(shore_a)
     loss = _between(rng, 0.05, 0.6)
-    slow, dent = slow_share(loss * rng.uniform(0.0, OBJECT_SLOW)), math.inf
+    slow, dent = slow_share(min(loss * rng.uniform(), OBJECT_SLOW)), math.inf
     kind = rng.choice(4, p=[0.25, 0.45, 0.15, 0.15])
     if kind == 0:  # flat
         side, height = _between(rng, 0.02, 0.12), _between(rng, 0.01, 0.08)
@@ -229,7 +234,9 @@ def draw_object(rng: Rng) -> RandomObject:
             bulk = modulus * math.pi * radius / 2 * _between(rng, 0.7, 1.4)
         elif kind == 2:  # hollow: each contact dents its wall
             radius, mass = _between(rng, 0.012, 0.06), _between(rng, 0.01, 0.6)
-            bulk, dent = modulus * math.pi * radius / 2, _between(rng, 3e3, 8e4)
+            bulk = modulus * math.pi * radius / 2
+            dent = shell_stiffness(modulus, radius, radius * _between(rng, *WALL))
+            dent *= (1 + 2 * loss) * _between(rng, *DENTED)
         else:  # any radius, mass and stiffness
             radius, mass = _between(rng, 0.005, 0.2), _between(rng, 0.01, 0.6)
             bulk = _between(rng, 3e3, 1e6)
@@ -347,10 +354,11 @@ def _edge(target: RandomObject, rng: Rng) -> RandomObject:
 
 
 def _thin_shell(target: RandomObject, rng: Rng) -> RandomObject:
-    parameters = target.parameters._replace(
-        dent_stiffness=float(rng.uniform(600, 1800)), radius=float(rng.uniform(0.02, 0.05))
-    )
-    return replace(target, parameters=parameters)
+    o, radius, thin = target.parameters, float(rng.uniform(0.02, 0.05)), _between(rng, *THIN_WALL)
+    dent = (1 + o.arm_share) * shell_stiffness(o.modulus, radius, radius * thin)
+    mass = 4 * math.pi * radius**3 * thin * float(rng.uniform(900, 1300))
+    shell = o._replace(dent_stiffness=dent, radius=radius, face_mass=max(mass / 2, 0.004))
+    return replace(target, parameters=shell)
 
 
 def _slow_material(target: RandomObject, rng: Rng) -> RandomObject:
@@ -364,6 +372,6 @@ FAMILIES: Mapping[str, Family] = {
     "silent_motor": Family("a motor without lines", rig=_silent_motor),
     "slow_closing": Family("closing at 20 to 40 mm/s", rig=_slow_closing),
     "edge": Family("edges of 1.5 to 4 mm", change_object=_edge),
-    "thin_shell": Family("shells that bend at the contact", change_object=_thin_shell),
+    "thin_shell": Family("hollow, with walls of 4 to 8 % of the radius", change_object=_thin_shell),
     "slow_material": Family("relaxation in 12 to 40 ms", change_object=_slow_material),
 }

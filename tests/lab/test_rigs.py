@@ -9,6 +9,7 @@ import pytest
 from firstcontact.core.layout import ADC_COUNTS, FINGERTIP_RATE, SUBCOUNTS
 from firstcontact.twin import pinch as twin_pinch
 from firstcontact.twin._run import SUBSTEPS, PinchRun
+from firstcontact.twin.objects import OBJECTS
 from firstcontact.twin.pinch import BURN_IN
 from firstcontact_lab import rigs
 from firstcontact_lab.rigs import (
@@ -117,7 +118,9 @@ OUTSIDE = {
     "silent_motor": lambda rig, target: rig.noise.rotor + rig.noise.mesh,
     "slow_closing": lambda rig, target: rig.finger.speed,
     "edge": lambda rig, target: target.parameters.radius,
-    "thin_shell": lambda rig, target: 1 / target.parameters.dent_stiffness,
+    "thin_shell": lambda rig, target: (
+        target.parameters.modulus * target.parameters.radius / target.parameters.dent_stiffness
+    ),
     "slow_material": lambda rig, target: target.parameters.arm_relaxation,
 }  # fmt: skip
 
@@ -136,6 +139,20 @@ def test_family_is_outside_the_training_range(name: str) -> None:
     low, high = np.quantile(usual, (0.02, 0.98))
     outside = (np.array(family_values) < low) | (np.array(family_values) > high)
     assert outside.mean() > 0.8
+
+
+@pytest.mark.parametrize("name", ["tennis ball 1", "orange 1", "avocado 1"])
+def test_objects_of_the_twin_lie_within_the_random_ones(name: str) -> None:
+    """A slow loss is compared beside the same fast loss, and a dent among hollow objects."""
+    drawn, twin = rng(5), OBJECTS[name].nominal
+    targets = [draw_object(drawn).parameters for _ in range(3000)]
+    if np.isfinite(twin.dent_stiffness):
+        values = [o.dent_stiffness for o in targets if np.isfinite(o.dent_stiffness)]
+        low, high = np.quantile(values, (0.05, 0.95))
+        assert 5 * low < twin.dent_stiffness < high / 5
+    else:
+        near = [o for o in targets if 0.8 < o.arm_share / twin.arm_share < 1.25]
+        assert np.mean([o.slow_share > twin.slow_share for o in near]) > 0.05
 
 
 def test_resonance_rings_at_its_frequency_and_decays() -> None:

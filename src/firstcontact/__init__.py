@@ -1,4 +1,4 @@
-"""Stiffness of an object from the first 15 ms after one finger touches it."""
+"""Estimates of an object's stiffness from the first 15 ms after one finger touches it."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The chain in C: samples in, closings, contacts and estimates out."""
+"""Chain: the compiled C code that turns samples into closings, contacts and estimates."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Events of the chain."""
+"""Events that the chain reports."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class EventKind(IntEnum):
-    """Kind of a :class:`ChainEvent`. The numbers equal those in ``fc_chain.h``."""
+    """Type of a :class:`ChainEvent`. The numbers equal those in ``fc_chain.h``."""
 
     #: The hand began to close.
     CLOSING_BEGAN = 1

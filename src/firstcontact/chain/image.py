@@ -1,4 +1,4 @@
-"""Image of a model: all constants of the chain as one block of bytes, little-endian.
+"""Image of a model: all constants of the C chain as one block of bytes, little-endian.
 
 ``fc_image.c`` reads and checks it, on the computer and on the hand.
 """
@@ -43,7 +43,7 @@ TURN, LINES = 512, 400
 
 
 class DetectorKind(IntEnum):
-    """Kind of a detector, as in ``fc_detector.h``."""
+    """Type of a contact detector, with the numbers of ``fc_detector.h``."""
 
     NONE = 0
     LOGISTIC = 1
@@ -54,7 +54,7 @@ class DetectorKind(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DetectorConstants:
-    """Constants of a detector at one rate. Lengths are in samples."""
+    """Constants of a contact detector at one sampling rate. Lengths are in samples."""
 
     kind: DetectorKind
     window: int
@@ -90,7 +90,7 @@ class Matrix:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """Thin layer of the network: ``out(into(x) + rig term) + bias``."""
+    """Layer of the network as two thin matrices: ``out(into(x) + rig term) + bias``."""
 
     into: Matrix
     out: Matrix
@@ -99,7 +99,7 @@ class Layer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProcessConstants:
-    """Gaussian process on the pinches of a rig. The first axis of arrays is the stage."""
+    """Gaussian process fitted to a rig's pinches. The first axis of arrays is the signal length."""
 
     #: Mean and scale of the Shore A of the pinches.
     centre: float
@@ -118,7 +118,7 @@ class ProcessConstants:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigConstants:
-    """Rig that a model is conditioned on."""
+    """Description of a rig (hand with its sensors) that the network is adapted to."""
 
     #: Number of the finger, -1 for all fingers without a rig of their own.
     finger: int
@@ -141,7 +141,7 @@ class RigConstants:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelConstants:
-    """Model that predicts at any time after a contact."""
+    """Network that predicts at any time after a contact, adapted to some rigs."""
 
     #: Samples of the signal before a contact.
     before: int
@@ -205,7 +205,7 @@ class SvmConstants:
 
 @dataclass(frozen=True, slots=True)
 class WindowConstants:
-    """SVMs, or a model in Python, which the chain calls. Lengths are in samples."""
+    """Window models: SVMs, or models in Python that the chain calls. Lengths are in samples."""
 
     #: Longest signal before a contact that the model uses.
     before: int
@@ -297,12 +297,12 @@ def build_image(
 
 
 def work_memory(image: Image, channels: int) -> int:
-    """Return the bytes of work memory that a chain of so many vibration channels needs."""
+    """Return the number of bytes that a chain needs for ``channels`` vibration channels."""
     return int(chain_extension().memory(image.handle, channels))
 
 
 class ArrayWriter:
-    """Writer of arrays, each padded to 8 bytes."""
+    """Writer that puts arrays one after the other, each padded to a multiple of 8 bytes."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -317,7 +317,7 @@ class ArrayWriter:
 
 
 def _model_kind(model: Constants | None) -> int:
-    """Return the number of a model's kind, as in ``fc_touch.h``."""
+    """Return the number of a model's type, as in ``fc_touch.h``."""
     if model is None or isinstance(model, ModelConstants):
         return int(model is not None)
     return 3 if model.svms else 2
@@ -417,5 +417,5 @@ def _put_rig(w: ArrayWriter, r: RigConstants) -> None:
 
 
 def chain_extension() -> Any:
-    """Return the compiled module of the chain. InputError says what to install if it is missing."""
+    """Return the compiled module of the chain. Without it, InputError tells what to install."""
     return load_compiled("firstcontact.chain._compiled")

@@ -1,4 +1,4 @@
-"""Stream of samples through the chain."""
+"""Python class around the C chain, for streams of samples."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ Predict = Callable[
 
 
 class ProgramDetector(Protocol):
-    """Detector in Python: the chain calls it for each window."""
+    """Interface of detectors in Python, which the chain calls for each window."""
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
         """Learn from the motor's noise, divided by its standard deviation, (samples, fingers)."""
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask (windows, fingers) for windows of shape (windows, fingers, samples)."""
+        """Return a mask (windows, fingers) of contacts in windows (windows, fingers, samples)."""
 
 
 class Chain:
@@ -140,7 +140,7 @@ class Chain:
         return self._events(self._module.finish(self._handle, self._functions))
 
     def hint(self, speed: float, error: float, radius: float) -> None:
-        """Set closing speed and object radius (:data:`Hints`) for this closing, or the next one."""
+        """Set closing speed, its relative error, and radius (SI) for this or the next closing."""
         self._module.hint(self._handle, speed, error, radius)
 
     def due(self, most: int) -> int:
@@ -154,12 +154,12 @@ class Chain:
 
     @property
     def runs(self) -> bool:
-        """True from the start of a closing until the motor stops, even if the pinch has ended."""
+        """True from the start of a closing until the motor stops, even after the pinch's end."""
         return bool(self._module.state(self._handle, 1)[6])
 
     @property
     def refused(self) -> int:
-        """Number of motor starts since the last closing began that were ignored, due to a load."""
+        """Number of motor starts that were ignored, due to a high force, since the last closing."""
         return int(self._module.state(self._handle, 1)[2])
 
     @property

@@ -1,4 +1,4 @@
-"""The chain's arithmetic for cut-out contacts, and for looks in a detector's training."""
+"""Functions of the C chain for contacts that are cut from recordings, and for training."""
 
 from __future__ import annotations
 
@@ -37,21 +37,24 @@ def _contacts(
 def predict_touches(
     image: Image, *contacts: Array, is_regression: bool = False
 ) -> NDArray[np.float64]:
-    """Predict from contacts, given as the arrays of :class:`Touches`, shape (n, 6)."""
+    """Return value, low, high, half width, spread and out-of-range mark per contact, (n, 6).
+
+    ``contacts`` are :attr:`Touches.arrays`.
+    """
     out = np.full((len(contacts[0]), 6), np.nan)
     chain_extension().predict(image.handle, *_contacts(*contacts), is_regression, out)
     return out
 
 
 def rig_inputs(image: Image, *contacts: Array) -> NDArray[np.float32]:
-    """Return the network's inputs for contacts of the image's rigs, shape (n, INPUTS)."""
+    """Return the inputs of the network for contacts of the rigs in the image, (n, INPUTS)."""
     out = np.empty((len(contacts[0]), INPUTS), np.float32)
     chain_extension().rig_inputs(image.handle, *_contacts(*contacts), out)
     return out
 
 
 def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.float64]:
-    """Return mean and spread that the network of an image predicts from inputs, shape (n, 2)."""
+    """Return mean and standard deviation of the network's prediction for inputs, shape (n, 2)."""
     out = np.empty((len(inputs), 2))
     chain_extension().network(image.handle, _singles(inputs), _singles(terms), out)
     return out
@@ -60,7 +63,7 @@ def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.floa
 def predict_window(
     image: Image, signal: NDArray[np.float64], lead: int
 ) -> tuple[float, float, float] | None:
-    """Return value, low and high that the image's SVM predicts from one contact.
+    """Return value, lower and upper bound that the image's SVM predicts for one contact.
 
     ``signal`` has ``lead`` samples before the contact. Return None if it cannot be used.
     """
@@ -70,9 +73,9 @@ def predict_window(
 
 
 def svm_outputs(image: Image, windows: Array, outputs: int) -> NDArray[np.float32]:
-    """Return the decision of a regression, or the votes for each class, shape (n, outputs).
+    """Return one number per window for a regression, or votes per class, shape (n, outputs).
 
-    The windows must vary. NaN stands for decisions that are not finite.
+    The windows must vary. NaN stands for numbers that are not finite.
     """
     out = np.empty((len(windows), outputs), np.float32)
     chain_extension().svm_outputs(image.handle, _singles(windows), out)
@@ -82,7 +85,7 @@ def svm_outputs(image: Image, windows: Array, outputs: int) -> NDArray[np.float3
 def touch_inputs(
     signals: Array, valid: Array, before: int, level: Array, sign: Array, hints: Array
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    """Return the network's inputs and the traits of contacts."""
+    """Return the network's inputs for contacts, and the features that tell if they are unusual."""
     n = len(signals)
     inputs, traits = np.empty((n, INPUTS), np.float32), np.empty((n, TRAITS))
     chain_extension().inputs(
@@ -101,7 +104,7 @@ def touch_inputs(
 def spectra(
     signals: Array, sine: Array, fade: Array, part: Array, cell: Array
 ) -> NDArray[np.float32]:
-    """Return the spectra of signals before contacts, shape (n, 400)."""
+    """Return the spectra of the signals before contacts, shape (n, 400)."""
     out = np.empty((len(signals), LINES), np.float32)
     chain_extension().spectra(_singles(signals), len(fade), sine, fade, part, cell, out)
     return out
@@ -122,7 +125,7 @@ ORDER, FEATURES = 12, 16
 
 
 def fit_predictions(quiet: Array) -> NDArray[np.float64]:
-    """Return filters that remove the predictable part of a motor's noise."""
+    """Return filters that predict a motor's noise, so that it can be subtracted."""
     rows = _doubles(quiet)
     out = np.empty((len(rows), ORDER + 1))
     chain_extension().fit_predictions(rows, rows.shape[1], out)
@@ -132,7 +135,10 @@ def fit_predictions(quiet: Array) -> NDArray[np.float64]:
 def look_features(
     looks: Array, weights: Array, lengths: Sequence[int], floor: float
 ) -> NDArray[np.float64]:
-    """Return the loudness features of looks: of the signal, then of its prediction error."""
+    """Return the loudness in several spans of each window: of the signal, then of what is left.
+
+    What is left is the signal minus the prediction by the filter ``weights``.
+    """
     rows = _doubles(looks)
     out = np.empty((len(rows), FEATURES))
     chain_extension().look_features(

@@ -1,4 +1,4 @@
-"""Command line ``firstcontact``: one file per verb in ``verbs``, and code that verbs share."""
+"""Command line ``firstcontact``: one file per command in ``verbs``, and code that they share."""
 
 import lazy_loader
 

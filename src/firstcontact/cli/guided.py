@@ -1,4 +1,4 @@
-"""Terminal output of a guided recording: lines of text and, on a terminal, a status line."""
+"""Terminal output of a guided recording: lines, and a status line that is overwritten."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NOISY = 1.4
 
 
 def entered() -> bool:
-    """Return True if Enter was pressed since the last call; do not wait for it."""
+    """Return True if a person pressed Enter since the last call. Do not wait."""
     try:
         if not select.select([sys.stdin], [], [], 0)[0]:
             return False
@@ -37,7 +37,7 @@ def entered() -> bool:
 
 
 class Terminal(Screen):
-    """Terminal display of a recording. It asks for Enter when the object has to be changed."""
+    """Display of a recording in a terminal. It waits for Enter when the object must be changed."""
 
     def __init__(self, source: Source, stop: Stop, asks: bool) -> None:
         self.complete = True
@@ -56,7 +56,7 @@ class Terminal(Screen):
         print(start + line.ljust(self._width), flush=True)
 
     def begin(self, guide: Guide) -> None:
-        """Start to show a recording. Its guide names the objects and judges the closings."""
+        """Begin the display. ``guide`` names the objects and judges the closings."""
         health = self._source.health
         self._guide = guide
         self._asks = self._asks and guide.objects > 1

@@ -1,4 +1,4 @@
-"""Log of the package: on standard error with ``--verbose``, and in crash logs."""
+"""Log of the package: printed with ``--verbose``, and written to a file after a crash."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _lines: deque[str] = deque(maxlen=200)
 
 
 class _Handler(logging.Handler):
-    """Handler that keeps each log record as one line of text, and prints the important records."""
+    """Log handler that stores each record as a line of text, and prints important ones."""
 
     def __init__(self, level_shown: int) -> None:
         super().__init__()
@@ -45,7 +45,7 @@ class _Handler(logging.Handler):
 
 @contextmanager
 def logged(verbose: bool) -> Iterator[None]:
-    """Keep and print the package's log records until the end of the ``with`` block."""
+    """Store and print the package's log records until the end of the ``with`` block."""
     _lines.clear()
     logger = logging.getLogger("firstcontact")
     handler = _Handler(logging.INFO if verbose else logging.WARNING)

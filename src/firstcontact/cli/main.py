@@ -72,7 +72,7 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
 
 
 def _parse(arguments: list[str]) -> Any:
-    """Return the verb with its options; None for a general option such as ``--version``."""
+    """Return the command with its options; None after an option such as ``--version``."""
     width = shutil.get_terminal_size().columns
     if not arguments:
         print(overview(width), file=sys.stderr)
@@ -93,7 +93,7 @@ def _parse(arguments: list[str]) -> Any:
 
 
 def _with_option(error: InputError, verb: Any) -> str:
-    """Return an error's message, preceded by the option's name or by the path given to it."""
+    """Return an error's message, with the name or path of the wrong option in front."""
     if not error.parameter or verb is None:
         return str(error)
     field = getattr(verb, "options", {}).get(error.parameter, error.parameter)
@@ -110,7 +110,7 @@ def _failed(code: int, sentence: str) -> int:
 
 
 def _output_code(out: Output) -> int:
-    """Return the exit code of the output: 2 if printed text was lost, else 0."""
+    """Return the exit code: 2 if printed text was lost, else 0."""
     if out.failed is None or out.gone:
         return DONE
     return _failed(INPUT, f"standard output: {out.failed.strerror}: the output is incomplete")

@@ -1,4 +1,4 @@
-"""Options of verbs: the fields of a verb's dataclass become a command line through argparse."""
+"""Options of commands: the fields of a command's dataclass, parsed by argparse."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ INDENT = 28
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Option:
-    """Properties of a command-line option, for ``Annotated`` at a field of a verb's dataclass.
+    """Properties of a command-line option, for ``Annotated`` at a field of a command's dataclass.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ Condition = Annotated[Literal["paper-rig", "everyday"], Option(group="simulated 
 
 
 class Argument:
-    """One option, or one positional argument, of a verb."""
+    """One option, or one positional argument, of a command."""
 
     def __init__(self, field: Field[Any], hint: Any, text: str) -> None:
         kind, *extras = get_args(hint) if get_origin(hint) is Annotated else (hint,)
@@ -124,7 +124,7 @@ def parse_options(verb: type[Any], prog: str, words: Sequence[str]) -> Any:
 
 
 def verb_arguments(verb: type[Any]) -> list[Argument]:
-    """Return the options and positional arguments of a verb, in the order of its fields."""
+    """Return the options and positional arguments of a command, in the order of its fields."""
     hints = get_type_hints(verb, include_extras=True)
     texts = _field_texts(verb)
     return [Argument(f, hints[f.name], texts.get(f.name, "")) for f in fields(verb)]
@@ -133,7 +133,7 @@ def verb_arguments(verb: type[Any]) -> list[Argument]:
 def choice(
     names: Iterable[str] | Registry[Any], group: str = GENERAL_GROUP, advanced: bool = False
 ) -> Option:
-    """Return an option whose value is one of ``names``. Plug-ins are listed but not imported."""
+    """Return an option whose value is one of ``names``. Plug-ins are listed, but not imported."""
     # Iterating a registry would import every plug-in.
     listed = names.names if isinstance(names, Registry) else names
     return Option(names=tuple(listed), group=group, advanced=advanced)
@@ -173,7 +173,7 @@ def devices(recorded: bool = True, more: str = "") -> Option:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Argument parser that raises errors instead of printing them and ending the process."""
+    """Argument parser that raises errors instead of ending the process."""
 
     def error(self, message: str) -> NoReturn:
         sentence = message.removeprefix("argument ")
@@ -181,7 +181,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
-    """Return the parser of a verb. Its help lists advanced options only if ``every`` is true."""
+    """Return the parser of a command. Its help lists advanced options only if ``every`` is true."""
     arguments = verb_arguments(verb)
     width = shutil.get_terminal_size().columns - 2
     # Positional arguments first, then the required options.
@@ -211,7 +211,7 @@ def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
-    """Return the docstring below each field; nothing if the source code is not available."""
+    """Return the docstring below each field by its name; {} if there is no source code."""
     try:
         body = ast.parse(dedent(inspect.getsource(verb))).body[0]
     except (OSError, TypeError, SyntaxError):

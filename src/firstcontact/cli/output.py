@@ -1,4 +1,4 @@
-"""Standard output and error of the command, as plain text."""
+"""Printed output of a command as plain text, also if its reader ends early."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
 
 
 class Output:
-    """Text stream that escapes control characters, and survives the loss of its reader."""
+    """Text stream that escapes control characters, and goes on without a reader."""
 
     def __init__(self, stream: TextIO, raises: bool = False) -> None:
         self.failed: OSError | None = None
@@ -61,7 +61,10 @@ class Output:
 
 @contextmanager
 def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
-    """Send all printed text through an :class:`Output`."""
+    """Replace standard output and error by :class:`Output` within the ``with`` block.
+
+    ``raises`` lets the loss of standard output raise its error.
+    """
     former = sys.stdin, sys.stdout, sys.stderr
     # The next files that are opened would get the numbers of closed descriptors.
     stdin, stdout, stderr = (s or _nowhere(mode) for s, mode in zip(former, "rww", strict=True))
@@ -86,6 +89,6 @@ def reader_gone() -> bool:
 
 
 def print_losses(dataset: Dataset) -> None:
-    """Print a warning for each piece of a recording that could not be loaded."""
+    """Print a warning for each part of recordings that could not be loaded."""
     for sentence in dataset.losses:
         print(f"warning: {sentence}")

@@ -28,7 +28,7 @@ AGAIN = 0.5
 
 @contextmanager
 def session_keys(session: LiveSession) -> Iterator[None]:
-    """Take new objects and hand requests from standard input while the session runs."""
+    """Let keys and lines of input begin new objects and move the hand during a live session."""
     number = _standard_input()
     if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):
         yield
@@ -66,7 +66,7 @@ def _standard_input() -> int | None:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Make a terminal deliver each key immediately, and return its old settings."""
+    """Let a terminal deliver each key at once. Return its former settings."""
     if not (os.isatty(number) and _ours(number)):
         return None
     try:
@@ -78,7 +78,7 @@ def _keys_at_once(number: int) -> list[Any] | None:
 
 
 def _ours(number: int) -> bool:
-    """Return True if this program is in the foreground of a terminal, given its file descriptor."""
+    """Return True if this program is in the foreground of the terminal with this descriptor."""
     try:
         return os.tcgetpgrp(number) == os.getpgrp()
     except OSError:

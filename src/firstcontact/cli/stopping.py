@@ -1,4 +1,4 @@
-"""Signals, such as Ctrl-C, as requests to stop, so that a file can be finished."""
+"""Handling of signals such as Ctrl-C as requests to stop, so that files can be finished."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _installed: list[Stop] = []
 
 @contextmanager
 def stopping() -> Iterator[Stop]:
-    """Yield a Stop that handles the signals in :data:`SIGNALS` within the ``with`` block."""
+    """Yield a :class:`Stop` that receives the signals in :data:`SIGNALS` in the ``with`` block."""
     if _installed:
         yield _installed[-1]
         return

@@ -1,4 +1,4 @@
-"""Check of one closing: whether it is a valid training pinch."""
+"""Check of one closing during a recording, to decide if it is a valid training pinch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FULL = 0.99
 
 @dataclass(slots=True)
 class ClosingCheck:
-    """Check of one closing, updated with each block. It keeps no samples."""
+    """Check of one closing, updated with each block of samples, which it does not store."""
 
     layout: Layout
     began: int
@@ -42,7 +42,7 @@ class ClosingCheck:
 
     @property
     def anchor(self) -> int | None:
-        """Number of the first contact's sample; None without a contact."""
+        """Sample number of the first contact; None without a contact."""
         samples = self.strips.values() or [c.sample for c in self.contacts.values()]
         return min(samples, default=None)
 
@@ -66,7 +66,7 @@ class ClosingCheck:
         return tuple(sorted(contacts, key=lambda c: c.sample))
 
     def follow(self, block: Block) -> None:
-        """Process the next samples; samples before or after the pinch do not count."""
+        """Process the next samples. Those outside the pinch are ignored."""
         start = max(0, self.seen - block.first_sample)
         data = block.data[start:]
         if not len(data):
@@ -78,7 +78,7 @@ class ClosingCheck:
         self.seen = first + len(data)
 
     def faults(self) -> list[str]:
-        """Return the reasons why the closing is not valid; an empty list if it is."""
+        """Return the reasons why the closing is not a valid pinch; [] if it is."""
         faults = ["samples were lost"] if self.lost else []
         if self.anchor is None:
             return [*faults, "no contact"]
@@ -101,14 +101,14 @@ class ClosingCheck:
         ]
 
     def disagreement(self) -> float | None:
-        """Return the time (s) from the first strip's contact to that of the same finger's piezo."""
+        """Return the time from the first strip's contact to the same finger's piezo contact, s."""
         if not self.truth or self.truth[0].finger not in self.contacts:
             return None
         first = self.truth[0]
         return (self.contacts[first.finger].sample - first.sample) / self.layout.rate
 
     def _piezo_agrees(self, finger: Finger) -> bool:
-        """Return True if the finger's piezo also shows the contact that its strip shows."""
+        """Return True if the finger's piezo shows the same contact as its strip."""
         if finger not in self.layout.vibration_fingers:
             return True
         margin = AGREE * self.layout.rate

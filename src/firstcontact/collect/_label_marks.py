@@ -1,4 +1,4 @@
-"""Onsets that a person labels, the actions of that person, and their journal."""
+"""Contacts that a person confirms or moves on the labelling page, and a journal of that."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LONGEST = 1 << 27
 
 
 class Status(StrEnum):
-    """Decision about an onset; ``FOUND`` as long as there is none."""
+    """Decision of the person about a contact; ``FOUND`` before a decision."""
 
     FOUND = "found"
     ACCEPTED = "accepted"
@@ -36,7 +36,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Onset in a recording, with the decision about it and its label."""
+    """Contact (onset) in a recording, with the decision about it and its label."""
 
     number: int
     recording: int
@@ -61,7 +61,7 @@ Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """Action of the person who labels."""
+    """Action of the person on the labelling page, such as a decision about a contact."""
 
     do: Literal["accept", "reject", "move", "add", "label", "undo"]
     number: Whole = 0
@@ -73,7 +73,7 @@ class Action:
 
 
 class Marks:
-    """Onsets in the order of recordings and time, after all actions."""
+    """Contacts in the order of recordings and time, after all actions."""
 
     def __init__(self, onsets: Sequence[Mark], lengths: Sequence[Sequence[int]]) -> None:
         self._onsets = tuple(onsets)
@@ -86,7 +86,7 @@ class Marks:
         return len(self._marks)
 
     def ordered(self) -> list[Mark]:
-        """Return all onsets in order. An onset without a label gets that of the previous onset."""
+        """Return all contacts in order. One without a label gets that of the contact before it."""
         ordered = []
         run: Action | None = None
         recording = 0
@@ -101,7 +101,7 @@ class Marks:
         return ordered
 
     def act(self, action: Action) -> int:
-        """Apply an action. Return the number of the onset that it changed."""
+        """Apply an action. Return the number of the contact that it changed."""
         if action.do == "undo":
             if not self.done:
                 raise ArgumentError("there is no label left to undo")
@@ -113,7 +113,7 @@ class Marks:
         return number
 
     def replay(self, actions: Iterable[Action]) -> None:
-        """Restart from the onset finder's onsets, and apply ``actions``."""
+        """Restart from the automatically found contacts, and apply ``actions``."""
         self._marks = {mark.number: mark for mark in self._onsets}
         self._runs, self.done = {}, []
         for action in actions:
@@ -159,7 +159,7 @@ class Marks:
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """First line of a journal: the names of the recordings and the number of onsets."""
+    """First line of a journal: the names of the recordings and the number of contacts."""
 
     labelling: tuple[str, ...]
     found: int
@@ -197,7 +197,7 @@ class Journal:
             raise
 
     def close(self) -> None:
-        """Close the file. Closing twice is fine."""
+        """Close the file. A second call does nothing."""
         self._stream.close()
 
     def add(self, entry: Opened | Action) -> None:
@@ -226,7 +226,7 @@ class Journal:
             return  # a disk without locks
 
     def _read(self, opened: Opened) -> int:
-        """Read the actions in the file. Return the position at which its last whole line ends."""
+        """Read all actions of the file. Return the position after its last whole line."""
         try:
             raw = read_regular(self.path, LONGEST)
         except OSError as error:

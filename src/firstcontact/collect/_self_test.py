@@ -44,7 +44,7 @@ class Tap(NamedTuple):
 
 
 class TapMeasures(NamedTuple):
-    """Measures of several taps on one finger; arrays have a value for each vibration column."""
+    """Measurements of several taps on one finger. Arrays have a value per vibration column."""
 
     number: int
     clipped: int
@@ -59,7 +59,10 @@ class TapMeasures(NamedTuple):
 
 
 def find_taps(layout: Layout, x: Volts, rest: Volts) -> list[Tap]:
-    """Return the complete taps in vibration columns, on any finger, given the columns at rest."""
+    """Return all complete taps on any finger in vibration columns.
+
+    ``rest`` holds the same columns without touch.
+    """
     offset = np.median(rest, axis=0)
     limit = np.maximum(LEAST, FACTOR * rest.std(axis=0))
     before, after, apart = (round(t * layout.rate) for t in (BEFORE, AFTER, APART))
@@ -99,7 +102,7 @@ def measure_taps(layout: Layout, taps: Sequence[Tap], rest: Volts) -> TapMeasure
 
 
 def _decay(layout: Layout, taps: Sequence[Volts], rest: Volts) -> Volts:
-    """Return the time constant of the taps' vibration in each column.
+    """Return the time constant with which taps fade in each column, s.
 
     The second difference suppresses the finger's swing on its drive at 59 Hz.
     """
@@ -185,7 +188,7 @@ class Verdict(NamedTuple):
 
 @dataclass
 class Measured:
-    """Measurements of the steps of a self-test, in physical units.
+    """Measurements from all steps of a self-test, in physical units.
 
     ``rest`` and ``presses`` have all columns of the layout. ``drift`` has the mean of the vibration
     columns in each second.
@@ -204,7 +207,7 @@ class Measured:
 
 
 def judge(measured: Measured) -> list[Verdict]:
-    """Return the verdicts of all checks that were measured."""
+    """Return a verdict for each check that was measured."""
     verdicts = [*_rest_verdicts(measured), *_touch_verdicts(measured), *_drift_verdicts(measured)]
     if measured.delays is not None and len(measured.delays):
         late = float(np.percentile(measured.delays, 99))
@@ -215,7 +218,7 @@ def judge(measured: Measured) -> list[Verdict]:
 
 
 def _below(check: str, finger: str, value: float, limit: float, unit: str) -> Verdict:
-    """Return the verdict on a value whose amount must not exceed a limit."""
+    """Return the verdict on a value that must be between -``limit`` and ``limit``."""
     words = f"{1e3 * value:.1f} m{unit}", f"{1e3 * limit:.1f} m{unit}"
     return Verdict(check, finger, *words, bool(abs(value) <= limit))
 
@@ -280,18 +283,21 @@ def _touch_verdicts(measured: Measured) -> Iterator[Verdict]:
 
 
 def has_array_faults(measured: Measured, finger: Finger) -> bool:
-    """Return True if the presses on a finger show a fault of its array."""
+    """Return True if the presses on a finger show a fault of its force array."""
     return bool(array_faults(_rises(measured, measured.presses[finger], finger)))
 
 
 def _rises(measured: Measured, x: Volts, finger: Finger) -> Volts:
-    """Return the rise of a finger's taxels above their level at rest."""
+    """Return how far each force cell of a finger is above its level at rest, V."""
     columns = measured.layout.columns(ChannelKind.FORCE, finger)
     return np.asarray(x[:, columns] - measured.rest[:, columns].mean(axis=0))
 
 
 def _answer_exchanged(levels: dict[Finger, tuple[float, float]]) -> bool:
-    """Return True if each finger answers in the other one's channels. Each has (own, other)."""
+    """Return True if each finger's tap is louder in the other finger's channel.
+
+    ``levels`` holds for each finger (level in its own channel, level in the other one).
+    """
     return len(levels) == len(Finger) and all(
         other > max(SWAPPED * own, LEAST) for own, other in levels.values()
     )
@@ -319,7 +325,7 @@ def _tap_verdicts(
 def _place_verdicts(
     name: str, middle: TapMeasures, corners: TapMeasures, column: int
 ) -> Iterator[Verdict]:
-    """Compare taps on the corners with taps on the middle of a pad, in sign and size."""
+    """Yield verdicts from taps on the corners against taps on the middle of a pad."""
     sizes = float(middle.peak[column]), float(corners.peak[column])
     if not corners.number or max(sizes) < WEAK:
         return
@@ -330,7 +336,7 @@ def _place_verdicts(
 
 
 def array_faults(rises: NDArray[np.float64]) -> list[str]:
-    """Return one message for each fault, given each taxel's rise, V, shape (samples, taxels)."""
+    """Return a sentence for each fault, from the rise of each force cell, V, (samples, cells)."""
     highest = rises.max(axis=0)
     if highest.max() < RISE:
         return ["no taxel rises"]
@@ -355,6 +361,6 @@ def array_faults(rises: NDArray[np.float64]) -> list[str]:
 
 
 def _are_connected(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Return True if two lines, shape (samples, taxels), always read the same, and rise."""
+    """Return True if two lines of a force array always read the same and rise."""
     rise = np.maximum(a, b).max(axis=0)
     return bool((rise > RISE).all() and (np.abs(a - b).max(axis=0) < SAME * rise).all())

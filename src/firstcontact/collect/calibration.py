@@ -151,7 +151,7 @@ def calibrate(
 
 
 def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibration:
-    """Ask for a tap on each fingertip. Return the calibration with these taps."""
+    """Ask the person for a tap on each fingertip. Return the calibration with the peaks."""
     layout = source.descriptor.layout
     for finger in layout.vibration_fingers:
         place = (
@@ -175,7 +175,7 @@ def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
 def _weighings(
     source: Source, weigh: Sequence[float], say: Say, confirmed: Callable[[], bool]
 ) -> list[Weighing]:
-    """Ask for each weight on each finger. Return the measured voltages."""
+    """Ask the person to put each weight on each finger. Return the measured voltages."""
     weighings = []
     link = LinkNews(source.health)
     fingers = source.descriptor.layout.vibration_fingers
@@ -194,7 +194,7 @@ def _weighings(
 
 
 def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
-    """Return the mean voltage of a finger's most loaded taxel over ``seconds`` of samples, V."""
+    """Return the mean voltage of the most loaded force cell of a finger over ``seconds`` s, V."""
     layout = source.descriptor.layout
     columns = layout.columns(ChannelKind.FORCE, finger)
     if not columns:
@@ -260,12 +260,12 @@ def tap_warnings(calibration: Calibration) -> Sequence[str]:
 
 
 def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel | None:
-    """Return the channel that was measured; None if the layout has no channel of that finger."""
+    """Return the channel that a measurement belongs to; None if the layout has none."""
     return next((c for c in layout.vibration if c.finger is measured.finger), None)
 
 
 def is_tapped(layout: Layout) -> bool:
-    """Return True if no sensor belongs to a finger: a person taps a disc, and no motor closes."""
+    """Return True if no sensor is on a finger, so that a person taps objects by hand."""
     return all(finger is None for finger in layout.vibration_fingers)
 
 
@@ -275,7 +275,7 @@ def rest_request(layout: Layout) -> str:
 
 
 def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
-    """Return a sentence with the noise and the mean (offset) of a sensor at rest."""
+    """Return a sentence with the noise and the mean of a sensor at rest."""
     noise, offset, unit = measured.noise, measured.offset, _unit(channel)
     if unit == "V":
         return f"noise {1e3 * noise:.2f} mV RMS, offset {1e3 * offset:+.2f} mV"
@@ -294,7 +294,7 @@ def _unit(channel: Channel | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Weighing:
-    """Known force (N) on one taxel, and the voltage (V) over the divider's resistor."""
+    """Known force on one force cell, N, and the voltage over the divider's resistor, V."""
 
     finger: Finger
     newtons: float
@@ -318,7 +318,7 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
 
 
 def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
-    """Fit the force curve of one finger's Velostat sheet: leak without load, gain and exponent."""
+    """Fit the force curve of a finger's Velostat sheet: conductance at rest, gain and exponent."""
     finger = weighings[0].finger if weighings else Finger.INDEX
     subject = f"the weights of the {finger_words(finger)}"
     points = sorted(weighings, key=lambda w: w.newtons)
@@ -350,7 +350,7 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
 def _fit(
     finger: Finger, force: NDArray[np.float64], volts: NDArray[np.float64], resistor: float
 ) -> ForceCurve:
-    """Fit a curve by the voltage. ``worth`` is dV/dg, but for a constant."""
+    """Fit the force curve to voltages. ``worth`` is dV/dg apart from a constant factor."""
     ratio = volts / ADC_VOLTS
     conductance = ratio / (1 - ratio) / resistor
     worth = (1 - ratio) ** 2

@@ -69,7 +69,7 @@ def read_contacts(path: Path) -> dict[Key, float]:
 
 
 def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 960.0) -> Agreement:
-    """Fit the camera's clock to the device's clock, and return how well the contacts agree."""
+    """Fit the camera's clock to the device's clock. Return how well the contact times agree."""
     if not 1.0 <= fps <= FASTEST:
         raise ArgumentError(f"fps is {fps:g}: give the camera's frames per s, 1 to {FASTEST:g}")
     rate = recording.header.layout.rate
@@ -117,7 +117,7 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Fit the clocks by least squares to the contacts that the mask ``near`` selects."""
+    """Fit offset and drift of the clocks by least squares to the contacts in the mask ``near``."""
     a, b = design[near], difference[near]
     fitted, _, rank, _ = np.linalg.lstsq(a, b, rcond=None)
     if len(a) <= a.shape[1] or rank < a.shape[1]:

@@ -1,4 +1,4 @@
-"""Self-test of new fingertips: a guide through rest, taps, presses and drift, and its page."""
+"""Self-test of new fingertips: a person taps and presses as asked, and gets a result page."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def check_fingertips(
 
 
 class _Steps:
-    """Steps of the self-test: a request to the person, and the samples that follow."""
+    """Steps of the self-test: each asks the person for something, and reads the samples."""
 
     def __init__(self, source: Source, say: Say) -> None:
         self._source, self._say = source, say
@@ -107,7 +107,7 @@ class _Steps:
         self.delays: list[Volts] = []
 
     def pieces(self, request: str, task: str, seconds: float, piece: float) -> Iterator[Volts]:
-        """Make a request. Yield the samples of the next ``seconds``, piece by piece."""
+        """Ask the person for ``request``. Yield the samples of the next ``seconds`` s in pieces."""
         self._say(request)
         self._order(task)
         length = round(piece * self._layout.rate)
@@ -119,11 +119,11 @@ class _Steps:
             waiting = waiting[length:]
 
     def samples(self, request: str, task: str, seconds: float) -> Volts:
-        """Make a request. Return the samples of the next ``seconds``."""
+        """Ask the person for ``request``. Return the samples of the next ``seconds`` s."""
         return np.concatenate(list(self.pieces(request, task, seconds, PIECE)))
 
     def presses(self, finger: Finger, start: str = "") -> Volts:
-        """Ask for presses on a finger's places. Return the samples with these presses."""
+        """Ask for presses on all places of a finger. Return the samples with them."""
         name = finger_name(finger)
         request = f"{start}press the {name}'s six places in turn, each for a second, within "
         return self.samples(f"{request}{PRESSES:g} s", f"press {name}", PRESSES)
@@ -167,7 +167,7 @@ class _Steps:
         return taps
 
     def _order(self, task: str) -> None:
-        """Give the task to simulated fingertips. Drop the samples from before the request."""
+        """Give the task to a simulated person. Drop samples from before the request."""
         self._source.order(tester_text(task))
         self._source.read(0)
         if self._source.twin_hand is None:
@@ -179,7 +179,7 @@ class _Steps:
                     return
 
     def _arrived(self) -> list[Volts]:
-        """Return the next samples, and keep their delays."""
+        """Return the next samples, and store their transport delays."""
         raw = []
         for arrival in wait_for_arrivals(self._source):
             block = arrival.block
@@ -251,7 +251,7 @@ def summary(verdicts: list[Verdict]) -> str:
 
 
 def _drawing(finger: Finger, measured: Measured, volts: Volts) -> str:
-    """Draw a tap in both sensors, 10 pixels a millisecond, from 7 ms before it to 33 ms after."""
+    """Draw a tap in both sensors from 7 ms before it to 33 ms after it, 10 pixels a millisecond."""
     height = 1.1 * float(np.abs(volts).max())
     times = 1e3 * (np.arange(len(volts)) / measured.layout.rate - BEFORE)
     shown = np.abs(times - 13) <= 20

@@ -1,4 +1,4 @@
-"""Plan of a recording, and the guide that names the next object and judges each closing."""
+"""Guide of a recording: it names the next object and judges each closing."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ QUIET = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One object of a plan, with the number of valid pinches wanted in a session."""
+    """One object of a recording's plan, with the number of valid pinches to record."""
 
     object: str
     pinches: int
@@ -102,7 +102,7 @@ class Item:
 
 
 def read_plan(path: Path) -> tuple[Item, ...]:
-    """Read a CSV with the columns of ``COLUMNS``."""
+    """Read the plan of a recording: a CSV with the columns of ``COLUMNS``."""
     rows = read_rows(path, COLUMNS[:2])
     for name in rows[0][1] if rows else ():
         if name not in COLUMNS:
@@ -141,7 +141,7 @@ def _item(path: Path, line: int, cells: Mapping[str, str]) -> Item:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """Result of a closing that touched an object. It counts if it has no faults."""
+    """Result of a closing that touched an object: a valid pinch if it has no faults."""
 
     label: Label
     faults: tuple[str, ...]
@@ -158,7 +158,7 @@ class Judged:
 
 
 class Guide:
-    """Judge that decides whether a closing is a valid pinch of the wanted object."""
+    """Guide that names the object to pinch, and decides if a closing is a valid pinch of it."""
 
     def __init__(
         self,
@@ -197,7 +197,7 @@ class Guide:
 
     @property
     def noise(self) -> float:
-        """Noise since the last closing, as in :class:`Judged`."""
+        """Noise since the last closing, as a multiple of the calibrated noise."""
         return self._noise.ratio
 
     def progress(self, label: Label) -> tuple[int, int]:
@@ -216,7 +216,7 @@ class Guide:
         return judged
 
     def finish(self) -> list[Judged]:
-        """Judge a closing that the end of the stream has cut short. Return its result, if any."""
+        """Return the result of a closing that the end of the samples has cut short, if any."""
         check = self._check
         return self._judge() if check is not None and check.anchor is not None else []
 
@@ -273,7 +273,7 @@ class Guide:
 
 
 class _Noise:
-    """Meter of the noise in a stream's quietest piece, as a multiple of the noise floor."""
+    """Meter of the noise in the quietest part of a stream, as a multiple of the calibrated one."""
 
     def __init__(self, layout: Layout, floors: np.ndarray) -> None:
         self._layout, self._floors = layout, floors

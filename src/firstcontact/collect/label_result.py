@@ -1,4 +1,4 @@
-"""New recordings of a labelling: the same samples, with the accepted onsets as contacts."""
+"""New recordings from labelling: the same samples, with the accepted contacts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ONE_CLOSING = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Labeller:
-    """Author, date and tool of the labels, in words."""
+    """Name of the person, date and program of the labels."""
 
     name: str
     when: str
@@ -31,7 +31,10 @@ class Labeller:
 def write_labelled(
     recording: Recording, marks: Sequence[Mark], path: Path, by: Labeller
 ) -> tuple[int, int]:
-    """Write a copy of a recording in which each accepted onset is the first contact of a pinch."""
+    """Write a copy of a recording in which each accepted contact is the first one of a pinch.
+
+    Returned are the numbers of pinches and of contacts without a decision.
+    """
     accepted = [m for m in marks if m.status is Status.ACCEPTED]
     left = sum(m.status is Status.FOUND for m in marks)
     notes = [*recording.header.notes.splitlines(), _note(marks, by), *recording.skipped]
@@ -101,7 +104,7 @@ def _how(mark: Mark, rate: float) -> str:
 
 
 def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Return True if ``slow``, a block of a slower channel group, begins during ``block``."""
+    """Return True if ``slow``, a block of slower columns, begins during ``block``."""
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate
@@ -166,6 +169,6 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
 
 
 def is_inside(pinch: PinchMark, block: Block, sample: int) -> bool:
-    """Return True if an original pinch contains a sample, counted from the start of its block."""
+    """Return True if a pinch of the original recording contains a sample of a block."""
     at = block.first_sample + sample
     return pinch.epoch == block.epoch and pinch.first_sample <= at < pinch.end

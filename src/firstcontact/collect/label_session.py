@@ -1,4 +1,4 @@
-"""Labelling session, with pieces of the signals for its page, and the server of that page."""
+"""Labelling of recordings by a person on a page: session, plotted signals, and server."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ WIDEST = 2.0
 
 
 def open_recordings(paths: Sequence[Path]) -> list[Recording]:
-    """Read all recordings in files and folders. Refuse those without samples."""
+    """Read all recordings in files and folders. Raise InputError for one without samples."""
     files = [file for path in paths for file in find_recordings(path)]
     names = [file.name for file in files]
     doubled = next((name for name in names if names.count(name) > 1), None)
@@ -57,7 +57,7 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
 
 
 def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
-    """Return all detected onsets. An onset inside a pinch has the label of that pinch."""
+    """Return all contacts found in recordings. Contacts inside a pinch have its label."""
     out: list[Mark] = []
     for number, recording in enumerate(recordings):
         layout = recording.header.layout
@@ -84,7 +84,7 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
 
 
 def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[str, Any]:
-    """Return all vibration signals around one sample, reduced to minima and maxima for a plot."""
+    """Return all vibration signals around one sample as minima and maxima, for a plot."""
     layout = recording.header.layout
     block = recording.stretches[stretch]
     reach = max(1, round(min(half, WIDEST) * layout.rate))
@@ -113,7 +113,7 @@ _QUESTION = re.compile(rb'"ask"\s*:')
 
 @dataclass(frozen=True, slots=True)
 class _Request:
-    """Request for a piece of signal around a sample, or for the end of the labelling."""
+    """Message of the page: a request for the signal around a sample, or for the end."""
 
     ask: Literal["signal", "finish"]
     number: Whole = 0
@@ -124,7 +124,7 @@ class _Request:
 
 
 class Session:
-    """Marks of some recordings, with their journal. New recordings are written to ``out``."""
+    """Labelling of some recordings, with a journal. New recordings are written to ``out``."""
 
     def __init__(
         self, recordings: Sequence[Recording], out: Path, by: Labeller, is_new_allowed: bool = True
@@ -165,21 +165,21 @@ class Session:
 
     @property
     def earlier(self) -> str:
-        """Sentence with the number of labelling steps that the journal already held."""
+        """Sentence on the number of actions that the journal held at the start."""
         lost = self._journal.lost_bytes
         damage = f" ({self._journal.path} ends in {lost} bytes that are no label)" if lost else ""
         steps = counted(len(self._journal.actions), "labelling step")
         return f"{steps} restored from earlier sessions{damage}"
 
     def state(self) -> dict[str, Any]:
-        """Return all onsets with their labels, and the number of actions so far, as JSON."""
+        """Return all contacts with their labels, and the number of actions so far, as JSON."""
         return {
             "marks": [asdict(mark) for mark in self.marks.ordered()],
             "done": len(self.marks.done),
         }
 
     def hello(self) -> dict[str, Any]:
-        """Return the first message for the page: the recordings, and the state of all onsets."""
+        """Return the first message to the page: the recordings and the state of all contacts."""
         recordings = [
             {
                 "name": r.path.name,
@@ -194,7 +194,7 @@ class Session:
         return {"recordings": recordings, **self.state()}
 
     def obey(self, message: str | bytes) -> dict[str, Any]:
-        """Handle a message from the page, and return the reply. After an error nothing changed."""
+        """Carry out a message of the page and return the reply. After an error nothing changed."""
         data = message.encode() if isinstance(message, str) else message
         if _QUESTION.search(data):
             return self._ask(read_record(data, _Request, "the page", "load it again", LONGEST))
@@ -212,7 +212,7 @@ class Session:
         return {"mark": asdict(mark), "done": len(self.marks.done)}
 
     def finish(self) -> list[str]:
-        """Write the new recordings, all or none, and return a line about each."""
+        """Write all new recordings, or none after an error. Return a line about each."""
         if not self.marks.done:
             raise ArgumentError("no onset is labelled yet: accept or reject an onset first")
         lines = []
@@ -234,7 +234,7 @@ class Session:
         return lines
 
     def close(self) -> None:
-        """Close the journal. Closing twice is fine."""
+        """Close the journal. A second call does nothing."""
         self._journal.close()
 
     def _ask(self, request: _Request) -> dict[str, Any]:

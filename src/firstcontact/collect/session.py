@@ -1,4 +1,4 @@
-"""Recording of labelled pinches: the session of a source, its screen, and its files."""
+"""Recording of labelled pinches into files, with a display for the person who records."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ WAIT = 0.1
 
 
 class Screen:
-    """Display for the person who records. Subclasses show results and ask for the next object."""
+    """Display for the person who records. Subclasses show results and ask for objects."""
 
     def say(self, line: str) -> None:
         """Show a line."""
 
     def begin(self, guide: Guide) -> None:
-        """Start to show a recording, whose guide names the objects and judges the closings."""
+        """Begin the display. ``guide`` names the objects and judges the closings."""
 
     def end(self) -> None:
-        """Show the numbers of samples and closings. The recording has ended."""
+        """Show the numbers of samples and closings at the end of the recording."""
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
         """Show the next object. Return False if the person has to put it in place first."""
@@ -56,7 +56,7 @@ class Screen:
         """Show the result of a closing."""
 
     def going_on(self) -> None:
-        """Refresh the display. Called a few times a second."""
+        """Refresh the display. It is called a few times a second."""
 
 
 def run_session(
@@ -82,7 +82,7 @@ def run_session(
 def _follow(
     source: Source, guide: Guide, recorder: Recorder, screen: Screen, stopped: Callable[[], bool]
 ) -> None:
-    """Record until the pinches are complete, the source ends, writing fails or the person stops."""
+    """Record until all pinches are recorded, the source ends, writing fails or the person stops."""
     label = named = None
     while guide.current is not None and not stopped():
         if guide.current != label:
@@ -111,7 +111,7 @@ def _follow(
 
 @dataclass(frozen=True, slots=True)
 class SoFar:
-    """Files and pinches of a session that are already in a folder."""
+    """Files and pinches that a folder already has of a session."""
 
     path: Path
     counts: Counter[Label] = field(default_factory=Counter)
@@ -120,7 +120,7 @@ class SoFar:
 
 
 def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
-    """Return the files and pinches of a session that a folder holds."""
+    """Return the files and pinches that a folder already has of a session."""
     stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
     counts: Counter[Label] = Counter()
     files, unreadable = list[Path](), list[str]()
@@ -299,7 +299,7 @@ def _record(
 def _items(
     source: Source, item: Item | None, plan: AnyPath | Sequence[Item] | None
 ) -> tuple[Item, ...]:
-    """Return the objects to record, with the Shore A of objects that the source knows."""
+    """Return the objects to record. A simulated source knows the Shore A of its own objects."""
     if (plan is None) == (item is None):
         raise ArgumentError(
             "give either one object or a plan for several, not both"
@@ -322,7 +322,7 @@ def _items(
 
 
 class _CountingScreen(Screen):
-    """Screen of a recording without a terminal. It only counts valid pinches."""
+    """Display without a terminal, which only counts valid pinches."""
 
     def __init__(self, step: Callable[[int], object]) -> None:
         self._step = step

@@ -1,4 +1,4 @@
-"""Contact detectors, one per file."""
+"""Contact detectors, one per file. They find when a finger touches, from its vibration."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Splitter of a stream into closings with their contacts, for live sessions and recorders."""
+"""Splitting of a stream of samples into closings with their contacts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstcontact.core import Block, Calibration, Contact, Layout
 
 @dataclass(frozen=True, slots=True)
 class ClosingBegan:
-    """Start of a closing. ``sample`` is its first sample."""
+    """Event: a closing started. ``sample`` is its first sample."""
 
     sample: int
     epoch: int
@@ -22,7 +22,7 @@ class ClosingBegan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosingSamples:
-    """Samples of a closing, with the contacts detected in them."""
+    """Event: samples of a closing, with the contacts detected in them."""
 
     block: Block
     contacts: tuple[Contact, ...]
@@ -31,7 +31,7 @@ class ClosingSamples:
 
 @dataclass(frozen=True, slots=True)
 class ClosingEnded:
-    """End of a closing, by its end or by missing samples or a new epoch."""
+    """Event: a closing ended, also because samples are missing or a new epoch began."""
 
     #: First sample after the closing.
     sample: int

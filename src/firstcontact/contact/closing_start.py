@@ -1,4 +1,4 @@
-"""Start of a closing: the first sample of a pinch that a detector gets."""
+"""Search for the sample at which the hand starts to close. Detectors get samples from there."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ RUNNING_OF_FEW = 2.0
 
 
 def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
-    """Return the noise floors of the fingers if these pinches begin at rest, else None."""
+    """Return the noise floors of the fingers from pinches that begin at rest, else None."""
     few = len(pinches) < FEW
     starts = [start for p in pinches if (start := _start(p, RUNNING_OF_FEW if few else RUNNING))]
     if not starts:
@@ -63,7 +63,11 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
 
 
 def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return the RMS (V) of each finger at rest, and with the motor (0 if it is not audible)."""
+    """Return each finger's RMS at rest, and with a running motor (0 if it is inaudible), V.
+
+    A motor runs if the RMS exceeds that at rest by the factor ``running``. The result is None if
+    the pinch is too short.
+    """
     samples = samples_in(GATE_STEP, pinch.layout.rate)
     if not samples:  # the rate is too low
         return None
@@ -93,7 +97,7 @@ def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def step_powers(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the power of each step in every run of 13 steps, relative to the run's level."""
+    """Return each step's power around the median level, in every run of 13 steps."""
     samples = piezo.shape[1]
     total = sliding_window_view(piezo.sum(axis=1), STEPS, axis=0)
     squares = sliding_window_view((piezo**2).sum(axis=1), STEPS, axis=0)
@@ -110,7 +114,7 @@ def median(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class StartMethod(StrEnum):
-    """Method that found the start of a closing."""
+    """Method by which the start of a closing was found."""
 
     #: The label holds the start of the motor.
     LABEL = "label"
@@ -124,7 +128,7 @@ class StartMethod(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class DetectionStart:
-    """First sample for the detector, and the method that found it."""
+    """First sample that a detector gets, and the method that found it."""
 
     sample: int
     how: StartMethod
@@ -136,7 +140,7 @@ def settling(layout: Layout) -> int:
 
 
 def closing_start(pinch: Pinch, floors: Calibration | None = None) -> DetectionStart:
-    """Return the start of a pinch's closing, where the steady state begins."""
+    """Return the sample of a pinch from which the motor runs steadily, and how it was found."""
     first = pinch.first_sample
     end = first + len(pinch.data)
     if pinch.motor_start is not None:
@@ -163,7 +167,7 @@ def closing_starts(dataset: Dataset) -> tuple[DetectionStart, ...]:
 
 @dataclass(frozen=True, slots=True, order=True)
 class RecordedClosing:
-    """Closing of a recorded pinch: its epoch, first sample for the detector, and end."""
+    """Closing of a recorded pinch: epoch, first sample for the detector, and end."""
 
     epoch: int
     start: int
@@ -172,7 +176,7 @@ class RecordedClosing:
 
 
 def recorded_closings(recording: Recording, rate: float) -> tuple[RecordedClosing, ...]:
-    """Return the closings of a recording's whole pinches in order, in samples at a rate, Hz."""
+    """Return the closings of a recording's complete pinches, in sample numbers at ``rate``, Hz."""
     pairs = [(mark.epoch, cut(recording, mark)) for mark in recording.pinches]
     dataset = resample_dataset(Dataset(tuple(p for _, p in pairs if p is not None)), rate)
     return tuple(
@@ -189,7 +193,7 @@ def recorded_closings(recording: Recording, rate: float) -> tuple[RecordedClosin
 
 
 def cut_closings(dataset: Dataset, starts: Sequence[DetectionStart] | None = None) -> Dataset:
-    """Cut the pinches to the starts of their closings, for training and scoring detectors."""
+    """Cut all pinches to begin where their closing does, for training and scoring detectors."""
     all_starts = closing_starts(dataset) if starts is None else starts
     pairs = zip(dataset.pinches, all_starts, strict=True)
     return replace(dataset, pinches=tuple(_cut(p, start.sample) for p, start in pairs))
@@ -205,14 +209,14 @@ WORDS = {
 
 
 def describe_starts(counts: Mapping[str, int]) -> str:
-    """Return a text that states where the steady states begin, and in how many pinches."""
+    """Return a text on how the starts of closings were found, and in how many pinches each."""
     descriptions = [(WORDS[StartMethod(how)], n) for how, n in counts.items()]
     parts = [f"{words} ({n:,})" if len(descriptions) > 1 else words for words, n in descriptions]
     return f"steady states begin {', '.join(parts)}"
 
 
 def count_starts(starts: Sequence[DetectionStart]) -> dict[str, int]:
-    """Return the number of closings for each method that found one or more."""
+    """Return the number of closings for each method that found their start."""
     counts = Counter(start.how for start in starts)
     return {str(how): counts[how] for how in StartMethod if counts[how]}
 
@@ -230,7 +234,7 @@ def _has_all_floors(calibration: Calibration, layout: Layout) -> bool:
 
 
 def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
-    """Return the sample at which the gate opens if the pinch begins at rest, else None."""
+    """Return the sample at which the motor becomes audible after rest, or None."""
     gate = Chain(_gate_image(pinch.layout.rate), pinch.layout, calibration)
     # The gate needs 13 steps to recognise rest, after a first one of unknown state.
     lead = settling(pinch.layout) + samples_in(GATE_STEP, pinch.layout.rate)
@@ -249,7 +253,7 @@ def _gate_image(rate: float) -> Image:
 
 
 def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
-    """Return the pinches whose motor start is unknown, in one group per session."""
+    """Return the pinches without a known motor start, in one list per session."""
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:
         if pinch.motor_start is None and pinch.layout.vibration_fingers:

@@ -1,4 +1,4 @@
-"""Contacts that a detector reports in a closing: live, or in a recorded pinch."""
+"""Contacts that a detector reports in a closing, live or in a recorded pinch."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def contact_chain(
     keeps_first_state: bool = False,
     is_traced: bool = False,
 ) -> Chain:
-    """Return a chain that finds closings and contacts. Each closing lasts until the motor rests."""
+    """Return a chain that detects closings and contacts. A closing lasts until the motor rests."""
     constants = detector.constants(layout.rate)
     return Chain(
         build_image(layout.rate, constants, after=ENDLESS / layout.rate),
@@ -47,7 +47,7 @@ def contact_of(event: ChainEvent, layout: Layout) -> Contact:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDecisions:
-    """Decisions of a detector in one pinch."""
+    """Contacts and decisions of a detector in one pinch."""
 
     windows: WindowDecisions
     #: The same decisions, but relative to the first steady state of the pinch, as published.
@@ -57,7 +57,7 @@ class PinchDecisions:
 
 
 def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
-    """Judge the windows of a pinch from its first sample on."""
+    """Let a detector judge the windows of a pinch from its start to the sample ``until``."""
     layout = pinch.layout
     chain = contact_chain(detector, layout, is_traced=True)
     windows: list[tuple[int, ...]] = []
@@ -73,7 +73,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
 
 
 def judge_windows(detector: Detector, layout: Layout, *blocks: Block) -> WindowDecisions:
-    """Judge all windows of a closing by its first steady state, and withdraw no contact."""
+    """Judge all windows of a closing. The motor's noise is measured only once, at its start."""
     chain = contact_chain(detector, layout, keeps_first_state=True, is_traced=True)
     windows: list[tuple[int, ...]] = []
     for block in blocks:
@@ -83,7 +83,7 @@ def judge_windows(detector: Detector, layout: Layout, *blocks: Block) -> WindowD
 
 
 def _decisions(windows: Sequence[tuple[int, ...]], layout: Layout) -> WindowDecisions:
-    """Return the decisions that a traced chain has stored."""
+    """Return the decisions that the chain has stored for each window."""
     rows = np.array(windows, np.int64).reshape(-1, 1 + len(layout.vibration_fingers))
     return WindowDecisions(rows[:, 0], rows[:, 1:] >= 0, rows[:, 1:])
 
@@ -91,7 +91,7 @@ def _decisions(windows: Sequence[tuple[int, ...]], layout: Layout) -> WindowDeci
 def _standing(
     events: Sequence[ChainEvent], layout: Layout, earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the contacts among ``earlier`` and ``events`` that no withdrawal removes."""
+    """Return the contacts in ``earlier`` and ``events`` that were not withdrawn later."""
     contacts = list(earlier)
     for event in events:
         if event.kind == EventKind.CONTACT_FOUND:
@@ -137,7 +137,7 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
 
 
 def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
-    """Return the first contact of :func:`detect`, or None, without judging later samples."""
+    """Return the first contact that :func:`detect` returns, or None."""
     chain = contact_chain(detector, pinch.layout)
     contacts: list[Contact] = []
     for piece in _pieces(_block(pinch, closing_start(pinch).sample), 0, pinch.layout.rate):

@@ -1,4 +1,4 @@
-"""Base classes of contact detectors, and of those that must be trained."""
+"""Base classes of contact detectors, with and without training."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from firstcontact.signal import samples_in
 
 @dataclass(frozen=True, slots=True)
 class WindowSizes:
-    """Lengths of window, step and steady state in samples, at one rate."""
+    """Lengths of window, step and steady state (noise before a contact), in samples."""
 
     window: int
     step: int
@@ -28,7 +28,7 @@ class WindowSizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowDecisions:
-    """Decisions of a detector for single windows."""
+    """Decisions of a detector for single windows: its end, and a contact per finger."""
 
     #: Number of the last sample of each window, shape (windows,).
     ends: NDArray[np.int64]
@@ -130,7 +130,7 @@ class Detector:
 
     @classmethod
     def _constants(cls, rate: float, kind: DetectorKind, **constants: Any) -> DetectorConstants:
-        """Return constants with the lengths of this class, at a rate in Hz."""
+        """Return constants of the given type for this class, with its lengths at ``rate`` Hz."""
         sizes = cls.sizes(rate)
         if sizes.window < 2 * LEAST_LOUD:
             raise ModelError(
@@ -160,7 +160,7 @@ LARGEST = 1e100
 
 
 class TrainedDetector(Detector):
-    """Window detector that must be trained."""
+    """Base class of contact detectors that must be trained."""
 
     learns: ClassVar[bool] = True
     #: Lowest rate, Hz. Below it some part of a window has no samples.
@@ -182,7 +182,7 @@ class TrainedDetector(Detector):
 
     @property
     def noun(self) -> str:
-        """Title of the detector, as used within a sentence."""
+        """Title of the detector for use within a sentence."""
         return self.title if self.title.isupper() else self.title.lower()
 
     def constants(self, rate: float) -> DetectorConstants:
@@ -202,7 +202,7 @@ class TrainedDetector(Detector):
             raise ModelError(f"the {self.noun} detector has not been trained: {otherwise}")
 
     def _window_sizes(self, dataset: Dataset) -> tuple[float, WindowSizes]:
-        """Return the rate of the training data, Hz, and the window lengths at that rate."""
+        """Return the sampling rate of the training data, Hz, and the window's lengths at it."""
         rate = dataset.layout.rate if len(dataset) else self.lowest
         if rate < self.lowest:
             raise ModelError(
@@ -219,7 +219,7 @@ class TrainedDetector(Detector):
 
 
 def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
-    """Return True if the first contact is known, and the samples before it suffice for training."""
+    """Return True if a pinch has a known contact and enough samples before it for training."""
     if pinch.first is None:
         return False
     room = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
@@ -227,7 +227,7 @@ def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
 
 
 def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) -> Dataset:
-    """Return a dataset of up to ``most`` usable pinches of ``dataset``."""
+    """Return up to ``most`` usable pinches, evenly spread over the dataset."""
     usable_positions = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
     spaced = np.linspace(0, max(0, len(usable_positions) - 1), min(most, len(usable_positions)))
     return dataset.take(usable_positions[spaced.round().astype(np.intp)])
@@ -236,7 +236,7 @@ def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) ->
 def stored_array(
     arrays: Mapping[str, NDArray[Any]], name: str, shape: tuple[int, ...]
 ) -> NDArray[np.float64]:
-    """Return an array that a detector has saved."""
+    """Return an array of a saved detector. Raise ModelError for another shape."""
     value = np.array(arrays.get(name, np.nan), dtype=np.float64)
     if value.shape != shape or not (np.abs(value) < LARGEST).all():
         raise ModelError(f"the detector's array {name!r} is missing or damaged: train it again")

@@ -64,12 +64,12 @@ def save_detector(
 
 
 def card_digest(directory: Path) -> str:
-    """Return the checksum of a folder's detector card. Model cards store this checksum."""
+    """Return the checksum of the detector's card in a folder, as stored in model cards."""
     return digest((directory / CARD).read_bytes())
 
 
 def pretrained_detector() -> Detector:
-    """Load the detector of this package, which was trained on simulated data only."""
+    """Return the package's detector, which was trained on simulated data only."""
     return load_detector(Path(str(files("firstcontact.contact"))) / "pretrained")
 
 

@@ -1,4 +1,4 @@
-"""Onsets of contacts: in a window, and in a whole recording for labelling."""
+"""Search for contacts in whole recordings, which a person then confirms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEAST_LOUD = 3
 
 
 def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
-    """Return the split of each window that best separates quiet from loud."""
+    """Return the sample of each window that best separates a quiet part from a loud one."""
     n = windows.shape[1]
     first = max(LEAST_LOUD, n - search)
     counts, weights = _sides(n, first)
@@ -37,7 +37,7 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _sides(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sample counts and the weights of both sides of each split."""
+    """Return the numbers of samples before and after each possible split, and their weights."""
     left = np.arange(first, n - LEAST_LOUD + 1, dtype=np.float64)
     counts = np.stack([left, n - left])[:, None]
     weights = np.stack([left, n - left - 1])[:, None]
@@ -64,7 +64,7 @@ QUIET_SHARE, PIECE = 0.2, 0.010
 
 @dataclass(frozen=True, slots=True)
 class Onset:
-    """Contact found in a recording."""
+    """Contact that was found in a recording, to be confirmed by a person."""
 
     column: int
     sample: int
@@ -72,7 +72,7 @@ class Onset:
 
 
 def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
-    """Find all contacts in whole signals, in time order."""
+    """Return all contacts in whole signals, in time order."""
     onsets = []
     for column in range(signals.shape[1]):
         onsets += [Onset(column, *onset) for onset in _find_in_channel(signals[:, column], rate)]
@@ -80,7 +80,7 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
 
 
 def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int, float]]:
-    """Return the sample and loudness of each onset in one channel."""
+    """Return (sample, loudness) of each contact in one channel."""
     ahead, behind, apart, lag = (
         max(1, samples_in(span, rate)) for span in (AHEAD, BEHIND, APART, CHANGE)
     )
@@ -114,7 +114,7 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
 def _levels(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two levels at each position in ``places``: the signal's RMS before it and after it."""
+    """Return the RMS of a signal before and after each of the samples in ``places``."""
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
     mean = (sums[places] - sums[places - behind]) / behind
@@ -136,7 +136,7 @@ def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
 
 
 def _quiet(x: NDArray[np.float64], piece: int) -> float:
-    """Return the quiet level of a signal: a low quantile of the deviations of its pieces."""
+    """Return the noise level of a signal: a low quantile of its pieces' standard deviations."""
     pieces = x[: len(x) // piece * piece].reshape(-1, piece)
     pieces = pieces[np.ptp(pieces, axis=1) > 0]
     return float(np.quantile(pieces.std(axis=1), QUIET_SHARE)) if len(pieces) else 0.0

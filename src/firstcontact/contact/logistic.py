@@ -1,6 +1,6 @@
-"""Contact detector with a logistic regression on loudness.
+"""Contact detector: a logistic regression on the loudness of the signal.
 
-It looks every 0.4 ms. Four consecutive looks must agree. Each look is one window.
+It judges a window (look) every 0.4 ms. Four consecutive looks must agree.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ EACH = len(PARTS) + 3
 
 
 def parts(rate: float) -> list[int]:
-    """Return the lengths of spans that end with a window, ascending, in samples."""
+    """Return the lengths of the spans at a window's end whose loudness counts, in samples."""
     lengths: list[int] = []
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
@@ -63,7 +63,7 @@ MOST = 40_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
-    """Looks at one pinch, as features of windows, grouped by finger."""
+    """Features of all windows (looks) in one pinch, by finger."""
 
     features: NDArray[np.float64]
     quiet: NDArray[np.bool_]
@@ -73,7 +73,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest score before the first contact, and the highest in time after it."""
+        """Return the highest score before the first contact, and the highest soon after it."""
         score = scores(self.features, line)
         agreed = np.full(len(score), -np.inf)
         for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):
@@ -88,7 +88,7 @@ class Looks:
 def add_clicks(
     x: NDArray[np.float64], weights: NDArray[np.float64], stop: int, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return a channel with added clicks, as the rig's gears could make them."""
+    """Return a channel with added random clicks, as the gears of this hand could make them."""
     burst = np.zeros(len(x))
     for start in rng.integers(0, max(1, stop), rng.poisson(CLICKS * stop / len(x))):
         length = int(rng.integers(1, CLICK_LENGTH + 1))
@@ -104,7 +104,7 @@ def add_clicks(
 
 
 def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Generator) -> Looks:
-    """Return the looks at a pinch with a known first contact, from the start of its closing."""
+    """Return the looks of a pinch with a known first contact, from the start of its closing."""
     layout, rate = pinch.layout, pinch.layout.rate
     smooth = DeviceSmoothing(layout).update(pinch.vibration())
     steady = SteadyState.measure(smooth[: sizes.steady])
@@ -157,7 +157,7 @@ def _settled(
     last: int,
     rate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return windows in sigmas of the steady state, and weights that predict the motor's noise."""
+    """Return windows in standard deviations of the motor's noise, and filters that predict it."""
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
     state = SteadyState.measure(x[:steady, None])
     (ringing,) = fit_predictions(state.normalise(x[:steady, None]).T)
@@ -175,14 +175,14 @@ def _settled(
 
 
 def scores(features: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the score of each look, shape (looks,). A positive score means a contact."""
+    """Return a score per look, shape (looks,). A positive score means a contact."""
     # A matrix product would round differently for other numbers of rows.
     out: NDArray[np.float64] = (features * line[:-1]).sum(axis=1) + line[-1]
     return out
 
 
 def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
-    """Fit a logistic regression with balanced classes. Return weights, then the intercept."""
+    """Fit a logistic regression with balanced classes. Return its weights, then its intercept."""
     require_modules("train", "sklearn")
     from sklearn.linear_model import LogisticRegression
 
@@ -200,7 +200,7 @@ def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
 
 
 def best_threshold(levels: NDArray[np.float64]) -> float:
-    """Return the threshold with the fewest false alarms and late decisions."""
+    """Return the threshold on scores with the fewest false alarms and late decisions."""
     quiet, loud = levels.T
     candidates = np.linspace(quiet.min(), max(loud.max(), quiet.max()), 1001)
 
@@ -277,7 +277,7 @@ class LogisticDetector(TrainedDetector):
         )
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the rate, the weights, and the intercept less the threshold."""
+        """Return sampling rate, weights, and intercept minus threshold as named arrays."""
         self._require_training("there is nothing to save")
         assert self._line is not None
         return {"line": self._line, "rate": np.asarray(self._rate)}

@@ -32,7 +32,7 @@ SLIP_DETECTORS: Registry[type[SlipDetector]] = Registry(
 
 
 def make_detector(name: str, **options: Any) -> Detector:
-    """Make a contact detector by its name, not fitted. ``options`` go to its constructor."""
+    """Return an untrained detector by its name. ``options`` go to its constructor."""
     kind = DETECTORS.find(name)
     with DETECTORS.calling(name):
         return kind(**options)
@@ -44,5 +44,5 @@ def untrained_name() -> str:
 
 
 def untrained_detector(layout: Layout) -> Detector:
-    """Return a detector that needs no training, for layouts without training data."""
+    """Return a detector that needs no training, with limits suited to this layout."""
     return DETECTORS[untrained_name()].untrained(layout)

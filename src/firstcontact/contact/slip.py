@@ -1,4 +1,4 @@
-"""Interface of slip detectors, and a detector based on the noise of the sliding pad."""
+"""Slip detectors: they hear from the fingers' vibration that a held object slides."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ THRESHOLD = 1.5
 
 
 class SlipDetector(ABC):
-    """Base class of detectors that hear from the fingers' vibration that a held object slips."""
+    """Base class of slip detectors, which hear from the vibration that a held object slides."""
 
     #: Name on the command line and in the registry :data:`SLIP_DETECTORS`.
     name: ClassVar[str]
@@ -58,7 +58,7 @@ class SlipDetector(ABC):
 
 @dataclass(slots=True)
 class _Hold:
-    """State of a hold: the piece in progress, and the level at rest as it is learned."""
+    """State while the hand holds an object: last samples, and the level without slip."""
 
     part: NDArray[np.float64]  # samples of the piece in progress
     sum: NDArray[np.float64]
@@ -103,7 +103,7 @@ class PowerSlipDetector(SlipDetector):
         self.release()
 
     def hold(self) -> None:
-        """Begin a hold: learn the level without slip again, from the next sample on."""
+        """Begin to learn the level without slip again, from the next sample on."""
         fingers = self._state.shape[2]
         self._held = _Hold(np.zeros((0, fingers)), np.zeros(fingers))
         self.loudness = float("nan")
@@ -143,7 +143,7 @@ class PowerSlipDetector(SlipDetector):
         ]
 
     def _slips(self, held: _Hold, power: NDArray[np.float64]) -> bool:
-        """Return True to report a slip: at its start, then every 50 ms while it continues."""
+        """Return True at the start of a slip, and every 50 ms while it continues."""
         if held.rest is None:
             held.sum += power
             held.count += 1

@@ -1,4 +1,4 @@
-"""Published contact detector: an RBF-SVM on windows of 20 ms."""
+"""Published contact detector: a support vector machine (RBF-SVM) on windows of 20 ms."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ROWS = 4096
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RbfMachine:
-    """Decision function ``sum_i w_i exp(-gamma |x - s_i|^2) + b`` of scaled features."""
+    """Trained support vector machine: ``sum_i w_i exp(-gamma |x - s_i|^2) + b`` of features x."""
 
     mean: NDArray[np.float64]
     scale: NDArray[np.float64]
@@ -48,7 +48,7 @@ class RbfMachine:
 
     @classmethod
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
-        """Return a machine that is trained on features, shape (windows, features)."""
+        """Return a machine trained on features, shape (windows, features)."""
         require_modules("train", "sklearn")
         from sklearn.svm import SVC
 
@@ -195,7 +195,7 @@ class SvmDetector(TrainedDetector):
 
 
 def _train(data: TrainingWindows, seed: int) -> RbfMachine:
-    """Train on some windows of each class, add the worst classified windows, and train again."""
+    """Train on some windows of each class, add the worst classified ones, and train again."""
     rng = np.random.default_rng(seed)
     sign = np.where(data.positive, 1.0, -1.0)
     classes = [np.flatnonzero(data.positive), np.flatnonzero(~data.positive)]
@@ -215,7 +215,7 @@ def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
 
 
 def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
-    """Return the threshold that detects the most first contacts correctly."""
+    """Return the threshold with which the most first contacts are detected correctly."""
     is_quiet = data.first & ~data.positive
     is_loud = data.first & data.positive
     pinches = np.unique(data.pinch[is_loud])

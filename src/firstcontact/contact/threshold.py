@@ -1,4 +1,4 @@
-"""Published threshold detector: three sigmas of the steady state."""
+"""Published threshold detector: three standard deviations of the motor's noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steady states, features of windows, and training windows of the SVM detector."""
+"""Motor noise before contacts, features of windows, and the SVM detector's training windows."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ QUIETER = 0.9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SteadyState:
-    """Mean and sigma of each vibration channel before any contact, shape (fingers,)."""
+    """Mean and standard deviation of each vibration channel before a contact, (fingers,)."""
 
     mean: NDArray[np.float64]
     sigma: NDArray[np.float64]
 
     @classmethod
     def measure(cls, quiet: NDArray[np.float64]) -> SteadyState:
-        """Return the steady state in ``quiet``, samples of shape (samples, fingers)."""
+        """Return mean and standard deviation of samples before a contact, (samples, fingers)."""
         # A range detects constant channels exactly. The standard deviation rounds.
         sigma = np.where(np.ptp(quiet, axis=0) > 0.0, quiet.std(axis=0), 0.0)
         return cls(quiet.mean(axis=0), sigma)
@@ -37,11 +37,11 @@ class SteadyState:
         return self.sigma > 0.0
 
     def is_louder_than(self, later: SteadyState) -> NDArray[np.bool_]:
-        """Return a mask of the channels that a later steady state shows clearly quieter."""
+        """Return a mask of the channels that are clearly quieter in ``later``."""
         return np.asarray(later.alive & (later.sigma < QUIETER * self.sigma))
 
     def normalise(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the difference from the mean in sigmas; 0 for constant channels."""
+        """Return samples in standard deviations from the mean; 0 for constant channels."""
         scale = np.where(self.alive, self.sigma, 1.0)
         return np.where(self.alive, (x - self.mean) / scale, 0.0)
 
@@ -61,7 +61,7 @@ def feature_count(step: int) -> int:
 
 
 def _means(x: NDArray[np.float64], edges: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return the mean of each piece between these edges along the last axis."""
+    """Return the means between these positions along the last axis."""
     pieces = x[..., : edges[-1]]
     out: NDArray[np.float64] = np.add.reduceat(pieces, edges[:-1], axis=-1) / np.diff(edges)
     return out
@@ -74,13 +74,13 @@ def _part_edges(start: int, stop: int, parts: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _loudness_edges(quiet: int, new: int, n: int) -> NDArray[np.intp]:
-    """Return the edges of nine pieces: three of the quiet samples and three of each recent step."""
+    """Return the borders of nine spans: three of the quiet part, and three of each new step."""
     spans = ((0, quiet), (quiet, new), (new, n))
     return np.append(np.concatenate([_part_edges(*span, PARTS)[:-1] for span in spans]), n)
 
 
 def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
-    """Return features of windows: newest waveform, and loudness of nine pieces of each."""
+    """Return features of windows: the newest waveform, and the loudness of nine spans."""
     count, n = windows.shape
     new, quiet = n - step, n - 2 * step
     # Row 0 is the signal, row 1 its differences. Each operation below handles both.
@@ -109,7 +109,7 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return the cross-validation group of each pinch: its session."""
+    """Return a number per pinch that is equal within a session, for cross-validation."""
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
 
@@ -131,7 +131,7 @@ class TrainingWindows:
 def training_windows(
     dataset: Dataset, sizes: WindowSizes, early: float, seed: int
 ) -> TrainingWindows:
-    """Return the training windows of all usable pinches."""
+    """Return labelled windows from all usable pinches, to train the SVM detector."""
     rng = np.random.default_rng(seed)
     parts = [
         _finger_windows(i, pinch, column, sizes, early, rng)

@@ -1,4 +1,4 @@
-"""Basic types that all rooms (subpackages) share."""
+"""Basic types that all rooms (subpackages) share: samples, labels, pinches, estimates, errors."""
 
 import lazy_loader
 

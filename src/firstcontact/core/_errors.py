@@ -1,4 +1,4 @@
-"""Errors whose messages users read."""
+"""Errors for inputs that cannot be used. Users read their messages."""
 
 from __future__ import annotations
 

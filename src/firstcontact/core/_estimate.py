@@ -1,4 +1,4 @@
-"""Stiffness estimate of one closing. It is a live event, and the input of grasp policies."""
+"""Estimate of stiffness during a closing: a live event, and the input of grasp policies."""
 
 from __future__ import annotations
 

@@ -31,7 +31,10 @@ Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 
 def _check(record: Any, *, positive: Sequence[str], size: Sequence[str]) -> None:
-    """Check the finger of a record, its fields above 0, and its optional fields from 0 on."""
+    """Raise InputError if a record's finger or numbers are invalid.
+
+    Fields in ``positive`` must be above 0, optional fields in ``size`` 0 or more.
+    """
     if record.finger is not None:
         object.__setattr__(record, "finger", given_choice(Finger, record.finger, "finger"))
     for name in (*positive, *size):
@@ -163,7 +166,7 @@ class Calibration:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Fields that identify a file as a calibration, and its version."""
+    """Part of a file that identifies it as a calibration, with its version."""
 
     format: str = ""
     version: int | None = None
@@ -178,7 +181,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Check that a path can be written before a long measurement, and change nothing."""
+    """Raise InputError if a path cannot be written. It is called before a long measurement."""
     folder = next(parent for parent in path.absolute().parents if parent.exists())
     if path.is_dir():
         fault = errno.EISDIR
@@ -206,7 +209,7 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def given_calibration(calibration: Calibration | AnyPath | None) -> Calibration | None:
-    """Return a calibration that a caller gave, read from its file if a path was given."""
+    """Return a calibration, read from a file if the caller gave a path."""
     if isinstance(calibration, str | os.PathLike):
         return read_calibration(given_path(calibration, "calibration"))
     return calibration

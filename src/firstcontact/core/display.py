@@ -1,4 +1,4 @@
-"""Colours of figures, familiar objects on the Shore A scale, progress bars, notebooks."""
+"""Colours, familiar objects on the Shore A scale, progress bars, and drawings in notebooks."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def progress_steps(
 
 
 class Drawable:
-    """Base class of objects that a notebook shows with a drawing.
+    """Base class of objects that a notebook shows as a drawing.
 
     The drawing comes from the entry point of the group ``firstcontact.drawings`` with the name of
     the class, since plots stand above what they draw.

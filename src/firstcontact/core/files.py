@@ -37,7 +37,7 @@ _NOT_EMPTY = (errno.ENOTEMPTY, errno.EEXIST)
 
 
 def given_path(path: object, parameter: str = "path") -> Path:
-    """Return a path that a caller gave, which no library was asked for yet."""
+    """Return a path that a caller gave. Raise InputError if its type or characters are invalid."""
     if not isinstance(path, str | os.PathLike):
         raise ArgumentError(f"{path!r} is not a path: give the path as text", parameter=parameter)
     if "\0" in os.fspath(path):
@@ -58,7 +58,7 @@ def given_path(path: object, parameter: str = "path") -> Path:
 
 
 def resolved(path: Path) -> Path:
-    """Return the absolute path without links. A link to itself stays as it is."""
+    """Return the absolute path without links. A link to itself is returned unchanged."""
     return Path(os.path.realpath(path))
 
 
@@ -76,7 +76,7 @@ def files_below(folder: Path, suffix: str) -> list[Path]:
 
 
 def file_in(folder: Path, name: str) -> Path:
-    """Return the path of a file in a folder. If only its case differs, return the one there is."""
+    """Return the path of a file in a folder. A name that differs only in case counts, too."""
     if (folder / name).exists() or not folder.is_dir():
         return folder / name
     alike = (path for path in sorted(folder.iterdir()) if path.name.lower() == name.lower())
@@ -124,7 +124,7 @@ def cache_path(name: str) -> Path:
 
 
 def make_once(folder: Path, make: Callable[[Path], object]) -> None:
-    """Let ``make`` write a missing folder under a temporary name, then give it its own."""
+    """Create a folder by ``make`` if it is missing, so that no other process sees a part of it."""
     try:
         if folder.is_dir():
             return
@@ -213,7 +213,7 @@ def written_elsewhere(
 
 
 def displaced_folder(path: Path) -> Path | None:
-    """Return the old folder if a writer was killed between the two renames, else None."""
+    """Return the former folder if a writer was killed while it replaced the folder, else None."""
     path = resolved(path)
     if path.exists() or not path.parent.is_dir():
         return None
@@ -232,7 +232,7 @@ def write_json(path: Path, tree: Any) -> None:
 
 
 def _siblings(path: Path, kind: str) -> list[Path]:
-    """Return the temporary or the old folders of a target."""
+    """Return the temporary (".part") or former (".old") folders that belong to a path."""
     name = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.{kind}")
     return [entry for entry in path.parent.iterdir() if name.fullmatch(entry.name)]
 

@@ -28,7 +28,7 @@ _MISSING = ("nan", "NaN", "<NA>", "NaT")
 
 
 def plain_name(text: str) -> str:
-    """Return a name as people read it: unseen characters, fonts and spellings of numbers removed.
+    """Return a name without invisible characters, special fonts and spellings such as "1.0".
 
     A missing value is "".
     """
@@ -39,7 +39,7 @@ def plain_name(text: str) -> str:
 
 
 def given_name(value: Any, parameter: str) -> str:
-    """Return the plain form of a name, which may be a number. None and NaN are no name."""
+    """Return the plain form of a name, which may be a number. None and NaN give ""."""
     if value is None or is_number(value) or str(value) in _MISSING:
         value = "" if value is None else str(value)
     check_text(value, parameter)
@@ -51,7 +51,7 @@ def given_name(value: Any, parameter: str) -> str:
 
 
 def given_number(value: Any, parameter: str, low: float, high: float, remedy: str = "") -> float:
-    """Return a number from ``low`` to ``high`` as a float. NaN is none."""
+    """Return a number as float. Raise ArgumentError unless it is from ``low`` to ``high``."""
     if is_number(value) and low <= value <= high:
         return float(value)
     message = f"{brief(value)} is outside the range: give {remedy or f'{low:g} to {high:g}'}"
@@ -59,7 +59,7 @@ def given_number(value: Any, parameter: str, low: float, high: float, remedy: st
 
 
 def given_whole(value: Any, parameter: str) -> int:
-    """Return a whole number as an int."""
+    """Return a whole number as int. Raise ArgumentError for any other value."""
     if type(value) is int:
         return value
     if is_number(value) and math.isfinite(value) and value == int(value):
@@ -68,7 +68,7 @@ def given_whole(value: Any, parameter: str) -> int:
 
 
 def given_choice(kind: type[Choice], value: Any, parameter: str) -> Choice:
-    """Return the member of an enumeration that a value or its text names."""
+    """Return the member of an enumeration that a value or its text stands for."""
     try:
         return kind(value.strip().lower() if isinstance(value, str) else value)
     except ValueError:

@@ -34,12 +34,12 @@ CLONE = Path(__file__).parents[3]
 
 
 def require_extra(entry: Any) -> None:
-    """Check the ``modules`` of a registered entry; its ``extra`` installs them."""
+    """Raise InputError with the install command if packages for a registered entry are missing."""
     require_modules(entry.extra, *entry.modules)
 
 
 def require_modules(extra: str, *modules: str) -> None:
-    """Raise an error with the install command if any of these modules is missing."""
+    """Raise InputError with the install command of ``extra`` if one of these modules is missing."""
     missing = missing_modules(modules)
     if missing:
         raise InputError(

@@ -66,7 +66,7 @@ def finger_words(finger: Finger | None) -> str:
 
 
 class ChannelKind(StrEnum):
-    """Quantity that a channel measures."""
+    """Quantity that a channel measures: vibration, force, contact strip and others."""
 
     VIBRATION = "vibration"
     FORCE = "force"

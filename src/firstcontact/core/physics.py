@@ -1,4 +1,4 @@
-"""Commands to a hand, contact mechanics, shapes, and other physics that rooms share."""
+"""Physics that several rooms share: commands to hands, contact mechanics, shapes."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def holding_force(mass: float, friction: float) -> float:
 
 
 def gent_modulus(shore_a: float) -> float:
-    """Return Young's modulus of an elastomer, Pa."""
+    """Return Young's modulus, Pa, of an elastomer with this Shore A, by Gent's formula."""
     return 1e6 * 0.0981 * (56 + 7.62336 * shore_a) / (0.137505 * (254 - 2.54 * shore_a))
 
 
 def gent_shore_a(modulus: float) -> float:
-    """Return the durometer reading of an elastomer from its Young's modulus (Pa)."""
+    """Return the Shore A of an elastomer with this Young's modulus, Pa, by Gent's formula."""
     scaled = modulus * 0.137505 / (1e6 * 0.0981)
     return (254 * scaled - 56) / (7.62336 + 2.54 * scaled)
 

@@ -29,7 +29,7 @@ SLOWEST, FASTEST = 1e-4, 10.0
 
 
 class Role(StrEnum):
-    """Use of a pinch: to train models, or to test them on objects that they never saw."""
+    """Use of a pinch: to train models, or to test them on objects that were not in training."""
 
     TRAIN = "train"
     TEST = "test"
@@ -94,7 +94,7 @@ class Label:
 
     @property
     def level(self) -> tuple[Quantity, float] | None:
-        """Quantity and value that the label states, the first of several; None without one."""
+        """Quantity that the label states and its value; None without one."""
         known = ((q, getattr(self, name)) for name, q in QUANTITIES.items())
         return next(((q, value) for q, value in known if value is not None), None)
 
@@ -111,7 +111,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Moment at which one finger touches the object, in the device's sample numbers.
+    """First touch of one finger in a closing, given in the device's sample numbers.
 
     ``sample`` is the first sample of the contact. ``decided`` is the last sample that the detector
     needed to detect it; by default ``sample``, as for labelled contacts. ``finger`` is None if the
@@ -184,7 +184,7 @@ def check_contacts(
     motor_start: int | None = None,
     hints: Sequence[Contact] = (),
 ) -> None:
-    """Refuse contacts of a pinch that are doubled, out of order, or, as hints, outside it."""
+    """Raise InputError for contacts that are doubled, out of order, or outside their pinch."""
     samples = [c.sample for c in contacts]
     fingers = [c.finger for c in contacts if c.finger is not None]
     if samples != sorted(samples) or len(set(fingers)) < len(fingers):

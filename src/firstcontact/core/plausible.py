@@ -1,4 +1,4 @@
-"""Checks whether a signal can be what it is taken for: no clock, and no copy of another one."""
+"""Checks if a signal is really a vibration: not a clock, and not a copy of another signal."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def are_alike(one: NDArray[Any], other: NDArray[Any], *, is_noise: bool = False)
 
 
 def gravity_note(name: str, vectors: NDArray[Any], unit: str) -> str:
-    """Return a sentence about an acceleration at rest that is not that of gravity; "" if it is.
+    """Return a sentence if an acceleration at rest differs from gravity; "" if it does not.
 
     ``vectors`` has the shape (samples, 3) and is in m/s2.
     """
@@ -76,7 +76,7 @@ def gravity_note(name: str, vectors: NDArray[Any], unit: str) -> str:
 
 
 def alike_note(names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = False) -> str:
-    """Return a sentence about signals, shape (samples, columns), that are alike; "" if none are."""
+    """Return a sentence if signals, shape (samples, columns), equal each other; "" if not."""
     for k, j in combinations(range(len(names)), 2):
         if are_alike(signals[:, k], signals[:, j], is_noise=is_noise):
             return (
@@ -88,7 +88,7 @@ def alike_note(names: Sequence[str], signals: NDArray[Any], *, is_noise: bool = 
 
 
 def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Return the squared correlation; 0 if one is constant."""
+    """Return the squared correlation of two signals; 0 if one is constant."""
     if len(a) < FEWEST:
         return 0.0
     a, b = a - a.mean(), b - b.mean()

@@ -59,24 +59,24 @@ class Quantity:
 
     @property
     def axis(self) -> str:
-        """Label of an axis."""
+        """Text for an axis of a figure: the quantity's name and unit."""
         return self.title if self.title == self.unit else f"{self.title} ({self.unit})"
 
     @property
     def error_axis(self) -> str:
-        """Unit of errors on the scale of learning."""
+        """Text for an axis that shows errors: the unit, or a factor for a logarithmic quantity."""
         return f"ln of {self.unit}" if self.is_logarithmic else self.unit
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """Ends of the scale on which models learn; None for a scale without ends."""
+        """Ends of the scale to which intervals are clipped; None for a scale without ends."""
         if not self.is_clipped:
             return None
         low, high = self.scaled(np.array([self.least, self.most]))
         return float(low), float(high)
 
     def scaled(self, values: NDArray[Any]) -> NDArray[np.float64]:
-        """Return values on the scale on which models learn and errors are measured."""
+        """Return values as models learn them: logarithms for a logarithmic quantity."""
         out: NDArray[np.float64] = np.asarray(values, np.float64)
         if not self.is_logarithmic:
             return out
@@ -85,7 +85,7 @@ class Quantity:
         return logs
 
     def restored(self, scaled: NDArray[Any]) -> NDArray[np.float64]:
-        """Return values in the unit, from those that :meth:`scaled` returned."""
+        """Return values in the quantity's unit, from what :meth:`scaled` returned."""
         out: NDArray[np.float64] = np.asarray(scaled, np.float64)
         return np.exp(np.clip(out, -LOGARITHM_MOST, LOGARITHM_MOST)) if self.is_logarithmic else out
 
@@ -102,16 +102,16 @@ class Quantity:
         return f"{value:g} {self.unit}" if self.is_clipped else f"{self.title} {value:g}"
 
     def error_words(self, error: float) -> str:
-        """Return an error on the scale of learning: a factor, or a difference with its unit."""
+        """Return an error of scaled values as text: a factor, or a difference with its unit."""
         return f"x{exp(error):.2f}" if self.is_logarithmic else f"{error:.2f} {self.unit}"
 
     def width_words(self, width: float) -> str:
-        """Return the width of an interval on the scale of learning: a ratio, or a difference."""
+        """Return the width of an interval of scaled values: a ratio, or a difference with unit."""
         return self.error_words(width) if self.is_logarithmic else f"{width:.1f} {self.unit}"
 
 
 def _figures(value: float) -> str:
-    """Return a number with three figures, or with all digits before the point."""
+    """Return a number with three significant figures, or all digits before the point."""
     return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
 
 

@@ -30,7 +30,7 @@ Count = Annotated[int, msgspec.Meta(ge=0, le=(1 << 63) - 1)]
 
 
 def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: int = LONGEST) -> T:
-    """Parse JSON into a value of a type."""
+    """Read JSON as a value of the type ``kind``. Raise InputError for any other content."""
     if len(data) > longest:
         raise InputError(f"{origin} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
     try:
@@ -44,7 +44,7 @@ def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: i
 
 
 def _sentence(problem: str) -> str:
-    """Return "Expected `int`, got `str` - at `$.layout.rate`" reworded, with the field first."""
+    """Return an error of msgspec reworded as a sentence that begins with the field."""
     reason, _, place = problem.rpartition(" - at `")
     if not reason:
         return _short(problem)
@@ -67,7 +67,7 @@ class Record(
 
 
 class ByName(Mapping[str, Each], Generic[Each, About]):
-    """Mapping from names to entries, with a record of fixed fields that precede them in JSON."""
+    """Mapping from names to records. In JSON, fields that are always there come first."""
 
     __slots__ = ("about", "entries")
 

@@ -18,7 +18,7 @@ _log = logging.getLogger("firstcontact.core")
 
 @contextmanager
 def foreign_errors(code: str) -> Iterator[None]:
-    """Turn exceptions of other packages' code into an InputError: "MyModel.fit raised ..."."""
+    """Turn exceptions of a plug-in's or user's code into InputError: "MyModel.fit raised ..."."""
     try:
         yield
     except Exception as error:
@@ -149,7 +149,7 @@ class Registry(Mapping[str, E], Generic[E]):
             ) from None
 
     def include(self, name: str) -> None:
-        """Add the entry for a name with a colon, so that iterating over the registry yields it."""
+        """Add an entry whose name has a colon, so that iterating over the registry yields it."""
         self.find(name)
         if name not in self.names:
             self._included.append(name)
@@ -205,7 +205,7 @@ class Registry(Mapping[str, E], Generic[E]):
             return True
 
     def _check(self, name: str, entry: Any) -> None:
-        """Raise an error if an entry has another name or kind, or lacks a method."""
+        """Raise InputError if an entry has another name or type, or lacks a method."""
         if entry.name != name:
             raise TypeError(f"its attribute 'name' is {entry.name!r}")
         if self._base is None:

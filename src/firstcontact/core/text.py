@@ -1,4 +1,4 @@
-"""Text: numbers from people and for people, and untrusted text for terminals and pages."""
+"""Text functions: numbers, plurals, and the escaping of untrusted text."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def nouns(number: int, noun: str) -> str:
-    """Return a regular noun in the singular or plural that fits the number."""
+    """Return a regular noun in the singular for 1, else in the plural."""
     if number == 1:
         return noun
     if noun.endswith("y") and noun[-2:-1] not in "aeiou":
@@ -85,7 +85,7 @@ def summarize_error(error: BaseException) -> str:
 
 
 def check_text(text: object, parameter: str = "") -> None:
-    """Raise an error for a value that no recording could store as text."""
+    """Raise InputError for a text that a recording cannot store."""
     if not isinstance(text, str):
         raise ArgumentError(f"{text!r} is not a text: put it in quotes", parameter=parameter)
     try:

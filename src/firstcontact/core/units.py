@@ -1,4 +1,4 @@
-"""Units of signals: what their texts mean, and whether numbers can have them."""
+"""Units of signals: which texts name them, and if numbers can have them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Unit:
 
 
 def converter(bits: int, volts: float, *, is_assumed: bool = False) -> Unit:
-    """Return the unit of a converter whose input rests at half of its range."""
+    """Return the unit of an analog-to-digital converter whose input rests at half its range."""
     steps = 2.0**bits
     return Unit(VOLTS, volts / steps, steps / 2, bits, is_assumed)
 
@@ -87,7 +87,7 @@ def parse_unit(text: str) -> Unit | None:
 
 
 def known_unit(text: str) -> Unit:
-    """Return the unit that a text names, or one that is not converted if its size is unknown."""
+    """Return the unit that a text names. Values of unknown units are not converted."""
     unit = parse_unit(text)
     return Unit(text) if unit is None or unit.is_assumed else unit
 

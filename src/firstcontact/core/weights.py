@@ -1,4 +1,4 @@
-"""Trained weights on disk: a safetensors file, and a JSON card with its checksum.
+"""Trained weights as files: arrays in safetensors, and a JSON card with their checksum.
 
 Neither file contains code, and reading them runs none.
 """
@@ -40,7 +40,7 @@ Rate = Annotated[float, msgspec.Meta(ge=500.0, le=1e7)]
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Fields that every card begins with."""
+    """Fields at the beginning of every card, which identify its format."""
 
     format: Name
     format_version: int
@@ -77,7 +77,10 @@ def write_weights(
 def read_card(
     path: Path, noun: str, expected_format: str, expected_version: int, kind: type[T]
 ) -> T:
-    """Read a card as a checked record. Check ``format`` and ``format_version`` first."""
+    """Read a card of trained weights. Raise ModelError for another format or version.
+
+    ``noun`` names the card's subject in messages.
+    """
     try:
         text = read_regular(path, LONGEST_CARD)
     except FileNotFoundError:
@@ -102,7 +105,7 @@ def read_card(
 
 
 def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
-    """Read a file of at most ``most`` bytes and check it against the checksum in its card."""
+    """Read a file of at most ``most`` bytes. Raise ModelError if its checksum is another."""
     try:
         raw = read_regular(path, most)
     except OSError:
@@ -116,12 +119,12 @@ def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
 
 
 def digest(data: bytes) -> str:
-    """Return the SHA-256 of data in the form that cards use."""
+    """Return the SHA-256 of data as text, as cards store it."""
     return hashlib.sha256(data).hexdigest()
 
 
 def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
-    """Read the arrays of a safetensors file, and compare its checksum with that of the card."""
+    """Read the arrays of a safetensors file. Raise ModelError if its checksum is another."""
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
@@ -146,7 +149,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
 def take_array(
     arrays: Mapping[str, NDArray[Any]], name: str, *shape: int | None
 ) -> NDArray[np.floating]:
-    """Return one array of a file of weights, after a check of its shape and values."""
+    """Return the array with this name. Raise ModelError for another shape or invalid values."""
     if name not in arrays:
         raise ModelError(f"the array '{name}' is missing")
     array = arrays[name]

@@ -1,4 +1,4 @@
-"""Export of models to other languages."""
+"""Export of trained models to C99 and ONNX."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ def export_model(
     budget_us: float | None = None,
     estimator: str | None = None,
 ) -> list[str]:
-    """Export a trained model: its default predictor and its detector as C99, or its CNNs as ONNX.
+    """Export a trained model to C99 code, or its convolutional networks (CNN) to ONNX.
 
-    C has the network with its regressions, and support vector machines.
+    C99 code has the contact detector, and the network with its regressions or an SVM.
 
     Parameters
     ----------

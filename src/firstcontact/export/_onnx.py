@@ -1,4 +1,4 @@
-"""``--to onnx``: the CNN as PyTorch exported it, with its scaling."""
+"""``--to onnx``: convolutional networks as PyTorch exported them, with their scaling."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def to_onnx(model: CnnModel) -> bytes:
 
 
 def write(model: Model, out: Path) -> list[str]:
-    """Write one graph per CNN into the folder. Return notes for the user."""
+    """Write one ONNX graph per convolutional network. Return notes for the user."""
     lines = []
     for window in model.windows:
         if not isinstance(window.model, CnnModel):

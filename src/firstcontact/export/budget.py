@@ -1,4 +1,4 @@
-"""Reduction of support vector machines to a time budget on the microcontroller."""
+"""Reduction of support vector machines until they are fast enough for a microcontroller."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FEWEST_WINDOWS = 10
 
 
 def microseconds(count: float) -> float:
-    """Return the time (us) that the assumed microcontroller takes for a number of instructions."""
+    """Return the time for a number of instructions on the assumed microcontroller, us."""
     return 1e6 * CYCLES * count / CLOCK
 
 
@@ -47,13 +47,13 @@ def instructions(model: SvmModel) -> int:
 
 
 def _rows(n: int, inputs: int) -> int:
-    """Return the number of instructions for a matrix (n, inputs) times a vector (inputs,)."""
+    """Return the instructions for the product of a matrix (n, inputs) and a vector (inputs,)."""
     rows, each, overhead = (8, 20, 54) if n >= 8 else (1, 5, 30)
     return -(-n // rows) * (each * inputs + overhead) + 35
 
 
 def small_enough(model: Model, dataset: Dataset | None, budget_us: float) -> Model:
-    """Return a model whose window models are reduced to fit a time budget."""
+    """Return the model with window models that predict within ``budget_us`` us each."""
     contacts = [] if dataset is None else _contacts(dataset, model)
     predictors = tuple(
         _fitting(p, dataset, contacts, budget_us) if isinstance(p, WindowPredictor) else p
@@ -63,7 +63,7 @@ def small_enough(model: Model, dataset: Dataset | None, budget_us: float) -> Mod
 
 
 def forms(window: WindowPredictor, X: Windows, sessions: NDArray[np.str_]) -> list[WindowPredictor]:
-    """Return smaller forms of a support vector machine, and the model itself, in order of size."""
+    """Return a support vector machine and smaller approximations of it, the smallest first."""
     model = require_svm(window)
     is_held_out = np.isin(sessions, np.unique(sessions)[::5])
     if is_held_out.all():

@@ -1,4 +1,4 @@
-"""Image of a model folder for a hand that predicts by itself."""
+"""Model folder as one block of bytes (image) for the firmware of a hand."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ ROOM = (1 << 18) - 16
 
 @dataclass(frozen=True, slots=True)
 class HandImage:
-    """Image of a model for a hand, with the digest of the model without its noise floors."""
+    """Bytes of a model for a hand, and the digest that identifies the model."""
 
     data: bytes
     digest: str
 
 
 def detector_in_c(detector: Detector, rate: float) -> DetectorConstants:
-    """Return the detector's constants. Raise InputError if it judges in Python."""
+    """Return the detector's constants for the C chain. Raise InputError for one in Python."""
     constants = detector.constants(rate)
     if constants.kind not in IN_C:
         raise ModelError(
@@ -49,7 +49,7 @@ def detector_in_c(detector: Detector, rate: float) -> DetectorConstants:
 
 
 def predictor_in_c(predictor: Predictor) -> Constants:
-    """Return the predictor's constants. Raise InputError if it predicts in Python."""
+    """Return the predictor's constants for the C chain. Raise InputError for one in Python."""
     constants = predictor.constants()
     if isinstance(constants, WindowConstants) and not constants.svms:
         raise ModelError(
@@ -62,7 +62,7 @@ def predictor_in_c(predictor: Predictor) -> Constants:
 def hand_image(
     folder: Path, calibration: Calibration | None = None, estimator: str | None = None
 ) -> HandImage:
-    """Return the image of a model folder for a hand. By default, the default estimator predicts."""
+    """Return the bytes of a model folder for a hand's firmware, with the estimator to use."""
     model, layout = load_model(folder), fingertip_layout()
     predictor, detector = model.default(estimator, layout.rate), model.own_detector
     predictor.check(layout)
@@ -92,7 +92,7 @@ def hand_image(
 
 
 def _of_fingers(model: ModelConstants, fingers: Sequence[Finger | None]) -> ModelConstants:
-    """Return the constants without the largest part of a rig that none of these fingers uses."""
+    """Return the constants without descriptions of rigs that none of these fingers uses."""
     numbers = {-1 if finger is None else list(Finger).index(finger) for finger in fingers}
     if not numbers <= {rig.finger for rig in model.rigs}:
         numbers.add(-1)

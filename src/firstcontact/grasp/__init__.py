@@ -1,4 +1,4 @@
-"""Grasp modulation: policies and the hands that they command."""
+"""Grasp control: hands, and policies that decide how a hand closes after a contact."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Thread that calls the methods of a hand's driver, and does not wait for one that blocks."""
+"""Thread for the methods of a hand, so that the program never waits for one that blocks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STUCK = 1.0
 
 
 class DriverThread:
-    """Thread that carries out calls in their order. A call that blocks delays only later calls."""
+    """Thread that carries out calls in order. A call that blocks delays only later calls."""
 
     def __init__(self) -> None:
         self._calls: SimpleQueue[tuple[Callable[[], None], Future[None]] | None] = SimpleQueue()
@@ -23,7 +23,7 @@ class DriverThread:
         self._newest: Future[None] | None = None
 
     def call(self, act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
-        """Return the error of a call, or a HandError if it takes longer than ``seconds``.
+        """Carry out a call, and return its error, or HandError after ``seconds`` s.
 
         While an earlier call blocks, times up to ``RELEASED`` count as 0: this call is carried out
         once that one returns.
@@ -58,7 +58,7 @@ class DriverThread:
 
 
 def call_directly(act: Callable[[], None], seconds: float = STUCK) -> BaseException | None:
-    """Return the error of a call. An interrupt of the program is raised instead."""
+    """Carry out a call in this thread, and return its error. Interrupts are raised."""
     try:
         act()
     except BaseException as error:

@@ -232,7 +232,7 @@ class SafeHand(Hand):
             self._hand.close()
 
     def _let_go(self) -> None:
-        """Make the watchdog thread release the hand."""
+        """Let the watchdog thread open the hand."""
         self._release_requested = True
         if self._change.acquire(timeout=PROMPT):
             self._change.notify()
@@ -258,7 +258,7 @@ class SafeHand(Hand):
             )
 
     def _do(self, act: Callable[[], None]) -> None:
-        """Call a method of the hand. Release the hand if this fails."""
+        """Call a method of the hand. If it fails, open the hand."""
         with self._change:
             self._check()
             if not self._attempt(act):
@@ -266,7 +266,7 @@ class SafeHand(Hand):
                 self._check()
 
     def _read(self, read: Callable[[], None]) -> None:
-        """Call a method that reads the hand. Only a separate hand, which shares a pipe, waits."""
+        """Call a method that reads the hand, at the same time as other methods if possible."""
         if self._driver is None:
             self._do(read)
             return
@@ -279,13 +279,13 @@ class SafeHand(Hand):
         self._open_hand()
 
     def _open_hand(self) -> None:
-        """Open the hand. If this fails, the watchdog thread tries again."""
+        """Open the hand. The watchdog thread retries after a failure."""
         if not self._attempt(self._hand.release, RELEASED):
             self._pacer.retry_release(self._clock())
             self._change.notify()
 
     def _attempt(self, act: Callable[[], None], seconds: float = STUCK) -> bool:
-        """Call a method of the hand. Store an error, so that the watchdog thread continues."""
+        """Call a method of the hand, and store its error. Return False after an error."""
         call = call_directly if self._driver is None else self._driver.call
         error = call(act, seconds)
         if error is None:
@@ -297,7 +297,7 @@ class SafeHand(Hand):
         return False
 
     def _act(self) -> None:
-        """Carry out the action of the pacer that is due."""
+        """Do what the pacer says is due: send a command or open the hand."""
         if self._release_requested:
             self._release_requested = False
             self._release()

@@ -51,7 +51,7 @@ OPENING = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Felt:
-    """State that the hand last reported."""
+    """State that the Ability Hand reported last."""
 
     position: Sequence[float]
     touch: Sequence[float] = ()
@@ -64,12 +64,12 @@ class Felt:
 
     @property
     def travel(self) -> float:
-        """Travel of the fingertips from the joints' zero position, mean of index and thumb, m."""
+        """Travel of the fingertips since the joints' zero, mean of index finger and thumb, m."""
         return _mean_of_pads(self.position)
 
     @property
     def speed(self) -> float:
-        """Mean speed of the pads in the unit of the rotors, NaN if the hand did not report it."""
+        """Mean speed of both fingertips in a unit of the motors; NaN if it was not reported."""
         return _mean_of_pads(self.velocity) if self.velocity else nan
 
     @property
@@ -83,7 +83,7 @@ def _mean_of_pads(of_joints: Sequence[float]) -> float:
 
 
 class Fingers:
-    """Position targets of index finger and thumb. The other fingers follow the index."""
+    """Target angles of all joints, degrees, which follow the commands to index finger and thumb."""
 
     def __init__(self, felt: Felt) -> None:
         self._targets = {finger: _within(felt.position[finger]) for finger in LEVERS}
@@ -97,7 +97,10 @@ class Fingers:
         self._targets = dict.fromkeys(self._targets, OPEN)
 
     def move(self, command: Command, seconds: float, felt: Felt) -> None:
-        """Move the targets at the commanded speed for ``seconds``."""
+        """Move the target angles at the commanded speed for ``seconds`` s.
+
+        They stop where a finger is pressed as hard as the command allows.
+        """
         for finger, lever in LEVERS.items():
             target, position = self._targets[finger], felt.position[finger]
             pressed = command.speed >= 0 and felt.force(finger) >= command.force
@@ -144,7 +147,7 @@ class AbilityHand(Hand):
         return list(self._positions)
 
     def send(self, command: Command) -> None:
-        """Set the command. It holds until the next command, for at most 0.3 s."""
+        """Set the command. It holds until the next one, but at most 0.3 s."""
         with self._change:
             if self._thread is None or self._closing:
                 raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
@@ -154,7 +157,7 @@ class AbilityHand(Hand):
             self._change.notify()
 
     def release(self) -> None:
-        """Open the hand as fast as it can. The thread repeats the order until the next command."""
+        """Open the hand as fast as it can. This is repeated until the next command."""
         with self._change:
             self._command = None
             self._change.notify()
@@ -228,7 +231,7 @@ class AbilityHand(Hand):
             client.send_command()
 
     def _next_step(self, last: float) -> tuple[float, Command | None, bool]:
-        """Wait for the next step. Return its time, the command in force, and True to close."""
+        """Wait for the next step. Return its time, the command, and True to close the port."""
         with self._change:
             self._change.wait(max(last + 1 / self.limits.rate - time.monotonic(), 0.0))
             now = time.monotonic()
@@ -237,7 +240,7 @@ class AbilityHand(Hand):
             return now, self._command, self._closing
 
     def _take_report(self, hand: Any, now: float) -> Felt:
-        """Store the hand's report, with forces relative to those of the first report."""
+        """Store the hand's report. Forces are relative to those of the first one."""
         touch = hand.get_fsr() or []
         self._unloaded = self._unloaded or touch
         above = [x - z for x, z in zip(touch, self._unloaded, strict=True)]

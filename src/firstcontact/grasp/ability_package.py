@@ -32,7 +32,7 @@ _importing = threading.Lock()
 
 
 class _UnansweredError(Exception):
-    """Error for a port on which no hand answers. The package would end the process instead."""
+    """Error: no hand answers on the port. The package's own reaction is to end the process."""
 
 
 def _unanswered(code: object = None) -> None:
@@ -40,7 +40,7 @@ def _unanswered(code: object = None) -> None:
 
 
 def check(port: str | None) -> str:
-    """Check that the package is installed and a port was given. Return the port."""
+    """Raise an error if the package is not installed or no port was given. Return the port."""
     require_modules("hand", "ah_wrapper")
     if port is None:
         raise DeviceError(
@@ -76,7 +76,7 @@ def claimed(port: str) -> Iterator[None]:
 
 
 def open_client(port: str, rate: float) -> Any:
-    """Return a client of the hand that reads in its own thread."""
+    """Return the package's connection to the hand, which reads in a thread of its own."""
     package = load()
     simulated = port == SIMULATED
     try:

@@ -46,7 +46,7 @@ class HandLimits:
 
 
 class Begins(Flag):
-    """Parties that may begin the closings of a hand."""
+    """Origin of a hand's closings: this program, others, or others on its request."""
 
     #: The hand's controller, its wearer or the twin begins a closing. The signal shows when.
     OTHERS = auto()
@@ -163,12 +163,12 @@ class Hand(ABC):
 
 
 def steady_clock() -> float:
-    """Return the time of a monotonic clock that goes on while the computer sleeps, s."""
+    """Return a monotonic time, s, which also counts while the computer sleeps."""
     return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
 
 
 def check_positions(hand: Hand, reports: object) -> list[tuple[float, ...]]:
-    """Return the positions from a hand's method by time. Raise HandError if they are none."""
+    """Return a hand's reported positions in time order. Raise HandError if they are invalid."""
     try:
         pairs = [tuple(map(float, report)) for report in reports]  # type: ignore[attr-defined]
         is_valid = {len(pair) for pair in pairs} in (set(), {2}, {3})

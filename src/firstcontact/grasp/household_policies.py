@@ -1,4 +1,4 @@
-"""Policies for household objects: slow after the first contact, one force at the second."""
+"""Policies for household objects: slow after the first contact, one grip force at the second."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class FinalForce(Policy):
 
     @abstractmethod
     def target_force(self) -> float:
-        """Return the grip force, N, for what the policy knows by now, without ``scale``."""
+        """Return the grip force, N, from all that is known so far, without ``scale``."""
 
     @property
     def final(self) -> Command:
@@ -82,7 +82,7 @@ class FinalForce(Policy):
 
 @dataclass(eq=False)
 class Blind(FinalForce):
-    """Policy that acts on the contacts and presses every object with the same force."""
+    """Policy that ignores the stiffness and presses every object with the same force."""
 
     name = "blind"
     title = "blind"
@@ -180,7 +180,7 @@ class ByWeight(FinalForce):
 
 @dataclass(eq=False)
 class Reflex(FinalForce):
-    """Mixin that raises the grip force on slip. Combine it with a policy for household objects."""
+    """Mixin that raises the grip force at each slip. Combine it with a policy."""
 
     tunables: ClassVar = {"boost": BOOST}
     boost: float = field(default=2.0, kw_only=True)

@@ -1,4 +1,4 @@
-"""Signal handling while a hand is open, so that a second signal cannot disturb the release."""
+"""Handling of signals while a hand is open, so that a second signal cannot stop the release."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ INSISTED = 2.0
 
 
 class Leaving:
-    """Handler for signals that the program does not handle, while a hand is open."""
+    """Handler for signals that would end the program while a hand is open."""
 
     def __init__(self, let_go: Callable[[], None]) -> None:
         self._let_go = let_go
@@ -26,7 +26,7 @@ class Leaving:
         self._waiting: list[int] | None = None  # signals deferred until the block ends
 
     def take(self) -> None:
-        """Install the handler for each signal that still has its default action."""
+        """Install the handler for each signal that would otherwise end the program."""
         if threading.current_thread() is not threading.main_thread():
             return
         taken = [n for n in ENDING if signal.getsignal(n) is signal.SIG_DFL]
@@ -38,7 +38,7 @@ class Leaving:
             signal.signal(number, self._on_signal)
 
     def give_back(self) -> None:
-        """Restore the default handlers, or pass the signals to another active object."""
+        """Restore the default handlers, or pass the signals to another open hand."""
         if self in _ACTIVE:
             _ACTIVE.remove(self)
         if threading.current_thread() is not threading.main_thread():
@@ -53,7 +53,7 @@ class Leaving:
             signal.signal(number, default if heir is None else heir._on_signal)
 
     def rearm(self) -> None:
-        """Treat the next signal as the first, because the program has handled the earlier ones."""
+        """Treat the next signal as the first, because the program handled the earlier ones."""
         if self._at is not None and threading.current_thread() is threading.main_thread():
             self._at = None
 

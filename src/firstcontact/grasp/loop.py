@@ -1,4 +1,4 @@
-"""Grasp loop, which passes events to a policy and the policy's commands to a hand."""
+"""Grasp loop: it passes contacts and estimates to a policy, and its commands to a hand."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ REST = 0.05
 
 @dataclass(slots=True)
 class LoopCounts:
-    """Counts of a grasp loop. Withdrawn contacts and their estimates are in ``withdrawn`` only."""
+    """Counts of a grasp loop. Withdrawn contacts and their estimates count only as withdrawn."""
 
     closings: int = 0
     #: Closings with a contact.
@@ -125,7 +125,7 @@ class GraspLoop:
         return True
 
     def retract(self) -> None:
-        """Act as without an estimate, because the newest one of this contact cannot be used."""
+        """Act as without an estimate, because the newest one must not be used."""
         if self._closing and self._reached:
             self.counts.estimates -= 1
             self._reached = []
@@ -134,7 +134,7 @@ class GraspLoop:
             self._act(self.policy.late)
 
     def felt(self, volts: float, now: float) -> None:
-        """Pass the voltage of the force sensors to the policy, and check the deadline."""
+        """Pass the force sensors' voltage to the policy, and check if an estimate is overdue."""
         if not self._closing:
             return
         since = None if self._first is None else now - self._first
@@ -179,7 +179,7 @@ class GraspLoop:
         self._forward(self._ask(method, *arguments))
 
     def _ask(self, method: Callable[..., Command | None], *arguments: object) -> Command | None:
-        """Call a method of the policy, and name the policy if the method fails."""
+        """Call a method of the policy. Errors name the policy."""
         name = self.policy.name
         try:
             command = method(*arguments)
@@ -207,7 +207,7 @@ class GraspLoop:
 
 
 class Taxels:
-    """Tracker of the largest rise of a taxel's voltage above its unloaded level."""
+    """Largest rise of a force cell's voltage above its level without load."""
 
     def __init__(self, layout: Layout) -> None:
         columns = layout.columns(ChannelKind.FORCE)
@@ -222,7 +222,7 @@ class Taxels:
         self._count = 0
 
     def update(self, data: NDArray[Any]) -> float:
-        """Process raw samples. Return the rise at the last one, V; 0 until the level is known."""
+        """Process raw samples. Return the rise at the last one, V; 0 until there is a level."""
         if not self._sum.size or not len(data):
             return 0.0
         if self._count < self._rest_samples:

@@ -22,13 +22,13 @@ class HandCounts:
 
 @dataclass(frozen=True, slots=True)
 class Due:
-    """Action that is due: send ``command``, or release the hand if ``command`` is None."""
+    """Action that is due: send ``command``, or open the hand if ``command`` is None."""
 
     command: Command | None
 
 
 class Pacer:
-    """Schedule of a hand's commands. It has no clock: the caller passes the times."""
+    """Schedule of a hand's commands. It has no clock: callers pass the time ``now``, s."""
 
     def __init__(self, limits: HandLimits, silence: float) -> None:
         if not silence > 0:  # true of NaN
@@ -48,7 +48,7 @@ class Pacer:
         self._release_at = inf  # time at which a failed release is tried again
 
     def offer(self, command: Command, now: float) -> None:
-        """Take a command, which replaces a command that still waits."""
+        """Schedule a command in place of one that still waits."""
         if not (isfinite(command.speed) and isfinite(command.force)):
             raise ValueError(
                 f"a hand cannot close at {command.speed} m/s with {command.force} N: use finite "
@@ -80,7 +80,7 @@ class Pacer:
         self._release_at = now + self._silence
 
     def wait(self, now: float) -> float:
-        """Return the time until a command that is offered now is due, s."""
+        """Return the time until a command that is offered now is sent, s."""
         return max(self._sent_at + self._interval - now, 0.0)
 
     def next_time(self) -> float:

@@ -1,4 +1,4 @@
-"""Policies for a declared payload: hold a stated weight as gently and as early as possible."""
+"""Policies for a payload of known weight: hold it as gently and as early as possible."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Touch(Policy):
 
 
 class FirstContact(Policy):
-    """Policy that is gentle after the contact, and faster the firmer each estimate is."""
+    """Policy that is gentle after the contact, then faster for firmer estimates."""
 
     name = "first_contact"
     title = "first contact"
@@ -51,7 +51,7 @@ class FirstContact(Policy):
         return self.grip.gentle
 
     def _cautious(self, estimate: Estimate) -> Command:
-        """Return the command for the lower end of the interval."""
+        """Return the command for the lower end of the estimate's interval."""
         return self.grip.command_for(min(estimate.low, estimate.value))
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """Properties of the object that only a simulated hand can know before it closes."""
+    """True properties of an object, which only the simulation knows before the hand closes."""
 
     #: Stiffness, Shore A.
     shore_a: float
@@ -26,7 +26,7 @@ class Truth:
 
 
 class Task(Enum):
-    """Task of a policy. A study compares only policies with the same task."""
+    """Task of a policy. Only policies with the same task are compared."""
 
     #: Hold a declared payload, as gently and as early as possible.
     PAYLOAD = auto()
@@ -35,7 +35,7 @@ class Task(Enum):
 
 
 class PolicyRole(Enum):
-    """Role of a policy in a comparison of policies."""
+    """Role of a policy in a comparison: baseline or candidate, for example."""
 
     #: Today's method, which a candidate must beat.
     BASELINE = auto()

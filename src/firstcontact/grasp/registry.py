@@ -115,7 +115,7 @@ def live_policies() -> list[str]:
 
 
 def find_policy(policy: object) -> type[Policy] | Policy:
-    """Return a policy that can drive a hand, from its name, its class or an instance."""
+    """Return a policy by its name, its class or an instance of it. Raise InputError otherwise."""
     kind = policy
     if isinstance(policy, str):
         if policy not in POLICIES.names:

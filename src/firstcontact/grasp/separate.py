@@ -40,14 +40,14 @@ NOT_SENT = "start", "closing_speed", "positions_since"
 
 
 def can_separate(kind: type[Hand]) -> bool:
-    """Return True if another process can import the class and carry out all its methods."""
+    """Return True if a separate process can import the class and call all its methods."""
     is_found = getattr(sys.modules.get(kind.__module__), kind.__qualname__, None) is kind
     plain = all(getattr(kind, name) is getattr(Hand, name) for name in NOT_SENT)
     return is_found and plain and kind.__module__ != "__main__"
 
 
 class SeparateHand(Hand):
-    """Hand that a separate process drives. It is a hand itself."""
+    """Hand that runs in a separate process."""
 
     def __init__(self, kind: type[Any], port: str | None = None, silence: float = 1.0) -> None:
         hand: Hand = kind(port)
@@ -75,7 +75,7 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} gets no commands") from error
 
     def positions(self) -> Sequence[tuple[float, ...]]:
-        """Return the positions that the hand last reported, or nothing if its process is late."""
+        """Return the positions that the hand reported last, or () if its process is late."""
         child, answer = self._opened(), ""
         try:
             self._write_order(child, "positions")
@@ -155,7 +155,7 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} has ended") from error
 
     def _read_answer(self, child: Child, timeout: float) -> str:
-        """Return the next answer without its first word, "done"."""
+        """Return the next answer of the process without its first word, "done"."""
         word, _, detail = child.answer(timeout).partition(" ")
         self._unanswered.popleft()
         if word != "done":
@@ -164,7 +164,7 @@ class SeparateHand(Hand):
 
 
 def _serve(hand: Hand, silence: float, out: int) -> None:
-    """Carry out orders from standard input until it ends."""
+    """Carry out orders from standard input for a hand, until the input ends."""
     part = b""
     while True:
         if not select.select([0], [], [], silence)[0]:

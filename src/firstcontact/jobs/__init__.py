@@ -1,4 +1,4 @@
-"""Parallel jobs on this machine or a Dask cluster, and child processes."""
+"""Parallel jobs on this computer or a Dask cluster, and child processes."""
 
 import lazy_loader
 

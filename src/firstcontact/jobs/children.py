@@ -77,12 +77,12 @@ class Child:
         self._process.terminate()
 
     def end_input(self) -> None:
-        """Close the child's input, so that it ends by itself. It may still answer."""
+        """Close the child's input, so that it ends by itself. It may still send lines."""
         with suppress(OSError):
             _open(self._process.stdin).close()
 
     def end(self, timeout: float) -> bool:
-        """Close the child's input, and kill it if it does not end within ``timeout`` s.
+        """Close the child's input, and kill the child if it still runs after ``timeout`` s.
 
         Return True if the child ended by itself and without an error.
         """
@@ -129,7 +129,7 @@ def _keep(
 
 
 def _ready(deadline: float, *, reads: Sequence[int] = (), writes: Sequence[int] = ()) -> bool:
-    """Wait until a pipe can be read or written. Return False if none can at ``deadline``."""
+    """Wait until a pipe can be read or written. Return False if ``deadline`` passes first."""
     while True:
         remaining = max(deadline - time.monotonic(), 0.0)
         if any(select.select(reads, writes, [], min(remaining, LOOK))):
@@ -145,7 +145,7 @@ def _open(stream: IO[bytes] | None) -> IO[bytes]:
 
 
 def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
-    """Send this process a signal when its parent ends, if the system is Linux."""
+    """On Linux, let this process get a signal when its parent process ends."""
     if sys.platform == "linux":
         import ctypes
 

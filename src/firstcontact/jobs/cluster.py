@@ -33,7 +33,7 @@ GONE = "the connection to the cluster is lost: start the cluster and this comman
 
 
 class ClusterRunner(Runner):
-    """Runner that submits one task per job.
+    """Runner that submits one task per job to a Dask cluster.
 
     It has no joblib backend in between, because joblib waits for ever for tasks that were cancelled
     or whose worker was killed.
@@ -87,7 +87,7 @@ def _result(task: Future[bytes]) -> Any:
 
 @contextmanager
 def use_cluster(address: str) -> Iterator[None]:
-    """Run the jobs of :func:`firstcontact.jobs.parallel` on a Dask cluster."""
+    """Let :func:`firstcontact.jobs.parallel` use a Dask cluster within the ``with`` block."""
     # Errors below name the problem in one sentence; the library's log lines would repeat it.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -1,4 +1,4 @@
-"""Parallel jobs on this machine's cores, or on the backend of ``joblib.parallel_config``."""
+"""Parallel jobs on this computer's cores, or on the backend of ``joblib.parallel_config``."""
 
 from __future__ import annotations
 
@@ -213,7 +213,7 @@ def _numerical_libraries(modules: int) -> Any:
 
 
 def worker_count(workers: int) -> int:
-    """Return the number of processes for an option ``--workers``, where 0 means all cores."""
+    """Return the number of processes for the option ``--workers``; 0 stands for all cores."""
     if not 0 <= workers <= MOST_WORKERS:
         raise ArgumentError(
             f"{workers} must be 0 (all cores) to {MOST_WORKERS}", parameter="workers"
@@ -227,7 +227,7 @@ def cores() -> int:
 
 
 def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
-    """Pack values into one array of bytes. Arrays in the values are stored uncompressed."""
+    """Pack values into one array of bytes, with their arrays uncompressed."""
     buffers: list[pickle.PickleBuffer] = []
     head = pickle.dumps(values, protocol=5, buffer_callback=buffers.append)
     parts: list[Any] = [head, *(buffer.raw() for buffer in buffers)]
@@ -242,7 +242,7 @@ def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
 
 
 def unpack_payload(array: NDArray[np.uint8]) -> tuple[Any, ...]:
-    """Return the packed values with read-only arrays. The last payload is cached."""
+    """Return the values of :func:`pack_payload` with read-only arrays. The last ones are cached."""
     global _opened
     key = array[:16].tobytes()
     if _opened[0] != key:

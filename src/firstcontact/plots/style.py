@@ -30,7 +30,7 @@ def new_axes(figure: Figure) -> Axes:
 
 
 def name_hardness(axes: Axes) -> None:
-    """Name familiar objects beside a vertical axis in Shore A."""
+    """Write familiar objects, such as a car tyre, beside a vertical axis in Shore A."""
     side = axes.secondary_yaxis("right")
     names, values, _ = zip(*FAMILIAR, strict=True)
     side.set_yticks(values, names)
@@ -39,7 +39,7 @@ def name_hardness(axes: Axes) -> None:
 
 
 def figure_label(name: str, most: int = MOST) -> str:
-    """Return a name from a recording as text for a figure."""
+    """Return a name from a recording without characters that a figure cannot show."""
     glyphs = _glyphs()
     out = ""
     for character in " ".join(name[: 4 * most].split()):

@@ -1,4 +1,4 @@
-"""Recordings as MCAP files: their writer, a reader that tolerates damage, importers, exporters."""
+"""Recordings as MCAP files: a writer, a reader that tolerates damage, importers and exporters."""
 
 import lazy_loader
 

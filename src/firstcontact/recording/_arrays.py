@@ -70,7 +70,7 @@ def import_npz(path: Path, rate: float | None = None) -> Dataset:
 def read_hdf5(
     path: Path, names: Collection[str], settings: Collection[str] = ()
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Read datasets and attributes by name. Return them and the names that were not read."""
+    """Read datasets and attributes by name. Return them, and the names of all others."""
     require_modules("files", "h5py")
     with library_errors(path, "HDF5", "write it again"):
         open_regular(path).close()
@@ -158,7 +158,11 @@ def from_signals(
     given: Mapping[str, Any],
     notes: Sequence[str],
 ) -> Dataset:
-    """Build pinches from signals of our names, shape (rows of all pinches, ...), and settings."""
+    """Make a dataset from signals with this package's names, and settings.
+
+    ``signals`` have the shape (samples of all pinches, ...), and ``bounds`` the first and the end
+    row of each pinch.
+    """
     origin, (sensor, vibration) = str(table.path), next(iter(signals.items()))
     data = joined([values.reshape(len(values), -1) for values in signals.values()])
     exported = LAYOUT in given

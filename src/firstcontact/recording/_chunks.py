@@ -1,4 +1,4 @@
-"""Search for the chunks of a damaged MCAP file, which trusts only their checksums.
+"""Search for intact chunks in a damaged MCAP file, which relies on their checksums only.
 
 Usual readers stop at the first wrong length. This search accepts a chunk if its lengths are
 consistent and its CRC is right. After damage it continues at the next byte.
@@ -41,7 +41,7 @@ Record = tuple[int, str | bytes]
 
 
 class FileBytes:
-    """Bytes of a file. Only the slices that are used are read."""
+    """Bytes of a file, which are read only when they are used."""
 
     def __init__(self, path: Path) -> None:
         if path.is_dir():
@@ -76,7 +76,7 @@ class FileBytes:
 def read_chunks(
     path: Path, data: FileBytes, damage: list[str]
 ) -> Iterator[tuple[slice, list[Record]]]:
-    """Yield place and records of all intact chunks in file order. Describe the damage."""
+    """Yield position and records of each intact chunk. Texts on damage are added to ``damage``."""
     start = data[: len(MAGIC)]
     intact = sum(a == b for a, b in zip(start, MAGIC, strict=False))
     if not start:
@@ -97,7 +97,7 @@ def read_chunks(
 def search(
     path: Path, data: FileBytes | bytes, damage: list[str], end: int = len(MAGIC)
 ) -> Iterator[tuple[slice, list[Record]]]:
-    """Yield place and records of the intact chunks in bytes from ``end`` on."""
+    """Yield position and records of the intact chunks from byte ``end`` on."""
     chunks = 0
     left = _UNPACKED + _UNPACKED_TIMES * len(data)  # bytes for all compressed chunks together
     patience = _PATIENCE * len(data)
@@ -135,7 +135,7 @@ def search(
 
 
 def _unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
-    """Return a chunk's records and stated CRC, and the number of bytes that were decompressed."""
+    """Return a chunk's records, its stated CRC, and the number of decompressed bytes."""
     size, crc, letters = struct.unpack_from("<16xQII", body)
     kind, data = body[32 : 32 + letters], body[40 + letters :]
     if not kind:
@@ -148,7 +148,7 @@ def _unpack_chunk(body: bytes, most: int) -> tuple[bytes, int, int]:
 
 
 def _decompressed(kind: bytes, packed: bytes, size: int) -> bytes:
-    """Decompress up to one byte beyond the stated size."""
+    """Decompress ``packed``, at most one byte more than the stated ``size``."""
     data: bytes
     if kind == b"zstd":
         from zstandard import ZstdDecompressor, ZstdError
@@ -193,7 +193,7 @@ def _is_framed(data: FileBytes | bytes, position: int, stop: int) -> bool:
 
 
 def _tail(data: FileBytes | bytes, end: int, read: int) -> list[str]:
-    """Return notes on damage after the last intact chunk, and on chunks known only by the index."""
+    """Return notes on damage after the last intact chunk, and on chunks only in the index."""
     footer = len(data) - len(MAGIC) - _FOOTER_BYTES
     is_footer = footer >= end and data[footer : footer + 1] == bytes([Opcode.FOOTER])
     if data[-len(MAGIC) :] != MAGIC or not is_footer:
@@ -211,7 +211,7 @@ def _tail(data: FileBytes | bytes, end: int, read: int) -> list[str]:
 
 
 def _chunk_count(data: FileBytes | bytes, footer: int) -> int | None:
-    """Return the number of chunks stated by the summary; None if the summary is damaged."""
+    """Return the number of chunks that the summary states; None if the summary is damaged."""
     position, _, crc = struct.unpack("<QQI", data[footer + FRAME.size : -len(MAGIC)])
     if not 0 < position <= footer:
         return None

@@ -1,4 +1,4 @@
-"""Importer of one long CSV with one row per sample. Each row repeats the labels of its pinch.
+"""Importer of a long CSV file with one row per sample. Each row repeats the labels of its pinch.
 
 The page docs/how-to/import-recordings.md lists the columns. Exported files also have a column
 ``firstcontact_layout`` in the first row of each pinch: the names and the meaning of the signals,
@@ -61,7 +61,7 @@ _EXACT = 0.05
 
 
 def import_csv(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a long CSV."""
+    """Import pinches from a CSV file with one row per sample."""
     table = read_columns(path, "pinch")
     if "pinch" not in table:
         raise FileError(
@@ -105,7 +105,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
 
 
 def _vibration(table: Table, sensor: VibrationSensor) -> list[list[str]]:
-    """Return the columns of each sensor: of the only one, or of index finger and thumb."""
+    """Return the column names of each vibration sensor: one sensor, or index finger and thumb."""
 
     def columns_named(named: str) -> list[str]:
         axes = (f"{named}_{axis}" for axis in "xyz")
@@ -124,7 +124,7 @@ def _vibration(table: Table, sensor: VibrationSensor) -> list[list[str]]:
 
 
 def _others(table: Table) -> dict[str, list[str]]:
-    """Return the columns of force and strips, which are complete or absent."""
+    """Return the column names of force and contact strips. Incomplete ones raise an error."""
     for names in _OTHERS.values():
         missing = [name for name in names if name not in table]
         if 0 < len(missing) < len(names):
@@ -136,7 +136,7 @@ def _others(table: Table) -> dict[str, list[str]]:
 
 
 def _unit(table: Table, kind: str, names: Sequence[str], stated: str | None) -> str:
-    """Return the unit that a setting states, or the names of the columns: "piezo_index (mV)"."""
+    """Return the unit from a setting, or from the columns' names, such as "piezo_index (mV)"."""
     given = [stated, *map(table.units.get, names)]
     units = [*dict.fromkeys(unit for unit in given if unit is not None)]
     if len(units) > 1:
@@ -152,7 +152,7 @@ def _unit(table: Table, kind: str, names: Sequence[str], stated: str | None) -> 
 
 
 def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]:
-    """Return a column of samples. Integers stay integers."""
+    """Return a column of samples. Whole numbers stay integers."""
     if name not in table:
         raise FileError(f"{table.path} has no column {quote(name)}: add it, or export it again")
     values = np.array(table.parsed(name, parse_float))
@@ -162,7 +162,7 @@ def _signal(table: Table, name: str, is_vibration: bool = False) -> NDArray[Any]
 
 
 def _bounds(table: Table) -> Bounds:
-    """Return the first row of each pinch, and the row after its last one."""
+    """Return for each pinch its first row, and the row after its last one."""
     bounds = []
     seen = set()
     start = 0
@@ -178,7 +178,7 @@ def _bounds(table: Table) -> Bounds:
 
 
 def _constant(table: Table, name: str, bounds: Bounds) -> list[str]:
-    """Return a column's value for each pinch. It must be the same in all rows of the pinch."""
+    """Return a column's value for each pinch. Raise FileError if it changes within a pinch."""
     cells = table[name]
     for start, stop in bounds:
         for row in range(start, stop):
@@ -189,7 +189,10 @@ def _constant(table: Table, name: str, bounds: Bounds) -> list[str]:
 
 
 def _rate(table: Table, bounds: Bounds, written: str | None, option: float | None) -> float:
-    """Return the rate. Check that ``--rate``, ``sample_rate_hz`` and ``time_s`` agree on it."""
+    """Return the sampling rate, Hz, from ``--rate``, ``sample_rate_hz`` or ``time_s``.
+
+    Raise FileError if these do not agree.
+    """
     rates: list[tuple[str, float]] = []
     if option is not None:
         rates.append(("--rate", given_rate(option)))
@@ -230,9 +233,9 @@ def _rate(table: Table, bounds: Bounds, written: str | None, option: float | Non
 def _rate_of_time(
     table: Table, times: NDArray[np.float64], start: int, stop: int
 ) -> tuple[float, float]:
-    """Return the mean rate of the rows of a pinch, and its relative uncertainty if rounded.
+    """Return the mean sampling rate of one pinch, Hz, and its relative error from rounding.
 
-    Check that ``time_s`` rises evenly, or as evenly as its rounding allows.
+    Raise FileError if ``time_s`` does not rise evenly.
     """
     moments = times[start:stop]
     steps = np.diff(moments)
@@ -269,7 +272,7 @@ def _rate_of_time(
 
 
 def _checked_rate(table: Table, rate: float) -> float:
-    """Check the rate of ``time_s``. The error names the unit that would give a usual rate."""
+    """Raise FileError for an impossible rate. The message names the unit that would fit."""
     origin = f"{table.path}: the rate of time_s"
     for unit, factor in (("ms", 1e3), ("us", 1e6)):
         if not LOWEST_RATE <= rate <= HIGHEST_RATE and 1e3 <= rate * factor <= 1e5:

@@ -139,7 +139,7 @@ def _write_hdf5(dataset: Dataset, path: Path) -> None:
 
 
 def _padded(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return arrays of several lengths as one array, with NaN after the end of each."""
+    """Return arrays of different lengths as one array, filled up with NaN."""
     longest = max(parts, key=len)
     out = np.full((len(parts), *longest.shape), math.nan)
     for row, part in zip(out, parts, strict=True):
@@ -148,7 +148,7 @@ def _padded(parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
 
 
 def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
-    """Return the columns of one kind in the order of an array: by finger, then by taxel or axis."""
+    """Return the columns of one kind, ordered by finger, then by taxel or axis."""
     channels = layout.column_channels
     columns = [i for i, channel in enumerate(channels) if channel.kind is kind]
     columns.sort(key=lambda i: (channels[i].finger or 0, channels[i].taxel or 0))
@@ -158,7 +158,7 @@ def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
 def _values(
     dataset: Dataset, channels: Sequence[Channel]
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Return what a file of these channels holds besides samples: per pinch, and per file."""
+    """Return the contents of an export besides samples: values per pinch, and per file."""
     physical = tuple(replace(c, scale=1.0, offset=0.0) for c in channels)
     layout = Layout(physical, dataset.layout.rate)
     text = json.dumps(layout.to_json(), ensure_ascii=False)
@@ -166,7 +166,7 @@ def _values(
 
 
 def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
-    """Return each label and contact that all pinches have, with one value per pinch."""
+    """Return labels and contacts that all pinches have, by column name, one value per pinch."""
     pinches = dataset.pinches
 
     def places(samples: Sequence[int | None]) -> list[int]:
@@ -197,7 +197,7 @@ def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
 
 
 def _file_values(dataset: Dataset) -> dict[str, Any]:
-    """Return the settings of all pinches, by the names that importers use."""
+    """Return the settings that all pinches share, by the names that importers use."""
     first, *others = dataset.layout.vibration
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
         if any(getattr(c, name) != getattr(first, name) for c in others):
@@ -215,7 +215,7 @@ def _file_values(dataset: Dataset) -> dict[str, Any]:
 
 
 def _signals(pinch: Pinch) -> dict[str, Any]:
-    """Return the time and the signals of a pinch by name, with one value per sample."""
+    """Return the time, s, and the signals of a pinch by name, one value per sample."""
     names = pinch.layout.column_names
     clashes = sorted(_NAMES & set(map(str.strip, names)))
     if clashes:

@@ -1,4 +1,4 @@
-"""Conversion of a table of labels and contacts, and of cut samples, to a dataset of pinches."""
+"""Conversion of imported labels, contacts and samples to a dataset of pinches."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _parse_class(value: Any) -> int:
 
 
 def choice(kind: type[StrEnum]) -> Callable[[Any], Any]:
-    """Return a parser of the values of an enumeration."""
+    """Return a function that parses the text of an enumeration's member."""
 
     def parse_choice(value: Any) -> StrEnum:
         try:
@@ -119,7 +119,7 @@ def _parse_shape(value: Any) -> str:
 def bounded(
     parse: Callable[[Any], Any], low: float, high: float, *, or_unknown: bool = False
 ) -> Callable[[Any], Any]:
-    """Return a parser of numbers from ``low`` to ``high``, and of -1 if it stands for unknown."""
+    """Return a parser of numbers from ``low`` to ``high``. -1 may stand for unknown."""
 
     def parse_bounded(value: Any) -> Any:
         number = parse(value)
@@ -175,7 +175,7 @@ def make_dataset(
     groups: Sequence[Mapping[str, Block]] | None = None,
     exported: bool = False,
 ) -> Dataset:
-    """Build the pinches of an importer from a table of labels and the samples of each pinch."""
+    """Make a dataset from a table of labels with a row per pinch, and the samples of each pinch."""
     labels, assumed = _labels(table, len(cuts))
     contacts, guessed = _contacts(table, cuts, layout, exported)
     motors = _motor_starts(table, [len(cut) for cut in cuts], contacts)
@@ -211,7 +211,7 @@ def make_dataset(
 
 
 def note_unknown(table: Table, names: Iterable[str], noun: str = "columns") -> list[str]:
-    """Return a note that lists the names that are no labels, and asks about misspelt labels."""
+    """Return a note that lists names that are not labels, and asks about misspelt ones."""
     unknown = sorted(set(names) - {*PINCH_COLUMNS, "file", "source", "comment"})
     questions = [
         f"did you mean {match} where it says {quote(name)}?"
@@ -234,7 +234,7 @@ def _stated_source(table: Table) -> str:
 
 
 def _parsed(table: Table, name: str) -> list[Any] | None:
-    """Return the parsed values of a label or contact; None if the column does not exist."""
+    """Return the parsed values of a column of labels; None without this column."""
     unit, factors = table.units.get(name), _UNITS.get(name, {})
     # Lower case, but for a prefix: mPa is not MPa.
     usual_unit = (unit or "").replace("µ", "u").replace("μ", "u").lower() if unit != "mPa" else unit
@@ -256,7 +256,7 @@ def _parsed(table: Table, name: str) -> list[Any] | None:
 
 
 def _either(table: Table, name: str, other: str) -> list[Any] | None:
-    """Return the parsed values of the one of two columns that exists."""
+    """Return the parsed values of that one of two columns that exists; None without both."""
     if name in table and other in table:
         raise FileError(f"{table.path} has both '{name}' and '{other}': keep one of them")
     return _parsed(table, other if other in table else name)
@@ -304,7 +304,10 @@ def _labels(table: Table, pinches: int) -> tuple[list[Label], list[str]]:
 def _contacts(
     table: Table, cuts: Sequence[NDArray[Any]], layout: Layout, exported: bool
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
-    """Return the known contacts of each pinch, counted from its first sample, and notes."""
+    """Return the contacts that a table states for each pinch, and notes for the user.
+
+    Contacts count from the first sample of their pinch.
+    """
     unknown = [-1] * len(cuts)
     firsts = _either(table, "first_contact", "pre_trigger_samples") or unknown
     name = "pre_trigger_samples" if "pre_trigger_samples" in table else "first_contact"
@@ -349,7 +352,7 @@ def _contacts(
 def _motor_starts(
     table: Table, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
 ) -> list[int | None]:
-    """Return the start of the motor in each pinch, counted from its first sample."""
+    """Return the sample at which the motor starts in each pinch, counted from its first one."""
     starts = _parsed(table, "motor_start") or [-1] * len(lengths)
     for row, (start, length, truth) in enumerate(zip(starts, lengths, contacts, strict=True)):
         end = truth[0].sample if truth else length
@@ -375,7 +378,7 @@ def _closing_speeds(table: Table, pinches: int) -> list[ClosingSpeed | None]:
 
 
 def _louder_finger(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
-    """Return the finger whose vibration rose more above its noise after the first contact."""
+    """Return the finger whose vibration rises more above its noise after the first contact."""
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
     end = max(first + round(_LISTEN * rate), first + 2)

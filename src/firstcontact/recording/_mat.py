@@ -91,7 +91,7 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Table]:
 
 
 def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
-    """Return the signals of one file that the table of channels names."""
+    """Return those signals of one file that the table of channels names."""
     arrays, unread = read_mat(file, {s.variable for s in signals})
     parts = []
     for signal in signals:
@@ -119,7 +119,7 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
 
 
 def _from_named(path: Path) -> Dataset:
-    """Return the dataset of a file whose arrays have our names."""
+    """Return the dataset of a file whose arrays have this package's names."""
     arrays, unread = read_mat(path, NAMES)
     if not any(name in arrays for name in VibrationSensor):
         raise FileError(
@@ -156,7 +156,7 @@ def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
 
 
 def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
-    """Return a variable's numbers or texts. A cell array becomes an array of its values."""
+    """Return the numbers or texts of a variable. Cell arrays become arrays of their values."""
     array = np.asarray(values)
     if array.dtype == object:
         cells = [np.asarray(cell) for cell in array.reshape(-1)]

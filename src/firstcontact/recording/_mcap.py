@@ -1,4 +1,4 @@
-"""The part of MCAP (https://mcap.dev) that recordings need: a writer, and the records of chunks.
+"""Writer of MCAP files (https://mcap.dev) for recordings, and a reader of their records.
 
 The files equal those that the library ``mcap`` writes. It would bring 30 MB of compressors along.
 """
@@ -36,7 +36,7 @@ class Opcode(IntEnum):
 
 
 def read_records(data: bytes) -> Iterator[tuple[int, str | bytes]]:
-    """Yield each channel's number and topic, and of each message its channel and data.
+    """Yield (number, topic) for each channel, and (channel's number, data) for each message.
 
     A record that is cut raises a ValueError or struct.error.
     """
@@ -65,13 +65,13 @@ def _text(text: str) -> bytes:
 
 
 def _pairs(numbers: Mapping[int, int]) -> bytes:
-    """Return a map from channels to numbers."""
+    """Return a mapping of two numbers as MCAP encodes it."""
     pairs = b"".join(struct.pack("<HQ", *pair) for pair in numbers.items())
     return struct.pack("<I", len(pairs)) + pairs
 
 
 class McapWriter:
-    """Writer of messages in chunks without compression. A full chunk goes to the stream."""
+    """Writer of messages in uncompressed chunks. Full chunks are written at once."""
 
     def __init__(self, stream: IO[bytes], chunk_size: int) -> None:
         self._stream, self._chunk_size = stream, chunk_size
@@ -143,7 +143,7 @@ class McapWriter:
         self._begin_chunk()
 
     def flush(self) -> None:
-        """End the chunk in progress, and hand all data to the operating system."""
+        """End the current chunk, and pass all data to the operating system."""
         self._end_chunk()
         self._stream.flush()
 

@@ -127,7 +127,7 @@ def read_recording(path: AnyPath) -> Recording:
 
 
 class _Messages:
-    """Contents of the messages with text by topic, and places of the messages with samples."""
+    """Texts of a file by topic, and positions of its messages with samples."""
 
     def __init__(self, path: Path, data: FileBytes) -> None:
         self._path, self._data = path, data
@@ -160,7 +160,7 @@ class _Messages:
 
     @property
     def header(self) -> Header:
-        """Usable header. Without one, the error of the first header is raised."""
+        """First usable header of the file. Without one, raise the error of the first header."""
         return _header(self._path, self._headers)
 
     @property
@@ -169,7 +169,7 @@ class _Messages:
 
 
 class _Index:
-    """Places of the samples in a file, by topic."""
+    """Positions of the samples in a file, by topic."""
 
     def __init__(self, path: Path, data: FileBytes, header: Header) -> None:
         self._path = path
@@ -206,7 +206,7 @@ class _Index:
                 spans.append((block.epoch, span))
 
     def stretches(self, topic: str) -> tuple[tuple[Block, ...], list[str]]:
-        """Return the unbroken samples of a topic, and descriptions of losses."""
+        """Return the samples of a topic as blocks without gaps, and sentences about losses."""
         store = self._stores[topic]
         if topic in self._misfits:
             raise FileError(
@@ -223,7 +223,7 @@ class _Index:
 
 
 def _header(path: Path, headers: Iterable[bytes]) -> Header:
-    """Return the usable header. If there is none, raise the error of the first header."""
+    """Return the first usable header. If none is usable, raise the first one's error."""
     first: InputError | None = None
     usable: list[Header] = []
     for data in headers:
@@ -244,7 +244,7 @@ def _header(path: Path, headers: Iterable[bytes]) -> Header:
 
 
 def _merged(path: Path, fault: str) -> InputError:
-    """Return the error for a file in which a program has put several recordings together."""
+    """Return the error for a file into which a program has merged several recordings."""
     return FileError(
         f"{path} has {fault}: several recordings were merged into it, so use the recordings that "
         "it was made from, one by one"
@@ -252,7 +252,7 @@ def _merged(path: Path, fault: str) -> InputError:
 
 
 def _distinct_marks(path: Path, marks: Iterable[PinchMark]) -> tuple[PinchMark, ...]:
-    """Return the marks without copies. Raise an error if one touch has two labels."""
+    """Return the marks without copies. Raise FileError if one pinch has two different labels."""
     distinct = tuple(dict.fromkeys(marks))
     doubled = [n for n, times in Counter(m.number for m in distinct).items() if times > 1]
     if doubled:
@@ -269,7 +269,7 @@ def _distinct_marks(path: Path, marks: Iterable[PinchMark]) -> tuple[PinchMark, 
 def _read(
     messages: list[bytes], read: Callable[[bytes, str], T], noun: str
 ) -> tuple[tuple[T, ...], list[str]]:
-    """Return the contents of the usable messages, and a note on the unusable ones."""
+    """Return the contents of the usable messages, and a sentence about the others."""
     good = []
     bad, reason = 0, ""
     for data in messages:
@@ -287,7 +287,7 @@ def _missing_marks(pinches: Iterable[PinchMark]) -> list[str]:
 
 
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
-    """Join consecutive blocks epoch by epoch. Return them and descriptions of losses.
+    """Join consecutive blocks of each epoch. Return the blocks, and sentences about losses.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Time stamps of a regular stream, split into runs of evenly spaced samples."""
+"""Splitting of a stream's time stamps into runs of evenly spaced samples."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Evenly spaced samples ``first`` to ``end`` (exclusive), at times ``begin`` to ``last``."""
+    """Evenly spaced samples ``first`` to ``end`` (exclusive), at times ``begin`` to ``last``, s."""
 
     first: int
     end: int
@@ -52,7 +52,7 @@ class Run:
 
     @property
     def seconds(self) -> float:
-        """Duration up to the end of the last sample, s."""
+        """Duration to the end of the last sample, s."""
         count = self.end - self.first
         return (self.last - self.begin) * count / max(count - 1, 1)
 
@@ -61,7 +61,7 @@ class Run:
         return (self.end - self.first) / self.seconds
 
     def moments(self, pace: float) -> Values:
-        """Return times, s, spaced ``1 / pace`` samples, from the first to the last sample."""
+        """Return the times, s, of a signal with ``pace`` samples for each one of this run."""
         samples = np.arange(math.ceil((self.end - self.first) * pace)) / pace
         # The small shift keeps rounding errors from deciding between two equally near samples.
         moments: Values = self.begin + (samples + 1e-3) / self.rate
@@ -80,7 +80,7 @@ class Run:
 
 
 def even_runs(origin: str, stamps: Values, rate: float) -> list[Run]:
-    """Return the runs between gaps and lost samples. A line is fitted to the stamps of each run."""
+    """Split time stamps, s, at gaps and lost samples. Return an even run for each piece."""
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < -BACK)
     if len(back):
@@ -104,7 +104,7 @@ def even_runs(origin: str, stamps: Values, rate: float) -> list[Run]:
 
 
 def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
-    """Return the run of stamps. A line gives its begin and end, since single stamps jitter."""
+    """Return the even run that fits these time stamps best, because single stamps jitter."""
     n = len(stamps)
     count = np.arange(n) - (n - 1) / 2
     middle = float(stamps.mean())
@@ -124,7 +124,7 @@ def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
 
 
 def overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:
-    """Return the parts of ``runs`` in which another stream has samples, the runs ``others``."""
+    """Return the parts of ``runs`` in whose time another stream, ``others``, has samples."""
     spans: list[tuple[float, float]] = []
     for run in others:
         margin = _FARTHEST / run.rate
@@ -156,7 +156,7 @@ class Nearest:
 
 
 def lost_samples(stamps: Values, rate: float) -> list[int]:
-    """Return the number of the first sample after each loss."""
+    """Return the indices of the samples that follow a loss."""
     errors = np.diff(stamps) * rate - 1.0  # of the steps, in samples
     if len(errors) and errors.min() > -_STEADY and np.mean(errors < _STEADY) > _MOST:
         after_loss: list[int] = (np.flatnonzero(errors > 1 - _STEADY) + 1).tolist()
@@ -190,13 +190,13 @@ def lost_samples(stamps: Values, rate: float) -> list[int]:
 
 
 def _pace(levels: Values) -> float:
-    """Return the median rise of levels from block to block. Jumps hardly change it."""
+    """Return the median slope of time stamps from block to block, which jumps hardly change."""
     rises = [(levels[lag:] - levels[:-lag]) / lag for lag in _LAGS]
     return float(np.median(np.concatenate(rises)))
 
 
 def _rises(levels: Values) -> Values:
-    """Return the rise of the levels at each border of blocks, without outliers."""
+    """Return by how much the stamps jump between neighbouring blocks, without outliers."""
     padding = np.full(_LARGEST, np.inf)
     padded = [np.concatenate([levels, padding]), np.concatenate([padding, -levels])]
     windows = np.lib.stride_tricks.sliding_window_view(padded, _LARGEST, axis=1)

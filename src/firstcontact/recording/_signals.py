@@ -1,4 +1,4 @@
-"""Signals that a table of channels describes, as columns of one rate and slower groups.
+"""Signals that a table of channels names: main columns of one rate, and groups of slower ones.
 
 A signal with a ``sensor`` is a vibration. A signal without a ``sensor`` and with the vibration's
 rate becomes further columns beside it. Slower signals become groups, one for each rate.
@@ -59,10 +59,7 @@ _ENDS_APART = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """Row of a channel table.
-
-    It names a MATLAB variable or an XDF stream, and states its sensor, finger and unit.
-    """
+    """Row of a table of channels: name of a MATLAB variable or XDF stream, sensor, finger, unit."""
 
     variable: str
     rate: float | None = None
@@ -127,7 +124,7 @@ _PARSERS: Mapping[str, Callable[[str], Any]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SignalSamples:
-    """Samples of one signal, shape (samples, columns), with rate and column names."""
+    """Samples of one signal, shape (samples, columns), with sampling rate and column names."""
 
     signal: Signal
     rate: float
@@ -142,7 +139,7 @@ def select_samples(
     values: NDArray[np.generic],
     labels: Sequence[str] = (),
 ) -> SignalSamples:
-    """Return the samples of a signal's columns in a type that recordings store, after checks."""
+    """Return the columns that a signal names, checked and in a type that recordings store."""
     width = values.shape[1]
     columns: Sequence[int] = range(width)
     if signal.column is not None:
@@ -168,7 +165,7 @@ def select_samples(
 
 
 def _in_known_unit(origin: str, signal: Signal, values: NDArray[np.generic]) -> Signal:
-    """Return a signal in V, m/s2 or Pa, if its unit can be converted, after checks."""
+    """Return the signal with a unit in V, m/s2 or Pa, if its unit can be converted."""
     unit = known_unit(signal.unit)
     if (signal.scale, signal.offset) != (1.0, 0.0):
         scale, offset = signal.scale * unit.scale, signal.offset + unit.offset / signal.scale
@@ -182,7 +179,7 @@ def _in_known_unit(origin: str, signal: Signal, values: NDArray[np.generic]) -> 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Signals:
-    """Signals of a file: columns of one rate, and slower groups that start at the same time."""
+    """Signals of one file: main columns, and slower groups that start at the same time."""
 
     layout: Layout
     data: NDArray[np.generic]
@@ -202,7 +199,7 @@ class Signals:
 
 
 def combine(origin: str, parts: Sequence[SignalSamples]) -> Signals:
-    """Return signals as columns and slower groups, all cut to the end of the shortest signal."""
+    """Combine signals to main columns and slower groups, cut to the shortest signal."""
     rate = next(part.rate for part in parts if part.signal.sensor is not None)
     end = min(len(part.values) / part.rate for part in parts)
     slowest = min(part.rate for part in parts)
@@ -257,7 +254,7 @@ def cut_pinches(
     places: Sequence[tuple[int, int, int]],
     notes: Sequence[str],
 ) -> Dataset:
-    """Cut pinches from files, each at a place (file, start, stop), all in one sample type."""
+    """Cut pinches from files at places (file number, first sample, end), all in one data type."""
     dtype = common_type([v for file in files for v in (file.data, *file.groups.values())])
     cuts = [files[k].cut(start, stop, dtype) for k, start, stop in places]
     return make_dataset(

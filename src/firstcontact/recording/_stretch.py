@@ -1,4 +1,4 @@
-"""Samples of a recording that stay in its file until they are read."""
+"""Samples of a recording that stay in the file until they are used."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SPAN = 1 << 18
 
 
 class Span(NamedTuple):
-    """Samples ``first`` to ``end`` (exclusive), in messages of a channel without a gap.
+    """Position in a file of the samples ``first`` to ``end`` (exclusive), which have no gap.
 
     The messages begin with the sample ``begin`` and are in the chunks from byte ``start`` to
     ``stop`` of the file.
@@ -37,7 +37,7 @@ class Span(NamedTuple):
 
 @dataclass(slots=True)
 class Store:
-    """File with samples of one type and width. It keeps the messages that were read last."""
+    """Open file with samples of one type and width, and a cache of the last messages."""
 
     path: Path
     data: FileBytes
@@ -66,7 +66,7 @@ class Store:
 
 
 def usable_block(content: bytes, dtype: str) -> Block | None:
-    """Return the samples in a message; None if it holds none that can be used."""
+    """Return the samples in a message; None if it holds no usable ones."""
     try:
         block = read_block(content, dtype)
     except ValueError:
@@ -75,7 +75,7 @@ def usable_block(content: bytes, dtype: str) -> Block | None:
 
 
 def _is_finite(block: Block) -> bool:
-    """Return True if all values are finite and not too large, as integers always are."""
+    """Return True if all values are finite and not too large. Integers always are."""
     if block.data.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):

@@ -220,7 +220,7 @@ class RecordingWriter:
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
     def _packed(self, tree: dict[str, Any], read: Callable[[bytes, str], object], of: str) -> bytes:
-        """Return a tree encoded as JSON. Check that its reading function ``read`` accepts it."""
+        """Return JSON bytes for a message, after a check that ``read`` can read them."""
         try:
             text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
             data = text.encode()

@@ -75,7 +75,7 @@ class Stream:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Unbroken samples of all signals. ``run`` gives the times of the vibration's samples."""
+    """Samples of all signals without a gap. ``run`` has the times of the vibration's samples."""
 
     signals: Signals
     run: Run
@@ -158,7 +158,7 @@ def read_xdf(path: Path) -> dict[str, Stream]:
 
 
 def _with_names(streams: Sequence[Stream]) -> list[Stream]:
-    """Return the streams, those with samples first, with a number after a name of several.
+    """Return the streams with different names, by adding numbers to equal ones.
 
     A stream of a sender that had crashed has no samples, and leaves its name to the other.
     """
@@ -191,7 +191,7 @@ def _stream(stream: Mapping[str, Any]) -> Stream:
 
 
 def _described(info: Mapping[str, Any], channel: int, field: str) -> str:
-    """Return the label or the unit of a channel; "" if it is missing."""
+    """Return a field of a channel's description, such as its unit; "" if it is missing."""
     try:
         return str(info["desc"][0]["channels"][0]["channel"][channel][field][0] or "")
     except (KeyError, IndexError, TypeError):
@@ -220,7 +220,7 @@ def _guess_signals(
 def _unbroken_parts(
     path: Path, streams: Mapping[str, Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return the parts in which all signals have samples, and one run over the whole vibration."""
+    """Return the parts in which no signal has a gap, and one run over the whole vibration."""
     used = {signal.variable: _find_stream(path, streams, signal) for signal in signals}
     origins = {name: f"{path}: stream {quote(name)}" for name in used}
     main = next(used[signal.variable] for signal in signals if signal.sensor is not None)
@@ -258,7 +258,7 @@ def _unbroken_parts(
 
 
 def _with_unit(signal: Signal, stream: Stream) -> Signal:
-    """Return a signal with the unit that its stream states, if the table of channels has none."""
+    """Return a signal with its stream's unit if the table of channels states none."""
     column = signal.column or 0
     is_known = signal.unit or column >= len(stream.units)
     return signal if is_known else replace(signal, unit=stream.units[column])
@@ -286,7 +286,7 @@ def _find_stream(path: Path, streams: Mapping[str, Stream], signal: Signal) -> S
 def _markers(
     path: Path, streams: Mapping[str, Stream], vibration: Run, notes: list[str]
 ) -> Table | None:
-    """Return the markers of the only stream of texts as a table of contacts."""
+    """Return the markers of the only stream of texts as a table of contacts; None without one."""
     texts = [s for s in streams.values() if s.is_text and len(s.stamps)]
     if len(texts) > 1:
         raise FileError(
@@ -306,7 +306,7 @@ def _markers(
 def _placed(
     table: Table, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Table]:
-    """Return the number of the part in which each contact lies, with onsets within the parts."""
+    """Return for each contact the number of its part, and a table with onsets within parts."""
     name = onset_column(table)
 
     def bounds(run: Run) -> tuple[float, float]:

@@ -80,7 +80,7 @@ def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
 
 
 def _in_volts(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Convert counts and mV of boards and streams as their sources do since they know units."""
+    """Convert counts and mV of older recordings to V, as boards and streams are read today."""
     layout = pinches[0].layout
     channels, units = list(layout.channels), dict[Finger | None, Unit]()
     if len(layout.vibration) < layout.width or len({c.unit for c in channels}) > 1:
@@ -116,7 +116,7 @@ def _in_volts(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
-    """Return the samples of a pinch, or None if any of them is missing."""
+    """Return the samples of a marked pinch, or None if any of them is missing."""
     data = _within(recording.stretches, mark.epoch, mark.first_sample, mark.end)
     if data is None:
         return None
@@ -182,7 +182,7 @@ def pinches_by_session(dataset: Dataset) -> dict[str, list[Pinch]]:
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Renumber the pinches one after the other, with a gap of one sample between them."""
+    """Renumber pinches so that they follow each other with a gap of one sample."""
     numbered = []
     start = 0
     for pinch in pinches:
@@ -192,7 +192,7 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 
 def shifted(pinch: Pinch, by: int) -> Pinch:
-    """Return a pinch with ``by`` added to its sample numbers. Its groups keep their numbers."""
+    """Return a pinch with ``by`` added to its sample numbers, except those of its groups."""
     truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
     motor = None if pinch.motor_start is None else pinch.motor_start + by
     return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)

@@ -45,7 +45,7 @@ _FREQUENCIES = "\\"
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Contact in a long file, with its table row, file number, channel (if named) and sample."""
+    """Contact in a long file: row of its table, number of the file, channel if named, sample."""
 
     row: int
     file: int
@@ -88,7 +88,10 @@ def find_events(
     shapes: Sequence[tuple[int, ...]],
     rates: Sequence[float],
 ) -> list[Event]:
-    """Return the contacts in the order of the rows. ``of_rows`` has the file number of each row."""
+    """Return the contacts of a table in the order of its rows.
+
+    ``of_rows`` has the file number of each row, or None for rows to leave out.
+    """
     name = onset_column(table)
     used = {row: file for row, file in enumerate(of_rows) if file is not None}
     onsets = table.parsed(name, parse_number if name == SECONDS else parse_whole, used)
@@ -118,7 +121,10 @@ def find_events(
 def event_labels(
     table: Table, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Table, list[str]]:
-    """Return the labels of each event, and notes. ``starts`` has the first sample of each pinch."""
+    """Return a table with the labels of each event, and notes for the user.
+
+    ``starts`` has the first sample of each pinch.
+    """
     labels = table.of_rows([event.row for event in events])
     labels["first_contact"] = [e.sample - start for e, start in zip(events, starts, strict=True)]
     return labels, note_unknown(table, set(table) - {SECONDS, SAMPLE, CHANNEL})
@@ -127,7 +133,7 @@ def event_labels(
 def spans(
     events: Sequence[Event], lengths: Sequence[int], rate: float
 ) -> tuple[list[int], list[int]]:
-    """Return the first samples and the ends of the pinches to cut out around each contact."""
+    """Return the first samples and the ends of the pinches to cut around each contact."""
     lead, tail = round(BEFORE * rate), round(AFTER * rate)
     starts = [max(0, event.sample - lead) for event in events]
     stops = [min(lengths[event.file], event.sample + tail) for event in events]
@@ -145,7 +151,7 @@ def _place(event: Event) -> tuple[int, int]:
 
 
 def _read_track(path: Path) -> Table:
-    """Read the labels of a track as a table of contacts."""
+    """Read an Audacity label track as a table of contacts."""
     with library_errors(path, "an Audacity label track in UTF-8", "export it from Audacity again"):
         text = read_regular(path, _LONGEST_TRACK).decode("utf-8-sig")
     starts: list[float] = []
@@ -174,7 +180,7 @@ def _read_track(path: Path) -> Table:
 
 
 def add_labels(table: Table, texts: Sequence[str]) -> Table:
-    """Return the table with a column added for each label in ``texts``, one text per row."""
+    """Return the table with a new column for each label that occurs in ``texts``, one per row."""
     rows: list[dict[str, str]] = []
     for number, text in enumerate(texts):
         row: dict[str, str] = {}

@@ -109,7 +109,7 @@ def import_path(
 
 
 def _with_doubts(dataset: Dataset) -> Dataset:
-    """Note a vibration that is a clock, and vibrations that are alike."""
+    """Add notes on vibrations that look like a clock, or like copies of each other."""
     columns = dataset.layout.columns(ChannelKind.VIBRATION)
     names = [dataset.layout.column_names[column] for column in columns]
     parts = [pinch.data[:, columns] for pinch in dataset.pinches[:MOST_COMPARED]]
@@ -118,7 +118,7 @@ def _with_doubts(dataset: Dataset) -> Dataset:
 
 
 def find_importer(path: Path, rate: float | None = None, tables: Collection[str] = ()) -> Importer:
-    """Return the first importer that accepts a path, a rate in Hz and tables, such as "events"."""
+    """Return the first importer that accepts the path, rate (Hz) and tables such as "events"."""
     if not path.exists():
         raise FileError(f"{path} does not exist: check the path")
     importer = None
@@ -150,7 +150,7 @@ def find_importer(path: Path, rate: float | None = None, tables: Collection[str]
 
 
 def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
-    """Return the dataset with its source: the one that the file states, or else the user's."""
+    """Return the dataset with the source that its file states, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
         raise ArgumentError(
             f"{path} states {dataset.source!r}, not {source!r}: leave it out or correct the file",

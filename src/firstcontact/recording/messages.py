@@ -108,21 +108,21 @@ class Header:
 
 
 def hand_group(rate: float, resolution: float) -> Group:
-    """Return the group of a hand's positions, given their rate, Hz, and resolution, m."""
+    """Return columns for the positions of a hand, with their rate, Hz, and resolution, m."""
     travel = Channel("hand_travel", ChannelKind.POSITION, None, "m", resolution)
     return Group(HAND, Layout((travel,), rate))
 
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """Fields that identify a header and its version."""
+    """Fields that identify a message as the header of a recording, with its version."""
 
     format: str = ""
     version: int | None = None
 
 
 def read_header(data: bytes, origin: str) -> Header:
-    """Return the header in a message."""
+    """Read the header of a recording from its message."""
     remedy = "write the file again from its source"
     data = data.rstrip(b" ")
     head = read_record(data, _Head, origin, remedy)
@@ -198,7 +198,7 @@ def read_mark(data: bytes, origin: str) -> PinchMark:
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """Text of a person or a device, attached to the sample with this number and epoch."""
+    """Text that a person or device attached to the sample with this number and epoch."""
 
     sample: Sample
     text: Annotated[str, Meta(max_length=LONGEST_TEXT)]

@@ -1,4 +1,4 @@
-"""Settings, samples and layouts of imported files whose signals have our names."""
+"""Settings, sample types and layouts of imported files."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ ROUNDING = 1e-3
 
 
 def _number(value: Any) -> float:
-    """Return a number in a file; NaN for anything else."""
+    """Return a number from a file as float; NaN for any other value."""
     try:
         return parse_float(as_text(value))
     except ValueError:
@@ -62,7 +62,7 @@ def given_rate(rate: float, parameter: str = "rate") -> float:
 
 
 def check_rate(origin: str, rate: Any) -> float:
-    """Return a sampling rate in a file, Hz. Raise an InputError outside of 500 Hz to 1 MHz."""
+    """Return a file's sampling rate, Hz. Raise InputError outside 500 Hz to 1 MHz."""
     value = _number(rate)
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise FileError(
@@ -74,7 +74,7 @@ def check_rate(origin: str, rate: Any) -> float:
 
 @dataclass(frozen=True, slots=True)
 class FileSettings:
-    """Settings that hold for all pinches of an imported file."""
+    """Settings that hold for all pinches of an imported file, such as rate and units."""
 
     sensor: VibrationSensor
     rate: float
@@ -85,7 +85,7 @@ class FileSettings:
 
 
 def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
-    """Return the sensor whose signal a file holds, by the name of the signal."""
+    """Return the type of vibration sensor from the names of a file's signals."""
     sensors = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(names)]
     if not sensors:
         raise FileError(f"{origin} has no {remedy}")
@@ -104,7 +104,7 @@ def read_settings(
     vibration: NDArray[Any],
     force: NDArray[Any],
 ) -> FileSettings:
-    """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``.
+    """Return the settings of an imported file from values with the names in ``SETTINGS``.
 
     Raise InputError if its vibration or force cannot have the stated units.
     """
@@ -154,7 +154,7 @@ def read_layout(origin: str, text: Any) -> Layout:
 
 
 def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Convert integers to int16 or int32, and floats to float32."""
+    """Convert integers to int16 or int32, and other numbers to float32."""
     if values.dtype.kind not in "iuf":
         raise FileError(f"{origin} holds {values.dtype} and must hold integers or floats")
     if not values.size:
@@ -178,7 +178,7 @@ def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def is_rounded_away(pinches: Sequence[NDArray[Any]]) -> bool:
-    """Return True if float32 cannot hold a vibration, such as a small one on a large offset."""
+    """Return True if float32 loses the vibration, such as a small one on a large offset."""
     if pinches[0].dtype.kind != "f" or pinches[0].dtype.itemsize <= 4:
         return False
     errors = [(values - values.astype(np.float32)).var(axis=0) for values in pinches]
@@ -200,13 +200,13 @@ def check_vibration(
 
 
 def common_type(parts: Sequence[NDArray[Any]]) -> np.dtype[Any]:
-    """Return the type of samples that holds all these samples."""
+    """Return the data type that holds all of these samples."""
     kinds = {part.dtype.type for part in parts}
     return np.dtype(next((t for t in (np.float32, np.int32) if t in kinds), np.int16))
 
 
 def joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Return columns side by side, in a type that holds all of them."""
+    """Return columns side by side, in a data type that holds all of them."""
     dtype = common_type(parts)
     return np.concatenate([p.astype(dtype, copy=False) for p in parts], axis=-1)
 
@@ -220,7 +220,7 @@ def make_layout(
     force: bool = False,
     strip: bool = False,
 ) -> Layout:
-    """Return the layout of imported data: vibration, then force (index, thumb), then strip."""
+    """Return a layout of imported columns: vibration, then force (index, thumb), then strips."""
     sensor, axis = settings.sensor, settings.axis
     if axes > 1 and (axis is None or axis >= axes):
         raise FileError(

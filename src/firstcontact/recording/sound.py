@@ -1,4 +1,4 @@
-"""Importers of sound files: a folder of short WAV files, and long files with their contacts."""
+"""Importers of sound files: folders of short WAV files, and long files with several contacts."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def _found(
     find: Find | None,
     notes: list[str],
 ) -> Dataset:
-    """Return one pinch for each file, or for each contact that ``find`` finds in the files."""
+    """Return one pinch for each file or, with ``find``, for each contact that it detects."""
     if find is None:
         has_contacts = "first_contact" in table or "pre_trigger_samples" in table
         notes += [] if has_contacts else [NO_CONTACTS]
@@ -153,7 +153,10 @@ def _found(
 
 
 def _files(path: Path, table: Table) -> tuple[list[Path], Sequence[int | None], list[str]]:
-    """Return the files with contacts, the file number of each row (None: unused), and notes."""
+    """Return sound files, the file number of each row of the table, and notes for the user.
+
+    The number is None for rows without a file.
+    """
     if path.is_dir():
         files, numbers, left = match_files(path, table, *SUFFIXES)
         note = f"{len(left)} sound files have no contact in {table.path.name}"
@@ -173,7 +176,7 @@ def _alike(
     *,
     is_chosen: bool = False,
 ) -> tuple[Layout, list[NDArray[Any]]]:
-    """Return the layout that all files share, and their samples in a type that recordings store."""
+    """Return the layout that all files share, and the samples in a type that recordings store."""
     rate, first = sounds[0]
     width = 1 if is_chosen else first.shape[1]
     for file, (other, data) in zip(files, sounds, strict=True):
@@ -204,9 +207,10 @@ def _stored(file: Path, data: NDArray[Any]) -> NDArray[Any]:
 
 
 def read_sound(file: Path, notes: list[str] | None = None) -> Sound:
-    """Return the rate in Hz and the signed samples of the file, shape (samples, channels).
+    """Return a file's sampling rate, Hz, and its samples as signed integers or floats.
 
-    A note is added if the lengths in the file's header are wrong.
+    The samples have the shape (samples, channels). A note is added if the lengths in the file's
+    header are wrong.
     """
     if file.suffix.lower() == ".flac":
         require_modules("files", "soundfile")
@@ -247,7 +251,7 @@ def _read_wav(file: Path, notes: list[str]) -> Sound:
 
 
 def _mended(data: bytes) -> tuple[bytes, str]:
-    """Return a WAV file with right lengths, and a note if its own are wrong.
+    """Return a WAV file with correct lengths in its header, and a note if they were wrong.
 
     Programs write the lengths when they end a file, so a killed program leaves wrong ones.
     """
@@ -296,7 +300,7 @@ def _are_chunks(data: bytes, head: struct.Struct) -> bool:
 
 
 def _decoded(file: Path | BytesIO) -> Sound:
-    """Return the rate and samples of a file that the library libsndfile reads."""
+    """Read a sound file by the library libsndfile. Return its rate, Hz, and samples."""
     import soundfile
 
     with soundfile.SoundFile(file) as sound:

@@ -49,7 +49,7 @@ _WITH_UNITS = {
 
 
 class Table(dict[str, Sequence[Any]]):
-    """Columns by name. For messages it knows its file, and the line of each row.
+    """Columns of a CSV file by name, with the file's line for each row, for messages.
 
     ``units`` has the units that the header gives to columns.
     """
@@ -66,7 +66,7 @@ class Table(dict[str, Sequence[Any]]):
         self.path, self.numbers, self.word, self.units = path, numbers, word, units or {}
 
     def place(self, row: int) -> str:
-        """Return the position of a row for messages: "line 7"."""
+        """Return the position of a row for messages, such as "line 7"."""
         return f"{self.word} {self.numbers[row]}"
 
     def of_rows(self, rows: Sequence[int]) -> Table:
@@ -79,7 +79,7 @@ class Table(dict[str, Sequence[Any]]):
     def refusal(
         self, name: str, row: int, reason: object, remedy: str = "correct it"
     ) -> InputError:
-        """Return the error for a cell."""
+        """Return the error for an unusable cell: its position, the reason and the remedy."""
         cell = quote(self[name][row])
         return FileError(
             f"{self.path}: '{name}' of {self.place(row)} is {cell}, {reason}: {remedy}"
@@ -88,7 +88,7 @@ class Table(dict[str, Sequence[Any]]):
     def parsed(
         self, name: str, parse: Callable[[Any], T], rows: Iterable[int] | None = None
     ) -> list[T]:
-        """Return the parsed cells of a column. An error of ``parse`` becomes one about the cell."""
+        """Return the parsed cells of a column. Errors name the cell."""
         values = []
         cells = self[name]
         for row in range(len(cells)) if rows is None else rows:
@@ -100,7 +100,7 @@ class Table(dict[str, Sequence[Any]]):
 
 
 def read_columns(path: Path, *marks: str) -> Table:
-    """Return the columns of a CSV. The header is the first line with a column of ``marks``."""
+    """Read a CSV. The header is the first line that has one of the column names ``marks``."""
     lines = _lines(path, marks)
     _, header = next(lines)
     columns: list[list[str]] = [[] for _ in header]
@@ -137,7 +137,7 @@ def read_columns(path: Path, *marks: str) -> Table:
 
 
 def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, str]]]:
-    """Read a list that people write, row by row."""
+    """Read a list that people write. Return the line number and the cells by name of each row."""
     lines = _lines(path, needed, by_hand=True)
     _, names = next(lines)
     header = [*map(_plain, names)]
@@ -160,7 +160,7 @@ def _text(cell: str) -> str:
 
 
 def _plain(name: str) -> str:
-    """Return a column's name as we write it: "Shore A" is shore_a."""
+    """Return a column's name as this package writes it: "Shore A" becomes shore_a."""
     return re.sub(r"[\s-]+", "_", _text(name).lower())
 
 
@@ -170,7 +170,7 @@ def _name_and_unit(name: str) -> tuple[str, str]:
 
 
 def _scaled(cell: str, factor: float) -> str:
-    """Return a number in another unit. A cell without a number stays as it is."""
+    """Return a cell's number times ``factor`` as text. Other cells stay as they are."""
     try:
         return repr(parse_float(cell) * factor)
     except ValueError:
@@ -206,7 +206,7 @@ def _lines(
 def _find_header(
     path: Path, ahead: Sequence[tuple[int, list[str]]], marks: Sequence[str]
 ) -> tuple[int, list[str]]:
-    """Return the place of the header among the first lines, and its cells without spaces."""
+    """Return the index of the header among the first lines, and its cells without spaces."""
     first = None
     for place, (line, row) in enumerate(ahead):
         is_comment = row[0].startswith(_COMMENTS)
@@ -230,7 +230,7 @@ def _find_header(
 def match_files(
     folder: Path, table: Table, *suffixes: str
 ) -> tuple[list[Path], list[int], list[Path]]:
-    """Return the files that the rows name, the file number of each row, and the other files."""
+    """Return the files that rows name, the file number of each row, and all other files."""
     if "file" not in table:
         raise FileError(
             f"{table.path} has no column 'file': add it, with the name of a file in each row"
@@ -256,18 +256,18 @@ def match_files(
 
 
 def file_key(name: str) -> str:
-    """Return a file's name or path without what systems write differently: case and separators."""
+    """Return a file name or path without differences in case and separators."""
     path = unicodedata.normalize("NFC", name).strip().replace("\\", "/")
     return Path(path).as_posix().casefold()
 
 
 def is_file(name: str, path: Path) -> bool:
-    """Return True if a row names this file, alone or with some of its folders."""
+    """Return True if a name, perhaps with some of its folders, means the file ``path``."""
     return f"/{file_key(str(path))}".endswith(f"/{file_key(name)}")
 
 
 def match_each_file(folder: Path, table: Table, suffix: str) -> list[Path]:
-    """Return the file of each row. Each file with the suffix must have exactly one row."""
+    """Return the file of each row. Raise FileError unless each file has exactly one row."""
     files, numbers, left = match_files(folder, table, suffix)
     if len(files) < len(numbers):
         ((number, _),) = Counter(numbers).most_common(1)

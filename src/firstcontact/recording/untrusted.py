@@ -1,4 +1,4 @@
-"""Files from others: errors of the libraries that read them, and quoted text."""
+"""Protection against files of others: errors of reading libraries, and quoting of text."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LISTED = 10
 
 @contextmanager
 def library_errors(origin: object, kind: str, remedy: str) -> Iterator[None]:
-    """Turn any error of a library that reads a file into one InputError. Hide its warnings."""
+    """Turn any error of a library that reads a file into one FileError, and hide warnings."""
     try:
         with warnings.catch_warnings(action="ignore"):
             yield
@@ -37,7 +37,7 @@ def as_text(value: Any) -> str:
 
 
 def quote(value: Any) -> str:
-    """Return a value for a message: one line of bounded length, and quotes around text."""
+    """Return a value for a message: on one line, not too long, and text in quotes."""
     text = as_text(value)
     if isinstance(value, str | bytes):
         text = repr(text) if text.isprintable() else ascii(text)
@@ -45,13 +45,13 @@ def quote(value: Any) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return the first names as text, and the number of further ones."""
+    """Return the first names as text, with the number of the others."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return ", ".join(quote(n).strip("'") for n in names[:_LISTED]) + more
 
 
 def one_of(origin: object, name: str, value: Any, choices: Collection[str]) -> str:
-    """Return a value as text. Raise an error unless it is one of the choices."""
+    """Return a value as text. Raise FileError unless it is one of the choices."""
     text = as_text(value)
     if text not in choices:
         raise FileError(

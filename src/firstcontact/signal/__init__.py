@@ -1,4 +1,4 @@
-"""Filters that keep their state between blocks, resampling, and windows after a contact."""
+"""Filters for streams, resampling, closing speed, and windows of signal after a contact."""
 
 import lazy_loader
 

@@ -112,7 +112,7 @@ def closing_speed(
 def _line(
     along: NDArray[np.float64], x: NDArray[np.float64], resolution: float | None
 ) -> tuple[float, float] | None:
-    """Return the magnitude of the slope of positions along a variable, and its standard error."""
+    """Return the absolute slope of ``x`` over ``along``, and its standard error; or None."""
     if len(along) < FEWEST:
         return None
     t, x = along - along.mean(), x - x.mean()
@@ -135,7 +135,7 @@ def _reported(
     speeds: NDArray[np.float64],
     resolution: float | None,
 ) -> tuple[float, float] | None:
-    """Return the speed at the contact from the newest reports, m/s, and its standard error."""
+    """Return the closing speed from the hand's reported speeds, m/s, and its standard error."""
     is_used = np.isfinite(speeds) & (t >= -HISTORY)
     t, x, v = t[is_used], x[is_used], speeds[is_used]
     # The path in the unit of the speeds, along which the positions are a line.
@@ -156,7 +156,7 @@ def _reported(
 
 
 def _few(freedom: int) -> float:
-    """Return the factor that enlarges the speed's error if it comes from few positions."""
+    """Return the factor that enlarges an error from few positions (``freedom`` degrees)."""
     # Not scipy.special: its import takes longer than the time from a contact to its estimate.
     if freedom == 1:
         return math.tan(math.pi * (BELOW_TWO - 0.5)) / 2
@@ -166,7 +166,7 @@ def _few(freedom: int) -> float:
 
 
 def _step(positions: NDArray[np.float64]) -> float:
-    """Return the step of the encoder, m; 0 if no steps are detected."""
+    """Return the smallest step of positions from an encoder, m; 0 if none is visible."""
     travels = np.diff(np.sort(positions))
     moved = travels[travels > SAME]
     if not len(moved):

@@ -32,7 +32,7 @@ LONGEST_AHEAD = 0.0005
 
 
 def lookahead(old: float, new: float) -> float:
-    """Return the look-ahead of :func:`resample`, s; 0 for equal rates."""
+    """Return by how much :func:`resample` looks ahead, s; 0 for equal rates."""
     if old == new:
         return 0.0
     ratio = _ratio(old, new)
@@ -59,7 +59,7 @@ def _ratio(old: float, new: float) -> Fraction:
 
 @lru_cache(maxsize=16)
 def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
-    """Return the anti-aliasing filter and its look-ahead, in samples of the common rate."""
+    """Return the anti-aliasing filter, and how many samples it looks ahead at the common rate."""
     from scipy.signal import firwin, minimum_phase
 
     if ratio == 1:  # for example 4936 Hz and a clock that is slightly off
@@ -75,7 +75,7 @@ def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
 
 @dataclass(frozen=True, slots=True)
 class _Numbering:
-    """Conversion of sample numbers: sample ``start`` becomes ``new_start``."""
+    """Conversion of sample numbers by resampling: ``start`` becomes ``new_start``."""
 
     start: int
     new_start: int

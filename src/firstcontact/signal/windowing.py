@@ -28,7 +28,7 @@ def samples_in(duration: float, rate: float) -> int:
 
 
 class Conditioner:
-    """Filters before windows are cut: smoothing (unless the device did it) and Savitzky-Golay."""
+    """Filters for window models: smoothing, unless the device did it, and Savitzky-Golay."""
 
     lookahead = SavitzkyGolay.lookahead
 
@@ -44,7 +44,7 @@ class Conditioner:
 def cut_window(
     conditioned: NDArray[np.float64], start: int, length: int, rate: float
 ) -> NDArray[np.float32] | None:
-    """Cut one window and subtract the quiet level before it."""
+    """Cut one window, and subtract the mean of the quiet signal before it; None if impossible."""
     quiet_end = start - samples_in(BASELINE_GUARD, rate)
     quiet_start = max(0, quiet_end - samples_in(BASELINE, rate))
     if quiet_end - quiet_start < max(1, samples_in(BASELINE_LEAST, rate)):

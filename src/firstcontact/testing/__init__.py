@@ -1,4 +1,4 @@
-"""Conformance checks of registered classes and objects, as functions with plain asserts."""
+"""Checks that a detector, estimator, policy, hand or source behaves as the package expects."""
 
 import lazy_loader
 

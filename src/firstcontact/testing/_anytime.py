@@ -1,4 +1,4 @@
-"""Conformance check of any-time estimators."""
+"""Check that an any-time estimator behaves as the package expects."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _pinches(n: int) -> Dataset:
 
 
 def _live(model: AnytimeModel, pinch: Pinch) -> list[tuple[Pinch, Estimate]]:
-    """Return the estimates of a live session for one closing, each with its pinch."""
+    """Return (pinch, estimate) pairs from a live session of one closing."""
     pipeline = Pipeline(pinch.layout, pretrained_detector(), model, real_time=False)
     events = [*pipeline.update(Block(pinch.data, pinch.first_sample), 0.0), *pipeline.finish()]
     return [(pinch, event) for event in events if isinstance(event, Estimate)]

@@ -1,4 +1,4 @@
-"""Conformance checks of contact detectors."""
+"""Check that a contact detector behaves as the package expects."""
 
 from __future__ import annotations
 

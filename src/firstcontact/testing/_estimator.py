@@ -1,4 +1,4 @@
-"""Conformance checks of estimators."""
+"""Check that an estimator behaves as the package expects."""
 
 from __future__ import annotations
 

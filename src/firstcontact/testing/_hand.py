@@ -1,4 +1,4 @@
-"""Conformance checks of hands."""
+"""Check that a hand behaves as the package expects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conformance checks of grasp policies."""
+"""Check that a grasp policy behaves as the package expects."""
 
 from __future__ import annotations
 

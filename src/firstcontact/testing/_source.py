@@ -1,4 +1,4 @@
-"""Conformance checks of sources."""
+"""Check that a source behaves as the package expects."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
 
 
 def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> list[Arrival]:
-    """Set a marker. Return the arrivals up to the one with the marker; none for a recording."""
+    """Set a marker. Return the arrivals up to the one with it; [] for a recording."""
     if kind.recorded:
         for tell in (source.mark, source.order):
             with suppress(InputError):

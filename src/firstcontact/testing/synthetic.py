@@ -1,4 +1,4 @@
-"""Synthetic closings and windows with known contacts, and an assertion that several checks use."""
+"""Synthetic closings and windows for the checks, and assertions that these share."""
 
 from __future__ import annotations
 

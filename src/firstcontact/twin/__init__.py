@@ -1,4 +1,4 @@
-"""Pinch twin: a physical model of hand, fingertips and objects that makes recordings."""
+"""Twin: a physical model of hand, fingertips and objects that simulates recordings."""
 
 import lazy_loader
 

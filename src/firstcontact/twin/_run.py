@@ -1,4 +1,4 @@
-"""Simulation of one drawn pinch, piece by piece, during which commands can come."""
+"""Simulation of one drawn pinch, piece by piece, so that commands can change it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ LARGEST_WOBBLE = 2e-5
 
 
 class PinchRun:
-    """Simulation of one drawn pinch in progress."""
+    """Simulation of one drawn pinch, in progress."""
 
     def __init__(
         self,
@@ -141,12 +141,12 @@ class PinchRun:
         return not math.isnan(index), not math.isnan(thumb)
 
     def order(self, command: Command | None, effect: int) -> None:
-        """Queue an order: a command, or None to release the hand."""
+        """Queue an order for sample ``effect``: a command, or None to open the hand."""
         clipped = None if command is None else self._drive.clipped(command)
         self._orders.append((max(effect, self.done - 1), clipped))
 
     def withdraw(self) -> int:
-        """Cancel the active and the queued orders. Return the number of queued commands."""
+        """Cancel the current and the queued orders. Return the number of queued commands."""
         waiting = sum(command is not None for _, command in self._orders)
         self._orders.clear()
         self._reference.hold(self.speed)
@@ -222,7 +222,7 @@ class PinchRun:
             self._reference.obey(command, sample)
 
     def _place(self, begin: int) -> None:
-        """Fix the object's position, by simulating copies of the hand at the drawn speed."""
+        """Place the object where the fingers touch at the drawn times, by simulating copies."""
         if not self._damped:
             # An undamped drive still oscillates, so the calm time begins only now.
             self._touched[~np.isnan(self._gap)] = self.now
@@ -243,14 +243,14 @@ class PinchRun:
 
 
 def whole_motions(runs: Sequence[PinchRun]) -> list[NDArray[np.float64]]:
-    """Return the motion of several fresh runs without orders, from begin to end."""
+    """Return the whole motion of several simulations, which must not have begun."""
     pieces = [run._piece(0, run.times.size) for run in runs]
     taken = integrate_all(pieces)
     return [run._keep(0, piece, n) for run, piece, n in zip(runs, pieces, taken, strict=True)]
 
 
 class Approach:
-    """Contact times of two fingers. Each finger touches after a fixed distance."""
+    """Times at which two fingers will touch, each after a fixed distance."""
 
     def __init__(self, timing: Timing, begin: float, nominal: float, speed: float) -> None:
         first, second, first_is_index = timing
@@ -260,7 +260,7 @@ class Approach:
         self._since = 0.0
 
     def turn(self, old: float, new: float, now: float, touching: NDArray[np.bool_]) -> None:
-        """Change the contact times to those at a new speed."""
+        """Change the contact times when the closing speed changes from ``old`` to ``new``."""
         self._distance_left -= old * (now - self._since)
         self._since = now
         contact_times = now + self._distance_left / new if new > 0 else math.inf

@@ -82,7 +82,7 @@ def _sessions(
 def planned_pinch(
     seed: int, condition: Condition, kind: TwinObject, session: str, copy: int, number: int
 ) -> PlannedPinch:
-    """Return one planned pinch of an object. ``copy`` numbers the specimens, and wraps around."""
+    """Return one planned pinch of an object. ``copy`` is the specimen, modulo their number."""
     copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
     copy %= copies
     one = draw_specimen(seed, condition, kind, copy)
@@ -189,7 +189,7 @@ def _simulate_batch(
     noise: RecordedNoise | None,
     positions: bool,
 ) -> list[Pinch]:
-    """Return the pinches of a batch. A pinch does not depend on other pinches of the batch."""
+    """Simulate the pinches of a batch. A pinch does not depend on the others."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
     jobs = []
     for place, planned in enumerate(batch.pinches, start=batch.first):

@@ -45,12 +45,12 @@ PIECE = 25
 
 
 def pieces(duration: float) -> int:
-    """Return the number of pieces of ``PIECE`` samples in ``duration`` s, rounded."""
+    """Return how many pieces of ``PIECE`` samples are nearest to ``duration`` s."""
     return round(duration * FINGERTIP_RATE / PIECE)
 
 
 def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
-    """Yield the motion while the hand closes, squeezes, and holds the object for ``hold`` s."""
+    """Yield the fingers' motion while the hand closes, and holds the object for ``hold`` s."""
     for motion in _squeeze(run, hold):
         yield motion
         if run.released:
@@ -58,7 +58,7 @@ def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 
 def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
-    """Yield the motion while the hand opens, until the fingers have left the object and rest."""
+    """Yield the fingers' motion while the hand opens, until both have left the object and rest."""
     yield from _ramp(run, -run.nominal_speed)
     while True:
         motion = _piece(run)
@@ -89,7 +89,7 @@ def _squeezed(run: PinchRun) -> bool:
 
 
 def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
-    """Yield the motion while the speed changes smoothly to ``speed``, or a command comes."""
+    """Yield the fingers' motion until the speed has changed to ``speed`` or a command comes."""
     begin = run.speed
     steps = pieces(RAMP)
     for k in range(steps):
@@ -101,7 +101,7 @@ def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
 
 
 def _piece(run: PinchRun) -> NDArray[np.float64]:
-    """Return the motion of the next ``PIECE`` samples. Motor noise follows the drive's speed."""
+    """Return the fingers' motion in the next ``PIECE`` samples, with the motor's noise."""
     run.loudness = min(abs(run.drive_speed) / run.nominal_speed, 1.0)
     return run.advance(PIECE)
 
@@ -127,7 +127,7 @@ Thing = TwinObject | HouseholdObject
 
 @dataclass(frozen=True, slots=True)
 class StreamPinch:
-    """Pinch of a streaming hand."""
+    """One pinch in the endless stream of a simulated hand."""
 
     start: int
     label: Label
@@ -280,7 +280,7 @@ class TwinStream(ScanStream):
         return scans
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
-        """Yield the motion of the hand without end, in pieces like :meth:`PinchRun.advance`."""
+        """Yield the fingers' motion without end, in pieces like :meth:`PinchRun.advance`."""
         was_requested = False
         while True:
             rest = self._rng.uniform(*REST)
@@ -302,7 +302,7 @@ class TwinStream(ScanStream):
             yield from self._pinch(run, coming.specimen)
 
     def _pinch(self, run: PinchRun, held_object: TwinObject) -> Iterator[NDArray[np.float64]]:
-        """Yield the motion of one pinch, from rest to rest."""
+        """Yield the fingers' motion during one pinch, from rest to rest."""
         self._run = run
         peak = 0.0
         parts = []
@@ -339,7 +339,7 @@ class TwinStream(ScanStream):
         return PlannedPinch(one, label, number)
 
     def _add_contacts(self, first: int, scans: NDArray[np.uint16]) -> None:
-        """Add the contacts that the scans show to the newest pinch."""
+        """Add contacts that the strips show in new scans to the newest pinch."""
         if self.pinches:
             pinch = self.pinches[-1]
             new = strip_contacts(scans, first, pinch.truth)
@@ -348,7 +348,7 @@ class TwinStream(ScanStream):
 
 
 def _dropped(forces: NDArray[np.float64], held_object: TwinObject) -> str | None:
-    """Return "dropped" if the object would fall in a lift, otherwise None."""
+    """Return "dropped" if the object would fall when it is lifted, otherwise None."""
     touched = np.flatnonzero((forces > 0).any(axis=1))
     if not touched.size:
         return None

@@ -1,4 +1,4 @@
-"""Raw scans of two fingertips on a bench, which a simulated person taps and presses when asked.
+"""Simulated self-test: raw scans of two fingertips that a simulated person taps and presses.
 
 A tap is a free mass that strikes the pad, in the twin's own mechanics.
 """
@@ -47,7 +47,7 @@ Motion = NDArray[np.float64]
 
 
 class Tester:
-    """Behaviour of the person: strength, tool and habits. All numbers are assumptions."""
+    """Simulated person: strength, tool and habits. All numbers are assumptions."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
@@ -72,7 +72,7 @@ class Tester:
             yield float(self._rng.uniform(0.4, 0.9)), self._tap_speed()
 
     def presses(self) -> Iterator[tuple[float, float, NDArray[np.float64]]]:
-        """Yield wait, s, force, N, and the share of the force on each taxel, of all six places."""
+        """Yield the wait, s, force, N, and each force cell's share of it, for all six places."""
         for taxel in self._rng.permutation(TAXELS):
             if self._rng.random() < MISSED:
                 continue
@@ -143,7 +143,7 @@ class BenchStream(ScanStream):
         return scans[:, [1, 0, 3, 2, 5, 4]] if bench.swapped else scans
 
     def _array(self, counts: NDArray[np.uint16], first: int, finger: int) -> NDArray[np.uint16]:
-        """Return the readings of an array whose rows or columns are open or connected."""
+        """Return the readings of a force array after its rows or columns were cut or connected."""
         taxel = (first + np.arange(len(counts))) % TAXELS
         # The newest reading of each taxel, up to each sample.
         place = np.where(taxel[:, None] == np.arange(TAXELS), np.arange(len(taxel))[:, None], -1)
@@ -154,7 +154,7 @@ class BenchStream(ScanStream):
         return np.asarray(np.rint(mixed), np.uint16)
 
     def _move(self) -> Iterator[Motion]:
-        """Yield the motion of both fingertips without end, for the present task."""
+        """Yield the motion of both fingertips without end, as the current task demands."""
         if self._task is not None and self._task[0] in ("tap", "corners"):
             task, finger = self._task
             place = self.bench.corners[finger] if task == "corners" else 1.0
@@ -190,7 +190,7 @@ class BenchStream(ScanStream):
         return motion
 
     def _tap(self, finger: Finger, speed: float) -> Motion:
-        """Return the motion after the tool strikes a pad. The other finger feels a little of it."""
+        """Return the motion after a tool strikes a pad. The other finger shakes a little, too."""
         towards = -1.0 if finger is Finger.INDEX else 1.0
         state = np.zeros(STATES)
         face = 2 * FINGER_STATES + 2 * finger

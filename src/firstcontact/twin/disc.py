@@ -1,4 +1,4 @@
-"""Voltage of the piezo disc per newton on the pad, by the place of the contact.
+"""Voltage of the piezo disc per newton, depending on where the pad is pressed.
 
 The one place of these numbers: twin, circuit and build page read them here. ``hardware/disc.py``
 computes them with finite elements, and ``tests/hardware`` compares.
@@ -19,7 +19,7 @@ _IS_CORNER = np.array([True, True, False, False, True, True])
 
 
 def volts_per_newton(shares: NDArray[np.float64], corners: float = 1.0) -> float:
-    """Return the disc's open-circuit voltage per newton, V/N.
+    """Return the disc's voltage without load per newton on the pad, V/N.
 
     Parameters
     ----------

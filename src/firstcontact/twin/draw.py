@@ -29,7 +29,7 @@ from firstcontact.twin.pad import PadParameters
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Standard deviations of ln(parameter): between sessions, and between pinches."""
+    """Standard deviations of a parameter's logarithm: between sessions, and between pinches."""
 
     session: float = 0.0
     pinch: float = 0.0
@@ -37,7 +37,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """Named variation of the simulated hand around its nominal parameters."""
+    """Named amount of variation of the simulated hand, such as "paper-rig"."""
 
     name: str
     speed: Spread
@@ -142,7 +142,7 @@ class PinchDraw:
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:
-    """Return the random generator of one item. ``key`` names the item, such as a session."""
+    """Return a random generator that depends only on the seed and on ``key``, a name."""
     words = [zlib.crc32(repr(part).encode()) for part in key]
     return np.random.default_rng([seed, *words])
 
@@ -156,7 +156,7 @@ def draw_specimen(seed: int, condition: Condition, kind: TwinObject, number: int
 
 
 def draw_offset(rng: np.random.Generator) -> float:
-    """Draw the offset between the contacts, s: a gamma variate with the published mean and SD."""
+    """Draw the time between both contacts, s, with the published mean and standard deviation."""
     shape = (OFFSET_MEAN / OFFSET_SD) ** 2
     while True:
         offset = float(rng.gamma(shape, OFFSET_MEAN / shape))
@@ -167,7 +167,7 @@ def draw_offset(rng: np.random.Generator) -> float:
 def draw_pinch(
     seed: int, condition: Condition, session: str, kind: TwinObject, key: object
 ) -> PinchDraw:
-    """Draw the parameters of a pinch of the specimen ``kind``; ``key`` names it in the session."""
+    """Draw the parameters of one pinch of a specimen; ``key`` names the pinch in its session."""
     c = condition
     hand = generator(seed, c.name, "hand")
     sheet = generator(seed, c.name, "sheet")

@@ -1,4 +1,4 @@
-"""Drive of a finger: limits, reference speed, and position sensor."""
+"""Drive of a finger: its limits, the speed that it aims at, and its position sensor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LATENCY = 0.020
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Limits and latency of a drive, which follows a reference speed."""
+    """Limits and latency of a finger's drive."""
 
     #: Time from a command to its effect, s. It is rounded to whole samples.
     latency: float = LATENCY
@@ -55,7 +55,7 @@ class Drive:
 
 
 class DriveReference:
-    """Reference speed of both drives: steady, or a ramp to a commanded speed."""
+    """Speed that both drives aim at: steady, or on the way to a commanded speed."""
 
     def __init__(self, drive: Drive, speed: float) -> None:
         self._drive = drive
@@ -69,11 +69,11 @@ class DriveReference:
         return self._drive.force if self.command is None else self.command.force
 
     def speed(self, sample: int) -> float:
-        """Return the speed in the sampling interval that ends with this sample, m/s."""
+        """Return the aimed speed in the sampling interval that ends with this sample, m/s."""
         return float(self.speeds(sample - 1, 1)[0])
 
     def speeds(self, sample: int, intervals: int) -> NDArray[np.float64]:
-        """Return the speed in each of ``intervals`` sampling intervals after this sample, m/s."""
+        """Return the aimed speed in the next ``intervals`` sampling intervals, m/s."""
         change = self._end - self._begin
         elapsed = sample - self._since
         rate = self._drive.acceleration / FINGERTIP_RATE
@@ -88,7 +88,7 @@ class DriveReference:
         self.command = None
 
     def obey(self, command: Command, sample: int) -> None:
-        """Ramp to the commanded speed, beginning at ``sample``."""
+        """Begin to change to the commanded speed at sample number ``sample``."""
         self._begin, self._end = self.speed(sample), command.speed
         self._since, self.command = sample, command
 
@@ -103,7 +103,7 @@ REMEMBERED = 2000
 
 
 class Positions:
-    """Position sensor of the drives: it gives the mean position of both fingertips, with noise."""
+    """Position sensor of the drives, which measures the fingertips' mean position with noise."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
@@ -118,7 +118,7 @@ class Positions:
         self._travel = float(travel[-1])
 
     def zero(self) -> None:
-        """Count the travel from here."""
+        """Let the current position be the zero of the travel."""
         self._travel = 0.0
 
     def speed(self, sample: int) -> ClosingSpeed | None:
@@ -129,6 +129,6 @@ class Positions:
         return closing_speed(np.array(samples) / FINGERTIP_RATE, positions, sample / FINGERTIP_RATE)
 
     def since(self, time: float) -> list[tuple[float, float]]:
-        """Return time, s of samples, and position, m, of those after a time."""
+        """Return (time, s of the samples' clock; position, m) pairs after the time ``time``."""
         timed = ((sample / FINGERTIP_RATE, position) for sample, position in self._samples)
         return [(at, position) for at, position in timed if at > time]

@@ -26,7 +26,7 @@ DRIFT_TIME = 300.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bench:
-    """Both fingertips with their electronics and link. Arrays have the index finger first."""
+    """Electronics and link of both fingertips. Arrays have the index finger first."""
 
     fingers: tuple[FingerParameters, FingerParameters]
     noise: tuple[MotorNoise, MotorNoise]
@@ -52,7 +52,7 @@ class Bench:
 
 
 def healthy(draw: PinchDraw, rng: np.random.Generator) -> Bench:
-    """Draw the electronics of a healthy pair of fingertips within the tolerances of its parts.
+    """Draw electronics without fault for both fingertips, within the tolerances of parts.
 
     The divider of 1.65 V has 1 % resistors: +-16.5 mV. The amplifier adds up to 1.2 steps
     (``docs/results/circuit.json``), and the converter up to 2 (assumption).
@@ -106,7 +106,7 @@ def _rattle(bench: Bench, finger: int, rng: np.random.Generator) -> Bench:
 
 
 def _lines(bench: Bench, finger: int, rng: np.random.Generator, axis: int, *, short: bool) -> Bench:
-    """Open a random row (axis 0) or column of an array, or connect it with another.
+    """Cut a random row (axis 0) or column of a force array, or connect it with another.
 
     Undriven rows are at ground. So a driven row that is connected with another gets half of the
     supply, and two connected columns have their dividers in parallel: both read the mean.
@@ -169,7 +169,7 @@ FAULTS: dict[str, Change] = {
 
 
 def put_fault(bench: Bench, name: str, rng: np.random.Generator) -> Bench:
-    """Return the fingertips with a fault of random size in a random finger."""
+    """Return the fingertips with the named fault, of random size in a random finger."""
     if name and name not in FAULTS:
         raise ArgumentError(
             f"the fault {name!r} is not known: use one of {', '.join(FAULTS)}", parameter="fault"
@@ -178,7 +178,7 @@ def put_fault(bench: Bench, name: str, rng: np.random.Generator) -> Bench:
 
 
 class Link:
-    """Link that loses frames and holds others back."""
+    """Link to the computer that loses some frames and delays others."""
 
     def __init__(self, bench: Bench, rng: np.random.Generator) -> None:
         self._bench, self._rng = bench, rng
@@ -189,7 +189,7 @@ class Link:
         return self._bench.lost > 0 and self._rng.random() < self._bench.lost
 
     def release(self, now: float) -> float:
-        """Return the time at which a frame of the time ``now`` gets through, s."""
+        """Return when a frame that was sent at ``now`` arrives, s."""
         if not self._bench.stall:
             return now
         while now >= self._end:

@@ -83,7 +83,7 @@ SCATTER = {
 
 @dataclass(frozen=True, slots=True)
 class HouseholdObject:
-    """Kind of household object. Its group is its hardness and robustness, as "soft fragile"."""
+    """Type of household object. Its group tells hardness and robustness, as in "soft fragile"."""
 
     name: str
     group: str
@@ -100,7 +100,7 @@ class HouseholdObject:
 
     @property
     def kind(self) -> TwinObject:
-        """Object that the twin simulates, with nominal numbers. Specimens scatter around it."""
+        """Object as the twin simulates it, with typical numbers. Specimens scatter around these."""
         n = self.numbers
         mass, loss, modulus = n.mass.value, n.loss.value, gent_modulus(n.shore_a.value)
         flat = ObjectParameters().radius
@@ -180,7 +180,7 @@ OBJECT_SETS: Mapping[str, tuple[TwinObject | HouseholdObject, ...]] = {
 
 
 def find_object(name: str) -> TwinObject | HouseholdObject:
-    """Return the object with this name, from any of the :data:`OBJECT_SETS`.
+    """Return the object with this name from all :data:`OBJECT_SETS`.
 
     Raises
     ------

@@ -188,7 +188,7 @@ _Vector = NDArray[np.float64]
 
 
 class Piece(NamedTuple):
-    """Pinch to integrate, or a piece of one."""
+    """Pinch whose motion is computed, or a part of it."""
 
     index_finger: FingerParameters
     thumb: FingerParameters
@@ -245,7 +245,7 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 
 
 def contact_arms(p: FingerParameters, o: ObjectParameters) -> ObjectParameters:
-    """Return the object with the arms of its contact, as shares of the contact's stiffness.
+    """Return the object with the relaxation of its contact, as shares of the contact's stiffness.
 
     The pad gives way at the contact, too. Its silicone relaxes as that of a block. So a contact
     relaxes less than fruit, and as a block does.

@@ -40,7 +40,7 @@ RUBBING = np.array([
 
 @dataclass(frozen=True, slots=True)
 class MotorNoise:
-    """Strengths of the noise forces on a phalanx. Forces in N, rates in Hz."""
+    """Strengths of the noise forces on a finger bone (phalanx). Forces in N, rates in Hz."""
 
     rotor_rate: float = 170.0
     """Rotor turns per second at the closing speed."""
@@ -80,7 +80,7 @@ class MotorNoise:
 
 @lru_cache(maxsize=8)
 def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the last knot before each point, and the share of the way to the next one."""
+    """Return the last knot before each of ``n`` points, and the share of the way to the next."""
     place = np.arange(n, dtype=np.float64) * dt / 0.02
     cell = place.astype(np.int64)
     return cell, np.asarray(place - cell)
@@ -89,7 +89,7 @@ def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float
 def phalanx_force(
     noise: MotorNoise, duration: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return a random series of the noise force on one phalanx."""
+    """Return a random noise force on one finger bone (phalanx) over ``duration`` s, N."""
     n = math.ceil(duration * _RATE) + 2
     dt = 1 / _RATE
     white = rng.standard_normal(n + 200)
@@ -125,7 +125,7 @@ def phalanx_force(
 
 
 class PhalanxNoise:
-    """Noise forces on both phalanges, scaled with the loudness of the motor."""
+    """Noise forces on both finger bones, which grow with the loudness of the motor."""
 
     dt = 1 / _RATE
 
@@ -138,7 +138,7 @@ class PhalanxNoise:
         self._shaped = 0  # number of points with their loudness applied
 
     def shape(self, until: float) -> None:
-        """Scale the forces up to the time ``until``, s, by the loudness."""
+        """Multiply the forces up to the time ``until``, s, by the motor's loudness."""
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:
             slope = np.linspace(self._reached, self.loudness, stop - self._shaped + 1)[1:]
@@ -179,7 +179,7 @@ class RecordedNoise:
     def draw(
         self, samples: int, rng: np.random.Generator
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Draw a stretch of noise for index and thumb, V."""
+        """Draw a random piece of the recorded noise for index finger and thumb, V."""
         starts = rng.integers(0, max(1, len(self.volts) - samples + 1), 2)
         if self.volts.shape[1] > 1:
             starts[1] = starts[0]

@@ -66,7 +66,7 @@ ORANGE_LOSS = math.tan(math.pi / 2 * math.log(1 / 0.42) / math.log(900))
 
 
 def slow_share(loss: float) -> float:
-    """Return the slow arm of a material whose loss factor is the same at all frequencies.
+    """Return the share of a material's stiffness that relaxes slowly, from its loss factor.
 
     Its modulus falls with the power -2 / pi atan(loss) of time (fractional law). The slow arm is
     what it loses in the two decades up to the second after which a durometer is read. Rubber

@@ -1,4 +1,4 @@
-"""Lift of a pinched object, and the outcome of the pinch."""
+"""Lift of a pinched object by the twin, and the outcome: held, dropped or broken."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LIFT = 0.45
 
 @dataclass(frozen=True, slots=True)
 class Lift:
-    """Lift of an object: the support's share of the weight falls linearly from 1 to 0."""
+    """Lift of an object, in which the weight on the support falls linearly to 0."""
 
     #: Time from the first contact to the beginning of the lift, s.
     delay: float = LIFT
@@ -39,7 +39,7 @@ class Lift:
         return round((self.delay + self.duration) * FINGERTIP_RATE)
 
     def hanging(self, first: int, samples: int) -> NDArray[np.float64]:
-        """Return the share of the weight that the support does not carry."""
+        """Return the share of the weight that the support does not carry, for each sample."""
         since = np.arange(first, first + samples) - self.begin
         ramp = self.samples - self.begin
         if ramp == 0:
@@ -62,7 +62,7 @@ slide = load_compiled("firstcontact.twin._compiled").slide
 
 @dataclass(frozen=True, slots=True)
 class GraspOutcome:
-    """Outcome of a pinch. If the object broke, only the time until the break counts."""
+    """Outcome of a pinch. If the object broke, only the time until then counts."""
 
     #: Largest grip force, N. The grip force is the smaller contact force.
     peak_force: float
@@ -81,7 +81,7 @@ class GraspOutcome:
 
 
 def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
-    """Return the sample from which a grip force stays stable; None if it never becomes stable."""
+    """Return the sample from which a grip force stays steady and above ``needed``, or None."""
     width = round(SMOOTHED * FINGERTIP_RATE)
     if len(grip) < 3 * width:
         return None

@@ -1,4 +1,4 @@
-"""Stiffness of the fingertip's pad below a touch, from the drawn pad and its dimples.
+"""Stiffness of the fingertip's pad where it is touched, from the pad's drawing.
 
 The one place of the dimples' numbers; the skin's are in ``FingerParameters``. Twin, drawings and
 build page read them here. ``hardware/pad.py`` computes them with finite elements, and
@@ -18,7 +18,7 @@ ON_DIMPLES, SOLID = 5.0e4, 4.4e5
 
 
 class PadParameters(NamedTuple):
-    """Spring below a touch, with its relaxing part and its damping. SI units.
+    """Pad below a touch as a spring, with its relaxing part and its damping. SI units.
 
     The defaults are those of the drawn pad. The stiffness is the harmonic mean over the pad,
     between dimples that stick to the sheet and that slide.
@@ -30,10 +30,10 @@ class PadParameters(NamedTuple):
     damping: float = 0.43
 
     def scaled(self, factor: float) -> PadParameters:
-        """Return the spring of another place, where the pad is stiffer by a factor."""
+        """Return the pad at another place, where it is stiffer by a factor."""
         return PadParameters(*(factor * value for value in self))
 
 
 def confinement(modulus: float, thickness: float) -> float:
-    """Return the compliance that a rigid back takes from the contact with a bonded layer, m/N."""
+    """Return by how much a rigid back lowers the compliance of a thin layer, m/N."""
     return 0.11 / (modulus / (2 * (1 + POISSON)) * thickness)

@@ -1,4 +1,4 @@
-"""One pinch of the twin: the mechanics, then the fingertips."""
+"""Simulation of one pinch: first the mechanics, then the electronics of the fingertips."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _LAYOUT = fingertip_layout()
 
 
 def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
-    """Return the drawn pinch, changed to begin ``lead`` s before the first contact."""
+    """Return the drawn pinch shortened to begin ``lead`` s before the first contact."""
     timing = draw.timing
     offset = timing.second - timing.first
     return replace(draw, timing=timing._replace(first=lead, second=lead + offset))
@@ -50,7 +50,7 @@ def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
 def integrate_pinch(
     draw: PinchDraw, substeps: int = SUBSTEPS, duration: float = DURATION
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sampling instants and the motion of a drawn pinch."""
+    """Return the times of the samples, s, and the motion of a drawn pinch."""
     run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
     out = run.advance(run.times.size)
     return _times(run), out[BURN_IN:]
@@ -95,7 +95,7 @@ def simulate_pinch(
 
 
 def simulate_pinches(jobs: Sequence[PinchJob], duration: float = DURATION) -> Iterator[Pinch]:
-    """Yield drawn pinches like :func:`simulate_pinch`, faster: several are integrated together."""
+    """Yield pinches as :func:`simulate_pinch` does, but faster: several are computed together."""
     for start in range(0, len(jobs), _TOGETHER):
         batch = jobs[start : start + _TOGETHER]
         runs = [PinchRun(job.draw, duration, BURN_IN) for job in batch]
@@ -118,7 +118,7 @@ def _pinch(job: PinchJob, times: NDArray[np.float64], motion: NDArray[np.float64
 
 
 def _times(run: PinchRun) -> NDArray[np.float64]:
-    """Return the sampling instants after the burn-in, s."""
+    """Return the times of the samples after the simulation has settled, s."""
     return run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
 
 
@@ -126,7 +126,10 @@ def touch_voltage(
     finger: FingerParameters, target: ObjectParameters, noise: MotorNoise, jitter: float,
     lead: float, tail: float, rng: np.random.Generator,
 ) -> NDArray[np.float64]:  # fmt: skip
-    """Return the piezo voltage of one finger that touches an object."""
+    """Return the piezo's voltage while one finger touches an object.
+
+    It lasts from ``lead`` s before to ``tail`` s after the contact.
+    """
     # The other finger never touches and so has no effect.
     timing = Timing(lead + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
     sheets, shares = (VelostatParameters(),) * 2, np.full((2, TAXELS), 1 / TAXELS)
@@ -139,5 +142,5 @@ def touch_voltage(
 
 
 def piezo_samples(volts: NDArray[np.float64]) -> NDArray[np.int16]:
-    """Return the voltage of :func:`touch_voltage` as the device sends it, without the burn-in."""
+    """Return the samples that a device sends for a voltage from :func:`touch_voltage`."""
     return smoothed(piezo_readings(volts))[BURN_IN:]

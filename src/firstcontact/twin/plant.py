@@ -1,4 +1,4 @@
-"""Plant for grasp control: a simulated hand that closes on one object and takes commands.
+"""Simulated hand that closes on one object and obeys commands, for grasp control.
 
 Without commands it equals a pinch of a simulated set. Samples are computed ahead, as far as no
 later command can take effect.
@@ -33,7 +33,7 @@ LONGEST = 1.5
 
 
 class GraspPlant:
-    """Simulated pinch from the closing hand to the lifted object."""
+    """Simulated hand during one pinch, from the start of its closing to the lifted object."""
 
     def __init__(
         self,
@@ -90,7 +90,7 @@ class GraspPlant:
 
     @property
     def ended(self) -> bool:
-        """Return True once the lifted object was observed, or the longest duration has passed."""
+        """True once the object was lifted and watched, or the longest time has passed."""
         return self.sample >= self._end
 
     def command(self, command: Command) -> None:
@@ -110,7 +110,7 @@ class GraspPlant:
         return self._data[first : self.sample].copy()
 
     def move(self, samples: int) -> None:
-        """Advance without computing readings, which saves half of the time."""
+        """Advance without computing the sensors' readings, in half of the time."""
         stop = min(self.sample + samples, len(self._motion))
         if stop > self._made:
             self._make(stop)
@@ -135,7 +135,7 @@ class GraspPlant:
         return other
 
     def _motion_with_slip(self, first: int) -> NDArray[np.float64]:
-        """Return the motion from sample ``first`` on, with the slip sound in the buffers."""
+        """Return the motion from sample ``first`` on, with the sound of a slip in the signals."""
         motion = self._motion[first : self._made]
         if self._sound is None:
             return motion
@@ -148,7 +148,7 @@ class GraspPlant:
         return motion
 
     def _make(self, stop: int) -> None:
-        """Compute the motion up to sample ``stop``, and ahead of it."""
+        """Compute the motion up to the sample ``stop`` at least."""
         first = self._made
         # Samples beyond the end are computed on request, but not ahead.
         samples = max(stop, min(stop + self._delay, self._end)) - first
@@ -181,17 +181,17 @@ class GraspPlant:
 
     @property
     def slipped(self) -> float:
-        """Distance that the object has slid down up to the newest sample, m."""
+        """Distance that the object has slid down so far, m."""
         return float(self._slid[self.sample - 1, 0]) if self.sample else 0.0
 
     @property
     def lost(self) -> bool:
-        """Return True if the object has slid far enough to count as dropped."""
+        """True if the object has slid far enough to count as dropped."""
         return self.slipped > DROPPED
 
     @property
     def slipping_since(self) -> float | None:
-        """Time at which the present slip began, s; None if the object does not slip."""
+        """Time at which the current slip began, s; None if the object does not slip."""
         speeds = self._slid[: self.sample, 1]
         if not (speeds.size and speeds[-1] > 0):
             return None

@@ -1,4 +1,4 @@
-"""Fingertip electronics: converters, and the filters of the microcontroller.
+"""Simulated electronics of a fingertip: its converters, and the microcontroller's filters.
 
 One scan is six readings at one time: both piezos, one taxel of each force array, both strips. The
 filters use integer arithmetic, so that the firmware gives the same bits. The loops are compiled:
@@ -46,7 +46,7 @@ def force_readings(
     state: NDArray[np.float64],
     first: int,
 ) -> NDArray[np.uint16]:
-    """Return the readings of one force array: one taxel at each sample, row by row."""
+    """Return the readings of one force array, which measures one force cell per sample."""
     out = np.empty(force.size, np.uint16)
     _kernels.force_counts(
         np.ascontiguousarray(force), np.ascontiguousarray(shares), p,
@@ -56,7 +56,7 @@ def force_readings(
 
 
 def open_reading(p: VelostatParameters) -> int:
-    """Return the ADC count of every taxel of an unloaded force array, without noise."""
+    """Return the reading of every force cell without load and noise, in ADC counts."""
     nothing, state = np.zeros(1), np.zeros((2, TAXELS))
     return int(force_readings(nothing, np.zeros(TAXELS), p, nothing, 1.0, state, 0)[0])
 
@@ -114,7 +114,7 @@ class DeviceFilter:
 def settled_filter(
     scan: NDArray[np.uint16], sheets: tuple[VelostatParameters, VelostatParameters]
 ) -> DeviceFilter:
-    """Return a filter in the state after a long rest, with unloaded fingers."""
+    """Return filters in the state that they have after a long rest without load."""
     device = DeviceFilter()
     warm_up = np.tile(scan, (ROUND, 1))
     warm_up[:, 2:4] = [open_reading(v) for v in sheets]
@@ -126,7 +126,7 @@ Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
-    """Base class of the converters of both fingertips, which are unloaded at first."""
+    """Base class of the converters of both fingertips, which begin without load."""
 
     def __init__(self, draw: PinchDraw) -> None:
         self._draw = draw
@@ -140,7 +140,7 @@ class Fingertips(ABC):
 
     @abstractmethod
     def _pickup(self, samples: int) -> list[Pickup]:
-        """Return the electrical noise of each fingertip's next samples."""
+        """Return the electrical noise of each fingertip in the next samples."""
 
     def read(self, motion: NDArray[np.float64]) -> NDArray[np.uint16]:
         scans = np.empty((len(motion), len(SCAN)), np.uint16)
@@ -157,7 +157,7 @@ class Fingertips(ABC):
 
 
 class PinchFingertips(Fingertips):
-    """Converters for one pinch. Their noise is drawn in advance."""
+    """Converters of both fingertips for one pinch. Their noise is drawn in advance."""
 
     def __init__(self, draw: PinchDraw, times: NDArray[np.float64]) -> None:
         super().__init__(draw)
@@ -176,7 +176,7 @@ class PinchFingertips(Fingertips):
 
 
 class ScanStream(ABC):
-    """Endless scans that are computed in pieces and read in any numbers."""
+    """Endless scans, which are computed in pieces and read in any number."""
 
     def __init__(self) -> None:
         self._left = np.empty((0, len(SCAN)), np.uint16)
@@ -209,7 +209,7 @@ class StreamFingertips(Fingertips):
         self._phases = rng.uniform(0, 2 * math.pi, 2)
 
     def take(self, draw: PinchDraw) -> None:
-        """Continue with the sensors of another pinch of the same hand and session."""
+        """Continue with the parameters of another pinch of the same hand and session."""
         for f, (old, new) in enumerate(zip(self._draw.velostat, draw.velostat, strict=True)):
             self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
         self._draw = draw
@@ -236,7 +236,7 @@ def strip_contacts(
 def mask_contacts(
     closed: NDArray[np.bool_], first_sample: int, earlier: Sequence[Contact]
 ) -> list[Contact]:
-    """Return the contacts in order of time, from a mask of closed strips, shape (n, 2)."""
+    """Return the contacts in time order from a mask of closed strips, shape (n, 2)."""
     contacts = []
     for f in () if len(earlier) == 2 else Finger:
         sample = first_closed_sample(closed[:, f], first_sample)

@@ -76,7 +76,7 @@ class SlipSound:
         self._state = np.zeros((2, 7))
 
     def hear(self, forces: _Vector, speeds: _Vector, hanging: _Vector) -> _Vector:
-        """Return the voltage that the slip sound adds to the signal of each buffer."""
+        """Return the voltage that the sound of a slip adds to each piezo's signal."""
         out = np.empty((2, len(forces)))
         pull = 0.5 * self._mass * GRAVITY * hanging
         for f, finger in enumerate(self._fingers):

@@ -1,4 +1,4 @@
-"""Strikes: one finger of the simulated hand taps a block, without a motor."""
+"""Simulated strikes: one finger taps a block, without a motor."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NOISE = 0.0013
 
 
 def strike(shore_a: float, number: int, seed: int) -> tuple[NDArray[np.float64], int]:
-    """Return one strike at the fingertip's rate, full scale 1, and the sample of its contact."""
+    """Return the signal of one strike, with full scale 1, and the sample of its contact."""
     draw = draw_pinch(seed, condition("paper-rig"), "1", block(shore_a), number)
     still = {"rotor": 0.0, "mesh": 0.0, "friction": 0.0, "click_rate": 0.0, "mains": 0.0}
     index, thumb = (replace(noise, **still, hum=0.0) for noise in draw.noise)
@@ -46,7 +46,7 @@ def strike(shore_a: float, number: int, seed: int) -> tuple[NDArray[np.float64],
 
 
 def strikes(each: int, seed: int) -> Dataset:
-    """Return strikes on the five blocks, ``each`` on one, as a disc at a sound input hears them."""
+    """Return ``each`` strikes on each of five blocks, as a piezo at a sound input hears them."""
     piezo = VibrationSensor.PIEZO
     channel = Channel(piezo, ChannelKind.VIBRATION, None, "full scale", 1.0, 0.0, sensor=piezo)
     layout, rng = Layout((channel,), FINGERTIP_RATE), np.random.default_rng(seed)

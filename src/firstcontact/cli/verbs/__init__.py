@@ -1,8 +1,8 @@
-"""Verbs of the command line, one file each: a dataclass of options with a method ``run``.
+"""Commands, one file each: a dataclass of options with a method ``run``.
 
-The file's name is the verb's name: ``flash_model.py`` holds the class ``FlashModel`` of the verb
-``flash-model``. Other packages add verbs by entry points of the group ``firstcontact.verbs``.
-Importing this package imports no verb.
+The file's name is the command's name: ``flash_model.py`` holds the class ``FlashModel`` of the
+command ``flash-model``. Other packages add commands by entry points of the group
+``firstcontact.verbs``. Importing this package imports no command.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ GROUP = "firstcontact.verbs"
 
 @cache
 def verb_places() -> dict[str, str]:
-    """Return the location of each verb's class: a dict from the verb's name to "module:Class"."""
+    """Return the location of each command's class by its name, as "module:Class"."""
     modules = sorted(module.name for module in iter_modules(__path__))
     places = {_verb(name): f"{__name__}.{name}:{_class(name)}" for name in modules}
     from importlib.metadata import entry_points  # 20 ms that a verb of ours need not wait for
@@ -35,7 +35,7 @@ def verb_places() -> dict[str, str]:
 
 
 def configuration(verb: str) -> type[Any]:
-    """Import and return the dataclass of a verb."""
+    """Import and return the dataclass of a command."""
     place = verb_places().get(verb)
     if place is None:
         raise ArgumentError(f"{verb!r} is not a command: choose one of {', '.join(verb_places())}")
@@ -53,7 +53,7 @@ def configuration(verb: str) -> type[Any]:
 
 
 def summary(verb: str) -> str:
-    """Return the first paragraph of a verb's docstring, read without importing the verb."""
+    """Return the first paragraph of a command's docstring, without importing its module."""
     module, _, attribute = verb_places()[verb].partition(":")
     try:
         spec = find_spec(module)

@@ -26,7 +26,7 @@ class Ports:
 
 
 def port_lines(*, ask: bool = False) -> Iterator[str]:
-    """Yield lines about each port: what it is, who may open it, and if asked, what answers."""
+    """Yield a text about each port: its device, who may open it, and with ``ask`` what answers."""
     from firstcontact.device.opening import list_devices
     from firstcontact.device.ports import access, groups, ports
 
@@ -52,7 +52,7 @@ def port_lines(*, ask: bool = False) -> Iterator[str]:
 
 
 def answer(port: str) -> Iterator[str]:
-    """Yield lines that describe the device on a port, or give the reason why it cannot be read."""
+    """Yield lines that describe the device on a port, or the reason why it cannot be read."""
     from firstcontact.device.descriptor import skipped_model
     from firstcontact.device.serial_source import SerialSource
 

@@ -2,7 +2,10 @@
 
    Call fc_device_sample from a timer's interrupt or the main loop, and all other functions from
    the main loop. No function blocks. While the line is slow, samples wait in a ring. If the ring
-   is full, samples are dropped and counted. */
+   is full, samples are dropped and counted.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_DEVICE_H
 #define FC_DEVICE_H
 
@@ -35,12 +38,18 @@ typedef struct {
     uint8_t payload[FC_ESTIMATE_BYTES];
 } fc_notice;
 
-/* Receiver of models and hints for the device's own predictions. `receive` handles a frame about a
-   model. It returns the state for the reply, and sets the number of received bytes and the
-   reason of a refusal. */
+/* Receiver of models and hints for the device's own predictions. */
 typedef struct {
-    void *own;
+    void *own;                   /* passed to both functions, or NULL */
+    /* Handle a frame about a model. Return the state for the reply.
+       own    in, as above
+       frame  in
+       next   out, bytes received so far
+       why    out, reason of a refusal, which ends with a zero */
     uint8_t (*receive)(void *own, const fc_frame *frame, uint32_t *next, const char **why);
+    /* Handle a frame with a hint.
+       own    in, as above
+       frame  in */
     void (*hint)(void *own, const fc_frame *frame);
 } fc_receiver;
 
@@ -81,35 +90,57 @@ typedef struct {
     size_t wire_sent;
 } fc_device;
 
-/* Set up a device. `descriptor` is JSON of at most FC_DESCRIPTOR_MAX bytes, and must outlive the
-   device. `boot` must differ after each start. `slots` has room for size - 1 samples. */
+/* Set up a device.
+   d           out
+   descriptor  in, JSON of at most FC_DESCRIPTOR_MAX bytes, which must outlive the device
+   boot        in, number that differs after each start
+   slots       out, room for size - 1 samples, which must outlive the device, (size)
+   size        in, at least 2 */
 void fc_device_init(fc_device *d, const char *descriptor, uint32_t boot, fc_sample *slots,
                     uint32_t size);
 
-/* Also copy all samples into `slots`, for the device's own predictions. */
+/* Also copy all samples, for the device's own predictions.
+   d      in, out
+   slots  out, room for size - 1 samples, which must outlive the device, (size)
+   size   in, at least 2 */
 void fc_device_copy_samples(fc_device *d, fc_sample *slots, uint32_t size);
 
 /* Queue a contact or an estimate, to be sent before waiting samples. Drop it if the device does not
-   stream, or if the queue is full. */
+   stream, or if the queue is full.
+   d        in, out
+   type     in, type of the frame
+   payload  in, (n)
+   n        in, bytes, at most FC_ESTIMATE_BYTES */
 void fc_device_queue(fc_device *d, uint8_t type, const uint8_t *payload, size_t n);
 
-/* Skip the numbers of n missing samples, so that sample numbers still follow time. Call this only
-   while the interrupt is off. */
+/* Skip the numbers of missing samples, so that sample numbers still follow time. Call this only while
+   the interrupt is off.
+   d  in, out
+   n  in, samples */
 void fc_device_skip(fc_device *d, uint32_t n);
 
-/* Process one scan. Its force readings are those of taxel d->scan. Advance d->scan. */
+/* Process one scan. Its force readings are those of taxel d->scan. Advance d->scan.
+   d    in, out
+   raw  in, counts of the converter */
 void fc_device_sample(fc_device *d, const fc_raw *raw);
 
-/* Return true if the device can receive bytes. It cannot while a reply is due. */
+/* Return true if the device can receive bytes. It cannot while a reply is due.
+   d  in */
 bool fc_device_can_receive(const fc_device *d);
 
-/* Process one byte from the host. */
+/* Process one byte from the host.
+   d     in, out
+   byte  in */
 void fc_device_receive(fc_device *d, uint8_t byte);
 
-/* Return the bytes to send next, and set n to their number. */
+/* Return the bytes to send next.
+   d  in, out
+   n  out, bytes; 0 if there is nothing to send */
 const uint8_t *fc_device_outgoing(fc_device *d, size_t *n);
 
-/* Remove the first n of these bytes, which were sent. */
+/* Remove the first of these bytes, which were sent.
+   d  in, out
+   n  in, bytes */
 void fc_device_sent(fc_device *d, size_t n);
 
 #ifdef __cplusplus

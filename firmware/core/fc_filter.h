@@ -1,5 +1,8 @@
 /* Filters of the readings. They use integers, so that the host can compute the same bits. Values
-   are in 1/32 of an ADC count. */
+   are in 1/32 of an ADC count.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_FILTER_H
 #define FC_FILTER_H
 
@@ -23,7 +26,13 @@ typedef struct {
     int32_t y; /* below 0 before the first sample, where the smoothing starts */
 } fc_smooth;
 
+/* Start again.
+   s  out */
 void fc_smooth_init(fc_smooth *s);
+
+/* Return the smoothed reading, 1/32 counts.
+   s      in, out
+   count  in, counts; larger ones than FC_ADC_COUNTS - 1 are clipped */
 int16_t fc_smooth_step(fc_smooth *s, uint16_t count);
 
 /* Sliding means of one array. One taxel is read per sample, row by row, while the other rows are at
@@ -36,10 +45,16 @@ typedef struct {
     bool read[FC_TAXELS]; /* true once the taxel was read */
 } fc_means;
 
-/* A taxel's mean is 0 before its first reading, which then also fills the seven before it. */
+/* Start again. A taxel's mean is 0 before its first reading, which then also fills the seven before
+   it.
+   m  out */
 void fc_means_init(fc_means *m);
 
-/* Take the reading of one taxel. Give for all six what each would read alone in its column. */
+/* Take the reading of one taxel. Compute for all six what each would read alone in its column.
+   m      in, out
+   taxel  in, from 0 to FC_TAXELS - 1
+   count  in, counts; larger ones than FC_ADC_COUNTS - 1 are clipped
+   out    out, 1/32 counts */
 void fc_means_step(fc_means *m, uint8_t taxel, uint16_t count, int16_t out[FC_TAXELS]);
 
 #ifdef __cplusplus

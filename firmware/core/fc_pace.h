@@ -2,7 +2,10 @@
 
    A period of 4936 Hz is not a whole number of ticks at 600, 25 or 24 MHz. The remainders add up,
    and a period is one tick longer whenever they reach a whole tick. Any rate_hz periods in a row
-   last one second, exact to the tick. */
+   last one second, exact to the tick.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_PACE_H
 #define FC_PACE_H
 
@@ -22,10 +25,14 @@ typedef struct {
     uint32_t sum;
 } fc_pace;
 
-/* clock_hz must be at least rate_hz, and rate_hz below 2^31. */
+/* Start.
+   p         out
+   clock_hz  in, Hz, at least rate_hz
+   rate_hz   in, Hz, from 1 to 2^31 - 1 */
 void fc_pace_init(fc_pace *p, uint32_t clock_hz, uint32_t rate_hz);
 
-/* Return the ticks of the next period. */
+/* Return the length of the next period, ticks.
+   p  in, out */
 uint32_t fc_pace_next(fc_pace *p);
 
 #ifdef __cplusplus

@@ -1,4 +1,7 @@
-/* Ring buffer of samples between the timer's interrupt (writer) and the main loop (reader). */
+/* Ring buffer of samples between the timer's interrupt (writer) and the main loop (reader).
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_RING_H
 #define FC_RING_H
 
@@ -25,15 +28,29 @@ typedef struct {
     volatile uint32_t tail;
 } fc_ring;
 
+/* Set up an empty ring, before the interrupt runs.
+   r      out
+   slots  out, room for size - 1 samples, which must outlive the ring, (size)
+   size   in, at least 2 */
 void fc_ring_init(fc_ring *r, fc_sample *slots, uint32_t size);
+
+/* Return the number of waiting samples, for the reader.
+   r  in */
 uint32_t fc_ring_used(const fc_ring *r);
 
-/* For the writer. Return false if the ring is full. */
+/* Store a sample, for the writer. Return false if the ring is full.
+   r       in, out
+   sample  in, copied */
 bool fc_ring_put(fc_ring *r, const fc_sample *sample);
 
-/* For the reader: return the k-th waiting sample, for k below fc_ring_used, and drop the first n
-   samples. */
+/* Return a waiting sample, for the reader.
+   r  in
+   k  in, position in the queue, below fc_ring_used */
 const fc_sample *fc_ring_peek(const fc_ring *r, uint32_t k);
+
+/* Drop the first samples, for the reader.
+   r  in, out
+   n  in, samples, at most fc_ring_used */
 void fc_ring_drop(fc_ring *r, uint32_t n);
 
 #ifdef __cplusplus

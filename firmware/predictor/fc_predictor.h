@@ -1,6 +1,10 @@
 /* Predictions on the device: the chain runs on the device's own samples.
 
-   Contacts and estimates go to a callback of the board, and to the host if it streams. */
+   Contacts and estimates go to a callback of the board, and to the host if it streams. Call these
+   functions from the main loop, in which the callback runs, too.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_PREDICTOR_H
 #define FC_PREDICTOR_H
 
@@ -20,11 +24,12 @@ enum {
 
 /* Functions and memory of a board. Each can be NULL or 0. */
 typedef struct {
-    uint32_t (*clock)(void); /* ns, wrapping */
+    uint32_t (*clock)(void); /* time, ns, which wraps */
     /* Fast memory for a copy of the active model, at an address that is a multiple of 8. */
     uint8_t *fast;
     uint32_t fast_bytes;
-    /* Receive each event of the chain, with and without a host. */
+    /* Receive each event of the chain, with and without a host.
+       event  in, valid until this returns */
     void (*event)(const fc_event *event);
 } fc_board;
 
@@ -46,16 +51,24 @@ typedef struct {
     uint64_t memory[FC_MEMORY / 8];
 } fc_predictor;
 
-/* Set up predictions. The model in `memory`, if any, becomes active. */
+/* Set up predictions. The model in `memory`, if any, becomes active.
+   a       out
+   device  in, out: its samples must have been copied by fc_device_copy_samples
+   memory  in, which must outlive the predictor
+   board   in, copied */
 void fc_predictor_init(fc_predictor *a, fc_device *device, const fc_memory *memory,
                      const fc_board *board);
 
-/* Process all waiting samples. Call it from the main loop. */
+/* Process all waiting samples.
+   a  in, out */
 void fc_predictor_work(fc_predictor *a);
 
-/* Set the measured closing speed of this closing, or of the next one, m/s, its relative error, and
-   the radius of the object, m (NaN if it is unknown). Return false and change nothing if a number
-   is impossible. */
+/* Set the closing speed of this closing, or of the next one, and the radius of the object. Return
+   false and change nothing if a number is impossible.
+   a       in, out
+   speed   in, m/s, from 0 to 100; 0 if unknown
+   error   in, relative error of the speed, from 0 to 1e9
+   radius  in, m, at least 1e-6; infinite for a flat object, NaN if unknown */
 bool fc_predictor_hint(fc_predictor *a, double speed, double error, double radius);
 
 #ifdef __cplusplus

@@ -88,7 +88,7 @@ const char *fc_store_chunk(fc_store *s, uint32_t at, const uint8_t *bytes, uint3
     return NULL;
 }
 
-const uint8_t *fc_store_whole(fc_store *s, const char **why)
+const uint8_t *fc_store_whole(const fc_store *s, const char **why)
 {
     const uint8_t *const bytes = s->memory->read(s->memory->own, other(s)) + FC_SLOT_HEAD;
     *why = NULL;

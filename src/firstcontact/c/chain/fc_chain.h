@@ -7,12 +7,14 @@
    fc_chain_take can compute an estimate, which takes far longer than one sample. The chain has no
    locks.
    Calls of `emit`: fc_chain_take, fc_chain_restart and fc_chain_finish call it before they return, in
-   the context of the caller. The event is valid until `emit` returns. `emit` must not call
-   functions that change the chain.
+   the context of the caller. The event is valid until `emit` returns. `emit` can call fc_chain_hint,
+   but no other function that changes the chain.
    Stack: 4 KB, and what the functions of fc_program need. Measured for a Cortex-M7 with gcc -O2,
    -fstack-usage and -fcallgraph-info=su, as the sum of the deepest path of calls. That path leads to
    fc_spectrum, which needs 3.3 KB. The chain itself and its memory lie where the caller puts them.
-   Wrong arguments: a check of fc_assert.h stops the program, unless it was compiled with NDEBUG.
+   Arguments: comments name each one with its direction and unit. A pointer can be NULL only if they
+   say "or NULL". Where an argument is wrong, a check of fc_assert.h stops the program, unless it was
+   compiled with NDEBUG.
    No contact appears: look at `is_open` first. If it stays false, look at `gate.state`,
    `stream.floors` (V) and the unit of the samples (V). If it is true, look at `detector.is_settled`
    and `detector.sigma`, then at `next`, which must grow without restarts. An event
@@ -69,15 +71,27 @@ struct fc_chain;
 
 /* Functions that the calling program provides. Each can be NULL. */
 typedef struct {
-    void *context;
+    void *context;          /* passed to these functions, or NULL */
+    /* Receive an event.
+       context  in, as above
+       event    in */
     void (*emit)(void *context, const fc_event *event);
-    /* Receive the decisions of all channels for the window that ends before sample `end`. */
+    /* Receive the decisions for a window.
+       context  in, as above
+       end      in, number of the sample after the window
+       onsets   in, number of the first sample of a contact, or -1, (channels) */
     void (*window)(void *context, int64_t end, const int64_t *onsets);
-    /* Return the number of further samples that wait already. */
+    /* Return the number of further samples that wait already.
+       context  in, as above */
     int32_t (*waiting)(void *context);
-    /* Predict for a model of the kind FC_MODEL_PROGRAM, from `volts`: the contact's channel, with
-       `lead` samples before the contact and `samples` after it, which include the lookahead. Return
-       FC_DONE, or FC_NO_SIGNAL or FC_NOT_FINITE without a prediction. */
+    /* Predict for a model of the kind FC_MODEL_PROGRAM, from chain->past in channel chain->channel.
+       Return
+       FC_DONE, or FC_NO_SIGNAL or FC_NOT_FINITE without a prediction.
+       context  in, as above
+       chain    in
+       lead     in, samples before the contact chain->first that can be used
+       samples  in, samples after it, which include the lookahead
+       out      out, unit of the training */
     int32_t (*predict)(void *context, const struct fc_chain *chain, int32_t lead, int32_t samples,
                        fc_estimate *out);
     fc_judge judge;         /* for detectors of the kind FC_DETECTOR_PROGRAM */
@@ -132,30 +146,44 @@ typedef struct fc_chain {
     fc_estimate estimates[FC_MOMENTS_MOST];
 } fc_chain;
 
-/* Bytes of work memory for a chain, at an address that is a multiple of 8. No argument can be NULL. */
+/* Return the bytes of work memory that a chain needs.
+   image   in
+   stream  in, of which only `channels` is read */
 size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream);
 
-/* Set up a chain. Out: `c`. In: `image`, `stream` and `program`; the chain copies the last two.
-   Image and memory must outlive the chain. No pointer can be NULL. */
+/* Set up a chain.
+   c        out
+   image    in, which must outlive the chain
+   stream   in, copied
+   program  in, copied
+   memory   out, at an address that is a multiple of 8, (fc_chain_bytes). It must outlive the chain. */
 void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
                    const fc_program *program, void *memory);
 
-/* Continue at sample `next`, after lost samples or in a new epoch. Call this before the first
-   sample, too. */
+/* Continue after lost samples or in a new epoch. Call this before the first sample, too.
+   c              in, out
+   next           in, number of the next sample, at least 0
+   is_same_epoch  in, false if earlier samples tell nothing about the state of the motor */
 void fc_chain_restart(fc_chain *c, int64_t next, bool is_same_epoch);
 
-/* Process one sample. In: `vibration`, V, one number per channel of the stream. In: `loads`, V, one
-   number per taxel; it can be NULL only if there are no taxels or no floors. */
+/* Process one sample.
+   c          in, out
+   vibration  in, V, (channels)
+   loads      in, V, (taxels), or NULL without taxels or without floors */
 void fc_chain_take(fc_chain *c, const double *vibration, const double *loads);
 
-/* End the closing in progress, because the stream has ended. */
+/* End the closing in progress, because the stream has ended.
+   c  in, out */
 void fc_chain_finish(fc_chain *c);
 
 /* Set the measured closing speed of this closing, or of the next one, and the radius of objects.
-   In: `hints`, m/s and m, copied; it cannot be NULL. */
+   c      in, out
+   hints  in, m/s and m, copied. The radius is above 0, infinite or NaN. */
 void fc_chain_hint(fc_chain *c, const fc_hints *hints);
 
-/* Number of samples until the next event is possible, at most `most`. */
+/* Return the number of samples until the next event is possible.
+   c     in
+   most  in, samples: largest number to return */
 int32_t fc_chain_due(const fc_chain *c, int32_t most);
 
 #ifdef __cplusplus

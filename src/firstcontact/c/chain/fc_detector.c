@@ -104,7 +104,7 @@ static void learn(fc_detector *d, const fc_past *past, int32_t channel, int64_t 
         x[i] = (fc_past_at(past, channel, end - n + i) - d->mean[channel]) / d->sigma[channel];
     fc_fit_prediction(x, n, d->work, d->weights[channel]);
     for (int32_t k = 0; k < FC_LOOKS_MOST; k++)
-        d->looks[channel][k][0] = -1.0;
+        d->looks[channel][k].end = -1;
 }
 
 /* Pass the steady state before `end` to the program, in sigmas. */
@@ -218,6 +218,18 @@ static double look_score(const fc_detector_constants *k, const double *x, int32_
     return score + k->line[2 * FC_LEVELS];
 }
 
+/* Return the place of the look that ends before sample `end`; the oldest one if it is not stored. */
+static fc_look *place_of_look(fc_look *looks, int64_t end)
+{
+    fc_look *oldest = looks;
+    for (fc_look *look = looks; look < looks + FC_LOOKS_MOST; look++) {
+        if (look->end == end)
+            return look;
+        oldest = look->end < oldest->end ? look : oldest;
+    }
+    return oldest;
+}
+
 /* Return true if all looks of a window show a contact. Neighbouring windows share looks. */
 static bool looks_agree(fc_detector *d, const double *window, int64_t window_end, int32_t channel)
 {
@@ -225,13 +237,14 @@ static bool looks_agree(fc_detector *d, const double *window, int64_t window_end
     const int32_t length = k->window - (k->looks - 1) * k->step;
     for (int32_t look = k->looks - 1; look >= 0; look--) {
         const int64_t end = window_end - (int64_t)(k->looks - 1 - look) * k->step;
-        double *const known = d->looks[channel][(uint32_t)end / (uint32_t)k->step % FC_LOOKS_MOST];
-        if (known[0] != (double)end) {
+        fc_look *const place = place_of_look(d->looks[channel], end);
+        if (place->end != end) {
             d->effort++;
-            known[0] = (double)end;
-            known[1] = look_score(k, window + look * k->step, length, d->weights[channel], d->work);
+            place->end = end;
+            place->score
+                = look_score(k, window + look * k->step, length, d->weights[channel], d->work);
         }
-        if (!(known[1] > 0.0))
+        if (!(place->score > 0.0))
             return false;
     }
     return true;

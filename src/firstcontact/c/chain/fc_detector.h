@@ -1,7 +1,10 @@
 /* Contact detectors that evaluate sliding windows in units of the motor's noise (sigmas).
 
    A window contains several looks: spans of equal length, one step apart. A contact must show in
-   all looks. */
+   all looks.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". A sigma is the standard deviation of the motor's noise. */
 #ifndef FC_DETECTOR_H
 #define FC_DETECTOR_H
 
@@ -45,6 +48,10 @@ typedef struct {
     int64_t begin, end;     /* numbers of the first stored sample, and of the next one */
 } fc_past;
 
+/* Return a stored sample, V.
+   p        in
+   channel  in, from 0 to channels - 1
+   sample   in, number from begin to end - 1 */
 static inline double fc_past_at(const fc_past *p, int32_t channel, int64_t sample)
 {
     return p->volts[channel * p->capacity + (int32_t)((uint32_t)sample & (uint32_t)(p->capacity - 1))];
@@ -52,12 +59,23 @@ static inline double fc_past_at(const fc_past *p, int32_t channel, int64_t sampl
 
 /* Functions of a program that evaluates windows itself. */
 typedef struct {
-    /* Receive a new steady state, in sigmas: (steady, channels). */
+    /* Receive a new steady state. Can be NULL for other kinds of detectors.
+       context  in, as below
+       quiet    in, sigmas, (steady, channels) */
     void (*settled)(void *context, const double *quiet);
-    /* Write 1 into `fired` for each channel with a contact. windows: (channels, window). */
+    /* Mark the channels with a contact. Can be NULL for other kinds of detectors.
+       context  in, as below
+       windows  in, sigmas, (channels, window)
+       fired    out, 1 for a contact, else 0, (channels) */
     void (*judge)(void *context, const double *windows, uint8_t *fired);
-    void *context;
+    void *context;          /* passed to both functions, or NULL */
 } fc_judge;
+
+/* Score of a look that ends before sample `end`. */
+typedef struct {
+    int64_t end;            /* -1 if nothing is stored */
+    double score;
+} fc_look;
 
 /* State of a detector in one closing. */
 typedef struct {
@@ -70,29 +88,48 @@ typedef struct {
     int64_t settles, next;  /* ends of the steady state, and of the next window */
     double mean[FC_CHANNELS_MOST], sigma[FC_CHANNELS_MOST]; /* a constant channel has sigma 0 */
     double weights[FC_CHANNELS_MOST][FC_ORDER + 1];
-    double looks[FC_CHANNELS_MOST][FC_LOOKS_MOST][2]; /* end and score of each look */
+    fc_look looks[FC_CHANNELS_MOST][FC_LOOKS_MOST]; /* newest looks, which windows share */
 } fc_detector;
 
-/* Start at sample `first`, and forget all earlier samples. */
+/* Start again, and forget all earlier samples.
+   d      in, out
+   first  in, number of the next sample */
 void fc_detector_restart(fc_detector *d, int64_t first);
 
-/* Measure the steady state in the samples before `end`. */
+/* Measure the steady state.
+   d     in, out
+   past  in
+   end   in, number of the sample after the steady state */
 void fc_detector_settle(fc_detector *d, const fc_past *past, int64_t end);
 
-/* Replace the steady state of the channels that are quieter in the samples before `end`. */
+/* Replace the steady state of the channels that are quieter than before.
+   d     in, out
+   past  in
+   end   in, number of the sample after the new steady state */
 void fc_detector_resettle(fc_detector *d, const fc_past *past, int64_t end);
 
-/* Evaluate the window that ends with the newest sample. Write the first sample of a contact into
-   `onsets` for each channel, or -1. is_skipped marks channels that need no decision. */
+/* Evaluate the window that ends with the newest sample.
+   d           in, out
+   past        in
+   is_skipped  in, true for channels that need no decision, (channels)
+   onsets      out, number of the first sample of a contact, or -1, (channels) */
 void fc_detector_judge(fc_detector *d, const fc_past *past, const bool *is_skipped, int64_t *onsets);
 
-/* Fit a linear prediction to n samples of the steady state, in sigmas. The prediction removes the
-   predictable part of the motor's noise. Its error has a sigma of 1. `error` has room for n
-   numbers, `weights` for FC_ORDER + 1. */
+/* Fit a linear prediction to the steady state. The prediction removes the predictable part of the
+   motor's noise. Its error has a sigma of 1.
+   x        in, sigmas, (n)
+   n        in, samples, above FC_ORDER
+   error    out, room for work, (n)
+   weights  out, (FC_ORDER + 1) */
 void fc_fit_prediction(const double *x, int32_t n, double *error, double *weights);
 
-/* Write the 2 * FC_LEVELS features of a look of n samples, in sigmas. `power` has room for n
-   numbers. */
+/* Compute the features of a look.
+   k         in, of which only `lengths` and `floor` are read
+   x         in, sigmas, (n)
+   n         in, samples, above FC_ORDER + lengths[FC_PARTS]
+   weights   in, of fc_fit_prediction, (FC_ORDER + 1)
+   power     out, room for work, (n)
+   features  out, ln(sigmas), (2 * FC_LEVELS) */
 void fc_look_features(const fc_detector_constants *k, const double *x, int32_t n,
                       const double *weights, double *power, double *features);
 

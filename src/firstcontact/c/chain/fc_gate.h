@@ -1,4 +1,7 @@
-/* Gate that finds closings: times in which the motor runs and the hand holds no object. */
+/* Gate that finds closings: times in which the motor runs and the hand holds no object.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_GATE_H
 #define FC_GATE_H
 
@@ -39,13 +42,21 @@ typedef struct {
     double unloaded[FC_TAXELS_MOST];  /* lowest voltage of each taxel at rest */
 } fc_gate;
 
-/* Restart at sample `first`, after a gap or in a new epoch. */
+/* Restart after a gap or in a new epoch.
+   g              in, out
+   first          in, number of the next sample
+   is_same_epoch  in */
 void fc_gate_restart(fc_gate *g, int64_t first, bool is_same_epoch);
 
-/* Report a contact whose first sample is `sample`. */
+/* Report a contact.
+   g       in, out
+   sample  in, number of its first sample */
 void fc_gate_touched(fc_gate *g, int64_t sample);
 
-/* Process one sample in volts. The closing opens or shuts after this sample. */
+/* Process one sample. The closing opens or shuts after it.
+   g          in, out
+   vibration  in, V, (channels)
+   loads      in, V, (taxels), or NULL without taxels */
 fc_gate_turn fc_gate_take(fc_gate *g, const double *vibration, const double *loads);
 
 #endif

@@ -1,4 +1,7 @@
-/* Image of a model: all constants of a chain in one block of bytes, which is read in place. */
+/* Image of a model: all constants of a chain in one block of bytes, which is read in place.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_IMAGE_H
 #define FC_IMAGE_H
 
@@ -33,7 +36,7 @@ typedef struct {
 } fc_timing;
 
 typedef struct {
-    double rate;
+    double rate;                /* Hz */
     const fc_timing *timing;
     const fc_detector_constants *detector;
     const double *floors;       /* noise of each channel at rest, V; 0 if unknown */
@@ -42,7 +45,10 @@ typedef struct {
     fc_model model;
 } fc_image;
 
-/* Check and read an image at an address that is a multiple of 8. Return NULL, or the fault. */
+/* Check and read an image. Return NULL, or the fault as a sentence in English.
+   bytes  in, at an address that is a multiple of 8, (n). They must outlive `image`.
+   n      in, bytes
+   image  out */
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image);
 
 #ifdef __cplusplus

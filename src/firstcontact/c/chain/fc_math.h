@@ -1,5 +1,5 @@
 /* Exponential and logarithm in plain arithmetic, so that every machine computes the same bits.
-   Compile with -ffp-contract=off and without -ffast-math. */
+   Compile with -ffp-contract=off and without -ffast-math. All arguments are inputs without a unit. */
 #ifndef FC_MATH_H
 #define FC_MATH_H
 

@@ -1,5 +1,8 @@
 /* Network that predicts stiffness from one contact, conditioned on a rig. Its weights are integers
-   whose sums are exact, so every machine computes the same bits. */
+   whose sums are exact, so every machine computes the same bits.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_NETWORK_H
 #define FC_NETWORK_H
 
@@ -33,15 +36,19 @@ typedef struct {
     const float *output, *output_bias; /* (3 * FC_COMPONENTS, outputs of the last layer), and bias */
 } fc_network;
 
-/* Room for one prediction. */
+/* Memory for one prediction. */
 typedef struct {
     float values[FC_WIDTH_MOST], thin[FC_WIDTH_MOST];
     int16_t rounded[FC_WIDTH_MOST + 4];
     int32_t sums[FC_WIDTH_MOST];
 } fc_network_room;
 
-/* Predict from the inputs in room->values, which are overwritten. rig_term is the contribution of
-   the rig to layer FC_RIG_LAYER. Write mean and standard deviation in Shore A. */
+/* Predict from inputs.
+   n         in
+   rig_term  in, contribution of the rig to layer FC_RIG_LAYER, (rows of its first matrix)
+   room      in, out: the inputs are in `values`, (inputs), and are overwritten
+   mean      out, Shore A
+   spread    out, Shore A: standard deviation */
 void fc_network_predict(const fc_network *n, const float *rig_term, fc_network_room *room,
                         double *mean, double *spread);
 

@@ -1,5 +1,8 @@
 /* Pitch of the motor before a contact. Rotor, gears and harmonics rise with the closing speed, so
-   the whole spectrum shifts on a logarithmic axis of frequency. */
+   the whole spectrum shifts on a logarithmic axis of frequency.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_PITCH_H
 #define FC_PITCH_H
 
@@ -21,11 +24,17 @@ typedef struct {
     const int32_t *cell;    /* line of the transform below each point: FC_LINES */
 } fc_pitch;
 
-/* Write the peaks of a spectrum above its smooth part: FC_LINES values with mean 0. `signal` is in
-   V. `work` has room for FC_TURN floats. */
+/* Compute the peaks of a spectrum above its smooth part.
+   e       in
+   signal  in, V, (e->samples)
+   work    out, room for work, (FC_TURN)
+   lines   out, ln(power), with mean 0, (FC_LINES) */
 void fc_spectrum(const fc_pitch *e, const float *signal, float *work, float *lines);
 
-/* Find the shift of `lines` with the highest correlation to a reference, and this correlation. */
+/* Find the shift with the highest correlation to a reference.
+   lines, reference  in, of fc_spectrum, (FC_LINES)
+   shift             out, points
+   correlation       out, from -1 to 1 */
 void fc_shift(const float *lines, const float *reference, int32_t *shift, float *correlation);
 
 #endif

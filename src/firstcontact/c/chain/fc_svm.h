@@ -1,6 +1,9 @@
 /* Support vector machine with a radial basis function kernel, which predicts from one window: the
    signal after a contact, smoothed, minus the quiet signal before it. Sums are computed in a fixed
-   order, and fused only by fmaf, so that every machine computes the same bits. */
+   order, and fused only by fmaf, so that every machine computes the same bits.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_SVM_H
 #define FC_SVM_H
 
@@ -42,15 +45,24 @@ typedef struct {
     const double *half_width; /* (edges + 1,) */
 } fc_svm;
 
-/* Return the size of the room for one prediction, in numbers. */
+/* Return how many floats one prediction needs as memory.
+   m  in */
 size_t fc_svm_room(const fc_svm *m);
 
-/* Predict from the window at the start of `room`, which is overwritten. Return the decision of a
-   regression, or the votes for each class; NULL if they are not finite. The window must vary. */
+/* Predict from a window, which must vary. Return the decision of a regression, or the votes for each
+   class, in `room`; NULL if they are not finite.
+   m     in
+   room  in, out: (fc_svm_room(m)). It begins with the window, V, (samples), which is overwritten. */
 const float *fc_svm_outputs(const fc_svm *m, float *room);
 
-/* Predict from the window that begins with sample `first`. `out`: value, and ends of the interval,
-   which equal the value without an interval. Return FC_DONE, or the reason of FC_NOT_ESTIMATED. */
+/* Predict from the signal of a contact. Return FC_DONE, or the reason of FC_NOT_ESTIMATED.
+   m        in
+   past     in, which holds samples + FC_SVM_LOOKAHEAD samples from `first` on
+   channel  in, from 0
+   first    in, number of the contact's first sample
+   room     out, room for work, (fc_svm_room(m))
+   out      out, unit of the training: value, and ends of its interval. Without an interval, they
+            equal the value. Unchanged without a prediction. */
 int32_t fc_svm_predict(const fc_svm *m, const fc_past *past, int32_t channel, int64_t first,
                        float *room, double out[3]);
 

@@ -1,7 +1,10 @@
 /* Signal of one contact, and the stiffness that a model predicts from it.
 
    A stage is a number of samples after the contact for which the model has its own description of a
-   rig. Traits are the numbers that decide whether a contact resembles those of the training. */
+   rig. Traits are the numbers that decide whether a contact resembles those of the training.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_TOUCH_H
 #define FC_TOUCH_H
 
@@ -127,40 +130,67 @@ typedef struct {
     float shift, correlation; /* pitch of the motor */
 } fc_touch;
 
-/* Room for one prediction. The spectrum and the network are never needed at the same time. */
+/* Memory for one prediction. The spectrum and the network are never needed at the same time. */
 typedef union {
     float spectrum[FC_TURN + FC_LINES];
     fc_network_room network;
 } fc_touch_room;
 
-/* Return the rig of a finger. */
+/* Return the rig of a finger, or NULL if the model has none for it.
+   m       in
+   finger  in, number of the finger; -1 for none */
 const fc_rig *fc_touch_rig(const fc_model *m, int32_t finger);
 
-/* Begin a contact. `before` is the signal before it, V, with the baseline subtracted. */
+/* Begin a contact.
+   t       out
+   m       in, which must outlive t
+   finger  in, number of the finger; -1 for none
+   before  in, V, signal before the contact minus the baseline, (m->before)
+   room    out, room for work */
 void fc_touch_begin(fc_touch *t, const fc_model *m, int32_t finger, const float *before,
                     fc_touch_room *room);
 
-/* Set closing speed and radius, after fc_touch_begin. */
+/* Set closing speed and radius, after fc_touch_begin.
+   t      in, out
+   hints  in, m/s and m */
 void fc_touch_hint(fc_touch *t, const fc_hints *hints);
 
-/* Add a sample after the contact, V, with the baseline subtracted. */
+/* Add a sample after the contact. Samples after the first FC_POINTS change nothing.
+   t      in, out
+   volts  in, V, sample minus the baseline */
 void fc_touch_take(fc_touch *t, float volts);
 
-/* Write the traits of the first n samples (2 to FC_POINTS, taken before) into `traits`, which has
-   room for FC_TRAITS numbers. Return the peak, V. */
+/* Compute the traits of a contact. Return its peak, V.
+   t       in
+   n       in, samples after the contact, from 2 to t->samples
+   traits  out, (FC_TRAITS) */
 double fc_touch_traits(const fc_touch *t, int32_t n, double *traits);
 
-/* Write the inputs of the network for the first n samples, and the traits. */
+/* Compute the inputs of the network, and the traits.
+   t       in
+   n       in, samples after the contact, from 2 to t->samples
+   inputs  out, (FC_INPUTS)
+   traits  out, (FC_TRAITS) */
 void fc_touch_inputs(const fc_touch *t, int32_t n, float *inputs, double *traits);
 
-/* Predict from the first n samples. Return false if the result is not finite. */
+/* Predict from a contact. Return false if the result is not finite; then `out` is unchanged.
+   t     in
+   n     in, samples after the contact, from 2 to t->samples
+   room  out, room for work
+   out   out, Shore A */
 bool fc_touch_predict(const fc_touch *t, int32_t n, fc_touch_room *room, fc_estimate *out);
 
-/* Predict with the regression of the rig alone. */
+/* Predict with the regression of the rig alone. The rig must have pinches.
+   t              in
+   stage          in, index of fc_touch_stage
+   traits         in, (FC_TRAITS)
+   value, spread  out, Shore A */
 void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, double *value,
                         double *spread);
 
-/* Return the index of the stage for n samples. */
+/* Return the index of the stage for a number of samples.
+   m  in
+   n  in, samples after the contact */
 int32_t fc_touch_stage(const fc_model *m, int32_t n);
 
 #endif

@@ -9,6 +9,9 @@
 extern "C" {
 #endif
 
+/* Return the checksum.
+   data  in, (n), or NULL if n is 0
+   n     in, bytes */
 uint32_t fc_crc32(const uint8_t *data, size_t n);
 
 #ifdef __cplusplus

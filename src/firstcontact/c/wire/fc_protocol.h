@@ -1,4 +1,7 @@
-/* Frames of the wire protocol of docs/protocol.md, version 1, to and from bytes. */
+/* Frames of the wire protocol of docs/protocol.md, version 1, to and from bytes.
+
+   Comments name each argument with its direction and unit. A pointer can be NULL only if they say
+   "or NULL". */
 #ifndef FC_PROTOCOL_H
 #define FC_PROTOCOL_H
 
@@ -56,28 +59,51 @@ enum { FC_MODEL_GOES_ON = 0, FC_MODEL_KEPT = 1, FC_MODEL_REFUSED = 2 };
 /* Largest length of a frame on the line, for n bytes of payload and the final zero. */
 #define FC_WIRE_MAX(n) (FC_COBS_MAX((n) + FC_FRAME_HEAD + FC_FRAME_CRC) + 1u)
 
+/* Numbers, little-endian.
+   to     out, (2) or (4)
+   value  in
+   from   in, (4) */
 void fc_put_u16(uint8_t *to, uint16_t value);
 void fc_put_u32(uint8_t *to, uint32_t value);
 uint32_t fc_get_u32(const uint8_t *from);
 float fc_get_float(const uint8_t *from);
 
-/* Encode a frame whose payload of n bytes is at body + FC_FRAME_HEAD. Write type, counter and CRC
-   around it, where body has room for them. Write the stuffed frame with its zero into wire, which
-   has room for FC_WIRE_MAX(n). Return the number of bytes on the wire. */
+/* Encode a frame. Return the number of bytes on the wire.
+   type     in, such as FC_SAMPLES
+   counter  in, number of the frame
+   body     in, out: (FC_FRAME_HEAD + n + FC_FRAME_CRC). The payload is at body + FC_FRAME_HEAD. Type,
+            counter and CRC are written around it.
+   n        in, bytes of the payload
+   wire     out, the stuffed frame with its zero, (FC_WIRE_MAX(n)), apart from `body` */
 size_t fc_frame_encode(uint8_t type, uint32_t counter, uint8_t *body, size_t n, uint8_t *wire);
 
 typedef struct {
     uint8_t type;
     uint32_t counter;
     const uint8_t *payload;
-    size_t n;
+    size_t n;              /* bytes of the payload */
 } fc_frame;
 
-/* Decode a frame in place. wire holds the bytes before the final zero, and later the payload.
-   Return 0, or -1 for a damaged frame. */
+/* Decode a frame in place. Return 0, or -1 for a damaged frame.
+   wire   in, out: the bytes before the final zero, (n), and then the payload
+   n      in, bytes
+   frame  out; it points into `wire`. Unchanged if the frame is damaged. */
 int fc_frame_decode(uint8_t *wire, size_t n, fc_frame *frame);
 
-/* Write a payload and return its length. */
+/* Write a payload. Return its length, bytes.
+   to           out, with room for the payload
+   boot         in, number that differs after each start
+   text         in, (n)
+   n            in, bytes of the text; or samples in the frame, which the caller writes after this head
+   first_sample, next_sample, sample  in, numbers of samples
+   known        in, number of the last sample that decided about the contact
+   overflow     in, samples dropped so far
+   reason       in, text that ends with a zero
+   finger       in, 0 for the index finger, 1 for the thumb
+   first        in, true for the first contact of a closing
+   state        in, of a model's transfer, such as FC_MODEL_KEPT
+   of           in, type of the frame that this answers
+   next         in, bytes: offset of the next chunk */
 size_t fc_put_descriptor(uint8_t *to, uint32_t boot, const char *text, size_t n);
 size_t fc_put_samples_head(uint8_t *to, uint32_t first_sample, uint32_t overflow, uint8_t n);
 size_t fc_put_marker(uint8_t *to, uint32_t sample, const uint8_t *text, size_t n);
@@ -87,16 +113,20 @@ size_t fc_put_contact(uint8_t *to, uint32_t sample, uint32_t known, uint8_t fing
 size_t fc_put_model_state(uint8_t *to, uint8_t state, uint8_t of, uint32_t next,
                           const char *reason);
 
-/* Estimate of the device: its contact, the number of samples after it, and the sample with which
-   the estimate was complete. Values are in Shore A. took is the computing time, ns, 0 if
-   unknown. */
+/* Estimate of the device. */
 typedef struct {
-    uint32_t contact, known;
-    uint16_t samples;
-    uint8_t finger, flags;
-    float value, low, high;
-    uint32_t took;
+    uint32_t contact, known; /* first sample of the contact, and last sample that the estimate uses */
+    uint16_t samples;        /* number of samples after the contact that it uses */
+    uint8_t finger, flags;   /* number of the finger; FC_REFUSES and the other flags */
+    float value, low, high;  /* unit of the model's training, such as Shore A */
+    uint32_t took;           /* computing time, ns; 0 if unknown */
 } fc_wire_estimate;
+
+/* Write a payload. Return its length, bytes.
+   to        out, (FC_ESTIMATE_BYTES) or (FC_LATE_BYTES)
+   estimate  in
+   skipped   in, estimates skipped so far
+   unheard   in, samples without prediction so far */
 size_t fc_put_estimate(uint8_t *to, const fc_wire_estimate *estimate);
 size_t fc_put_late(uint8_t *to, uint32_t skipped, uint32_t unheard);
 

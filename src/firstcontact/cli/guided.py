@@ -30,8 +30,8 @@ def entered() -> bool:
         line = ""
     if not line:
         raise InputError(
-            "a person has to press Enter here, but standard input has ended: use a terminal, or "
-            "leave out the steps that are done by hand"
+            "this step waits for Enter, but standard input has ended: run the command in a "
+            "terminal, or leave out the steps that a person does"
         )
     return True
 

@@ -137,14 +137,18 @@ class Channel:
             object.__setattr__(self, "finger", given_choice(Finger, self.finger, "finger"))
         if not SCALES[0] <= abs(self.scale) <= SCALES[1]:
             raise ValueError(
-                f"scale is {self.scale:g}, but must be {SCALES[0]:g} to {SCALES[1]:g} without sign"
+                f"scale is {self.scale:g}: give {SCALES[0]:g} to {SCALES[1]:g}, with either sign"
             )
         if self.axis >= self.axes:
-            raise ValueError(f"axis is {self.axis} but must be below axes, {self.axes}")
+            raise ValueError(
+                f"axis is {self.axis}: give a number below {self.axes}, the number of axes"
+            )
         if self.kind is ChannelKind.VIBRATION:
             object.__setattr__(self, "sensor", self.sensor or VibrationSensor.PIEZO)
         elif self.sensor is not None:
-            raise ValueError(f"sensor is {self.sensor}, but a {self.kind} channel has none")
+            raise ValueError(
+                f"sensor is {self.sensor}: leave it out, as this is a {self.kind} channel"
+            )
 
     @property
     def column_names(self) -> tuple[str, ...]:

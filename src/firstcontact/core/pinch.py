@@ -280,7 +280,9 @@ class Pinch(Drawable):
         end = self.first_sample + len(self.data)
         check_contacts(self.first_sample, end, self.truth)
         if self.motor_start is not None and self.motor_start > end:
-            raise ArgumentError(f"{self.motor_start} is after the end, {end}", "motor_start")
+            raise ArgumentError(
+                f"{self.motor_start} is after the pinch: give at most {end}", "motor_start"
+            )
         for name, kind in _RECORDS.items():
             if not isinstance(value := getattr(self, name), kind | None) or self.label is None:
                 message = f"{brief(value)} is not a {kind.__name__}: make one"

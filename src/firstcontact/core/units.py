@@ -128,7 +128,7 @@ def fit_unit(origin: str, unit: Unit, values: NDArray[Any], *, is_force: bool = 
     rest = float(np.median(values))
     if unit.is_assumed and not is_force and abs(rest - top / 2) > top / 4:
         raise InputError(
-            f"{origin} rests at {rest:g}, but a converter of {unit.bits} bits, which 'counts' "
-            f"mean, at {top // 2}: {STATE_UNIT}"
+            f"{origin} rests at {rest:g}, but 'counts' mean a converter of {unit.bits} bits, which "
+            f"rests at {top // 2}: {STATE_UNIT}"
         )
     return unit

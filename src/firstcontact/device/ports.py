@@ -76,7 +76,7 @@ class SerialTransport:
         except (OSError, TypeError, ValueError) as error:  # a closed port has no file descriptor
             raise LinkError(f"{self.port}: {error}") from error
         if not data:
-            raise LinkError(f"{self.port}: the other end closed the port")
+            raise LinkError(f"{self.port}: the device closed the port: plug it in again")
         return data
 
     def send(self, kind: FrameType, payload: bytes = b"") -> None:
@@ -97,7 +97,7 @@ class SerialTransport:
                     data = data[os.write(number, data) :]
             waited += min(time.monotonic() - began, PATIENCE)
             if data and waited >= WRITE:
-                raise LinkError("it accepts no bytes")
+                raise LinkError("it accepts no bytes: plug it in again")
 
     def close(self) -> None:
         # Wait until a frame is sent. Otherwise its remainder could go to the next file with this

@@ -44,7 +44,7 @@ def _read(path: Path, speed: float) -> tuple[Recording, Descriptor]:
     check_speed(speed)
     recording = read_recording(path)
     if not recording.samples:
-        raise FileError(f"{path} holds no samples: there is nothing to replay")
+        raise FileError(f"{path} holds no samples: choose another recording")
     h = recording.header
     # Groups are left out: a device sends only the samples in which contacts are detected.
     layout = replace(h.layout, groups=())

@@ -103,7 +103,9 @@ class Hand(ABC):
         Override this method for a hand that closes and opens by itself, but can also begin a
         closing on request (:attr:`Begins.HURRY`).
         """
-        raise HandError(f"the hand {self.name!r} cannot begin a closing on request")
+        raise HandError(
+            f"the hand {self.name!r} cannot close on request: wait for its next closing"
+        )
 
     @abstractmethod
     def release(self) -> None:

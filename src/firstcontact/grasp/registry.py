@@ -50,7 +50,7 @@ def find_hand(hand: object) -> type[Hand] | Hand:
         return HANDS.find(hand)
     if not isinstance(hand, Hand):
         raise ArgumentError(
-            f"{hand!r} is no hand: give a name, or an instance of firstcontact.grasp.Hand",
+            f"{hand!r} is not a hand: give a name, or an instance of firstcontact.grasp.Hand",
             parameter="hand",
         )
     return hand._hand if isinstance(hand, SafeHand) else hand
@@ -126,8 +126,7 @@ def find_policy(policy: object) -> type[Policy] | Policy:
         kind = POLICIES.find(policy)
     if not (isinstance(kind, Policy) or (isinstance(kind, type) and issubclass(kind, Policy))):
         raise ArgumentError(
-            f"{policy!r} is no policy: give a name, a subclass of firstcontact.grasp.Policy or an "
-            "instance",
+            f"{policy!r} is not a policy: give a name, a firstcontact.grasp.Policy or an instance",
             parameter="policy",
         )
     if kind.needs_truth:

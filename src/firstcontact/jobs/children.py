@@ -54,7 +54,7 @@ class Child:
         deadline = time.monotonic() + timeout
         while data:
             if not _ready(deadline, writes=[number]):
-                raise TimeoutError(f"process {self.pid} does not read its input")
+                raise TimeoutError(f"process {self.pid} reads no input: end and restart it")
             # A pipe that accepts data takes a short line whole.
             data = data[os.write(number, data[: select.PIPE_BUF]) :]
 
@@ -64,10 +64,12 @@ class Child:
         deadline = time.monotonic() + timeout
         while b"\n" not in self._unread:
             if not _ready(deadline, reads=[number]):
-                raise TimeoutError(f"process {self.pid} does not answer within {timeout:g} s")
+                raise TimeoutError(
+                    f"process {self.pid} gave no answer in {timeout:g} s: end and restart it"
+                )
             data = os.read(number, 4096)
             if not data:
-                raise BrokenPipeError(f"process {self.pid} has ended")
+                raise BrokenPipeError(f"process {self.pid} has ended: start it again")
             self._unread += data
         line, _, self._unread = self._unread.partition(b"\n")
         return line.decode("utf-8", "replace")

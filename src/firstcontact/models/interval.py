@@ -69,7 +69,7 @@ class Interval:
             or (self.limits is not None and self.limits[0] >= self.limits[1])
         ):
             raise ValueError(
-                "level, edges, half_widths or limits of an interval do not fit together"
+                "level, edges, half_widths or limits do not fit together: give one width more"
             )
 
     def around(self, value: float, spread: float = 1.0) -> tuple[float, float]:

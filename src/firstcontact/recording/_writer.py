@@ -96,7 +96,7 @@ class RecordingWriter:
         """Append a block of samples. ``group`` names slower channels; "" means the main ones."""
         layout = self._layouts.get(group)
         if layout is None:
-            raise FileError(f"{self.path}: the layout has no group {group!r}: add the group")
+            raise FileError(f"{self.path}: the layout has no group {group!r}: add it to the header")
         pace = self.header.layout.rate / layout.rate
         columns = layout.width
         if block.data.ndim != 2 or block.data.shape[1] != columns:

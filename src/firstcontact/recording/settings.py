@@ -156,7 +156,7 @@ def read_layout(origin: str, text: Any) -> Layout:
 def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
     """Convert integers to int16 or int32, and other numbers to float32."""
     if values.dtype.kind not in "iuf":
-        raise FileError(f"{origin} holds {values.dtype} and must hold integers or floats")
+        raise FileError(f"{origin} holds {values.dtype}: save integers or floats")
     if not values.size:
         raise FileError(f"{origin} is empty: give at least one sample of one pinch")
     if values.dtype.kind in "iu":

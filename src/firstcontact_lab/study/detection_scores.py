@@ -143,7 +143,7 @@ def score_decisions(
         if p.first is not None
     ]
     if not judged_pinches:
-        raise ArgumentError("no pinch has a known first contact: detection cannot be scored")
+        raise ArgumentError("no pinch has a known first contact to score detection: label contacts")
     for pinch, truth, decision in judged_pinches:
         rate = pinch.layout.rate
         fingers = pinch.layout.vibration_fingers

@@ -147,7 +147,9 @@ class Live:
         if session.recording.failed:
             raise InputError(session.recording.failed)
         if failed := [f"{name} ({why})" for name, why in session.fanout.failed.items()]:
-            raise InputError(f"these outputs failed: {', '.join(failed)}")
+            raise InputError(
+                f"outputs failed: {', '.join(failed)}: correct the causes or leave them out"
+            )
 
     def _check(self) -> None:
         from firstcontact.core.physics import parse_radius

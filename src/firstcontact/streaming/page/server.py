@@ -87,7 +87,7 @@ class Commands:
     def _do(self, request: ViewerRequest, by: str) -> str:
         controls = self._controls
         if controls is None:
-            raise InputError("This page only shows the session and cannot control it.")
+            raise InputError("This page cannot control the session: open the page for control.")
         match request.do:
             case "record":
                 return f"Recording to {controls.start_recording().name}."

@@ -70,7 +70,7 @@ def test_training_warns_of_pinches_with_the_same_samples(data, training):
 
 def test_a_model_predicts_the_same_after_saving(data, model, tmp_path):
     again = fc.load_model(model.save(tmp_path / "rig"))
-    assert again.moments == model.moments
+    assert again.prediction_times == model.prediction_times
     assert again.estimators == model.estimators
     for estimator, at in (("combined", 0.003), (None, 0.015)):
         predictions, selected = (

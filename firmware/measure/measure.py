@@ -149,7 +149,7 @@ def of_chain(sets: list[Dataset], out: Path) -> tuple[Numbers, Numbers]:
         streams.append((DeviceFilter().update(stream.read(STREAM)), FLOORS))
     rows, events = parity.of_chain(image, layout, streams, out / "chain")
     rows["chain_74"] |= {"estimator": model.kind, "task": Task.REGRESSION.value}
-    rows["chain_74"] |= {"samples": Touches.moments(model.rate)[0], "rate_hz": model.rate}
+    rows["chain_74"] |= {"samples": Touches.all_lengths(model.rate)[0], "rate_hz": model.rate}
     rows["chain_74"] |= _running(model, held_out, objects)
     in_time: Numbers = {}
     for (condition, _), dataset in zip(SETS, sets, strict=True):

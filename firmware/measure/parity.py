@@ -60,7 +60,7 @@ def of_svm(window: WindowPredictor, signals: Sequence[NDArray[Any]], folder: Pat
     """Return the cost of a prediction of an SVM, including the cut of its window."""
     folder.mkdir(parents=True)
     samples, hints = window.lengths[0], Hints()
-    image = build_image(window.rate, model=window.constants())
+    image = build_image(window.rate, model=window.chain_constants())
     data = building.signals(image.data, signals, samples + window.lookahead)
     native, m7, flash, ram = _run(building.chain_program("windows.c", folder / "src"), data)
     got, on_m7 = building.answers(native), building.answers(m7)

@@ -318,7 +318,7 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
         detector = detector.own_detector
     elif isinstance(detector, str):
         detector = fit_detector(data, detector)
-    elif not hasattr(detector, "constants"):
+    elif not hasattr(detector, "chain_constants"):
         raise ArgumentError(
             f"{detector!r} is not a detector: give a fitted detector, a model, or a name",
             parameter="detector",

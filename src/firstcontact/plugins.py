@@ -20,8 +20,8 @@ from firstcontact.export.registry import ModelExporter
 from firstcontact.grasp import HANDS, POLICIES, Hand, HandLimits, Policy
 from firstcontact.models import (
     ESTIMATORS,
-    ArraysModel,
     Estimator,
+    ModelFromArrays,
     Spec,
     Task,
     WindowModel,
@@ -51,7 +51,6 @@ __all__ = [
     "SLIP_DETECTORS",
     "SOURCES",
     "ArrayCheck",
-    "ArraysModel",
     "Arrival",
     "Descriptor",
     "Detector",
@@ -61,6 +60,7 @@ __all__ = [
     "HandLimits",
     "Importer",
     "ModelExporter",
+    "ModelFromArrays",
     "OutputKind",
     "Policy",
     "Registry",

@@ -90,7 +90,7 @@ def test_predictions_are_those_of_the_reference(
     radius: float,
 ) -> None:
     model, signal = models()[name], contact(seed, sign)
-    constants = model.constants()
+    constants = model.chain_constants()
     rigs = {rig.finger: rig for rig in constants.rigs}
     rig = rigs.get(finger, rigs[-1])
     out = ask(model.image, signal, valid, finger, speed, error, radius)
@@ -102,7 +102,7 @@ def test_predictions_are_those_of_the_reference(
 @pytest.mark.parametrize("name", ["alone", "speeds"])
 def test_predictions_with_the_pitch_of_a_motor_are_those_of_the_reference(name: str) -> None:
     model = models()[name]
-    m = model.constants()
+    m = model.chain_constants()
     touches, _, _ = ringing(20, seed=3)
     for row, signal in enumerate(touches.signals):
         hints = (math.nan, math.nan, math.nan) if row % 2 else (0.15, 0.2, 0.02)
@@ -151,7 +151,7 @@ def test_inputs_are_those_of_the_reference(
 @given(seed=st.integers(0, 2**32 - 1), tone=st.floats(80.0, 1000.0))
 def test_pitches_are_those_of_the_reference(seed: int, tone: float) -> None:
     rng = np.random.default_rng(seed)
-    m = models()["alone"].constants()
+    m = models()["alone"].chain_constants()
     t = np.arange(LEAD) / FINGERTIP_RATE
     turns = 2 * np.pi * tone * np.exp([[0.0], [0.1]])
     volts = 0.003 * rng.standard_normal((2, LEAD)) + sum(
@@ -169,7 +169,7 @@ def test_pitches_are_those_of_the_reference(seed: int, tone: float) -> None:
 
 def test_the_network_alone_is_that_of_the_reference() -> None:
     model, rng = pretrained(), np.random.default_rng(0)
-    m = model.constants()
+    m = model.chain_constants()
     x = (m.mean + m.sd * 3 * rng.standard_normal((50, INPUTS))).astype(np.float32)
     terms = rng.standard_normal((50, model.network.directions)).astype(np.float32)
     expected = [reference.network(m, term, one) for term, one in zip(terms, x, strict=True)]
@@ -233,7 +233,7 @@ def changed(m: ModelConstants, matrix: Matrix) -> ModelConstants:
 
 
 def test_numbers_that_could_overflow_are_refused() -> None:
-    m = pretrained().constants()
+    m = pretrained().chain_constants()
     first: Layer = m.layers[0]
     wide = np.full_like(first.into.weight, 32_000)
     for matrix in (

@@ -103,7 +103,7 @@ def test_general_detector_is_the_shipped_one_for_a_hand_at_its_rate() -> None:
     by_person = replace(layout, channels=(replace(layout.channels[0], finger=None),))
     for other in (by_person, replace(layout, rate=8000.0), replace(layout, rate=4935.9)):
         detector = general_detector(other)
-        detector.constants(other.rate)
+        detector.chain_constants(other.rate)
         assert not detector.learns
         assert not is_pretrained(detector)
 

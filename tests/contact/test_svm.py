@@ -50,7 +50,7 @@ def test_broken_arrays_are_refused(fitted, name):
 
 def test_untrained_detector_is_refused():
     with pytest.raises(InputError):
-        SvmDetector().constants(LAYOUT.rate)
+        SvmDetector().chain_constants(LAYOUT.rate)
     with pytest.raises(InputError):
         SvmDetector().to_arrays()
 

@@ -53,7 +53,7 @@ CASES: dict[str, tuple[type[fc.InputError], Callable[[Path], object]]] = {
     "damaged model": (fc.ModelError, lambda folder: fc.load_model(damaged_model(folder))),
     "no predictor": (fc.ModelError, lambda folder: fc.Model().predict(fc.sample("strikes"))),
     "kind": (fc.ModelError, lambda folder: model_class("none", of_windows=True)),
-    "untrained": (fc.ModelError, lambda folder: make_detector("svm").constants(4936.0)),
+    "untrained": (fc.ModelError, lambda folder: make_detector("svm").chain_constants(4936.0)),
     "no detector": (fc.ModelError, lambda folder: fc.Model().own_detector),
 }
 

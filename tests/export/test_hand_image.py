@@ -32,7 +32,7 @@ def test_default_model_with_a_rig_of_each_finger_fits_and_gives_the_events_of_th
     data = hand_image(folder).data
     assert len(data) < 256 * 1024
     whole = build_image(
-        network.rate, model.own_detector.constants(network.rate), network.constants()
+        network.rate, model.own_detector.chain_constants(network.rate), network.chain_constants()
     )
     layout = fingertip_layout()
     floors = [VibrationCalibration(finger, 0.0018) for finger in layout.vibration_fingers]

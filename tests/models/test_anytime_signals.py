@@ -102,8 +102,8 @@ def test_a_cut_has_its_baseline_off_and_zeros_where_nothing_is_yet() -> None:
 
 
 def test_moments_are_whole_milliseconds_from_2_to_15() -> None:
-    assert Touches.moments(1000.0) == tuple(range(2, 16))
-    assert Touches.moments(FINGERTIP_RATE)[::13] == (10, 74)
+    assert Touches.all_lengths(1000.0) == tuple(range(2, 16))
+    assert Touches.all_lengths(FINGERTIP_RATE)[::13] == (10, 74)
 
 
 @pytest.mark.parametrize("apart", [-20, 0, 1, 30, 200])

@@ -212,7 +212,7 @@ class Tape(ReplaySource):
     def {method}(self, *arguments):
         raise ValueError("no")
 ENTRY = SourceKind(
-    "bad", "bad:PATH", lambda device, options: Tape(Path(device[4:]), float("inf")), recorded=True
+    "bad", "bad:PATH", lambda device, options: Tape(Path(device[4:]), float("inf")), is_replay=True
 )
 """
 

@@ -39,9 +39,9 @@ def made_after(contact: Contact, samples: int) -> list[int]:
     the decision: the pitch of the motor comes first.
     """
     decided = contact.decided - contact.sample + 1
-    decided += decided >= min(Touches.moments(RATE))
-    complete = [n for n in Touches.moments(RATE) if n <= min(decided, samples)]
-    return complete[-1:] + [n for n in Touches.moments(RATE) if decided < n <= samples]
+    decided += decided >= min(Touches.all_lengths(RATE))
+    complete = [n for n in Touches.all_lengths(RATE) if n <= min(decided, samples)]
+    return complete[-1:] + [n for n in Touches.all_lengths(RATE) if decided < n <= samples]
 
 
 def touched(pinch: Pinch, first: Contact, second: Contact | None) -> Pinch:
@@ -123,7 +123,7 @@ def test_it_stops_at_the_second_contact(
         assert all(count_samples(e) <= offset for e in finished_pinch.estimates)
         assert all(e.complete <= remaining[0].decided for e in running)
         withdrawn += len(running) - len(finished_pinch.estimates)
-        short += offset < Touches.moments(RATE)[-1]
+        short += offset < Touches.all_lengths(RATE)[-1]
     # Offsets of these pinches are such that the second contact cuts some short.
     assert short > 0
     assert withdrawn > 0

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from firstcontact.core.display import PURPLE
 from firstcontact.core.kernel import RbfKernel
 from firstcontact.models import (
-    ArraysModel,
     Estimator,
+    ModelFromArrays,
     Spec,
     Task,
     WindowModel,
@@ -36,7 +36,7 @@ MAX_WINDOWS = 800
 SEARCHED = 300
 
 
-class GaussianProcessModel(ArraysModel):
+class GaussianProcessModel(ModelFromArrays):
     """Gaussian process with a squared exponential kernel and noise.
 
     Parameters
@@ -80,7 +80,7 @@ class GaussianProcessModel(ArraysModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """Return array lengths that ``spec`` determines; see :meth:`ArraysModel.sizes`."""
+        """Return array lengths that ``spec`` determines; see :meth:`ModelFromArrays.sizes`."""
         return {"shape and level": spec.samples * spec.channels + 1}
 
     @property

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.core.display import ORANGE
 from firstcontact.models import (
-    ArraysModel,
     Estimator,
+    ModelFromArrays,
     Spec,
     Task,
     WindowModel,
@@ -70,7 +70,7 @@ def normalised(X: Windows) -> Values:
     return np.asarray(flat / rms[:, None])
 
 
-class MiniRocketModel(ArraysModel):
+class MiniRocketModel(ModelFromArrays):
     """Linear model on the log RMS of a window and on how often kernels' outputs exceed thresholds.
 
     Parameters

@@ -162,7 +162,7 @@ def devices(recorded: bool = True, more: str = "") -> Option:
     from firstcontact.device import SOURCES
 
     kinds = [SOURCES[name] for name in SOURCES.builtin_names]
-    titles = [kind.title for kind in kinds if recorded or not kind.recorded]
+    titles = [kind.title for kind in kinds if recorded or not kind.is_replay]
     # The title of a plug-in is in its module, which is not imported for help.
     titles += [
         f"{name}:... of a plug-in" for name in SOURCES.names if name not in SOURCES.builtin_names

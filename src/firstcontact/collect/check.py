@@ -89,7 +89,7 @@ def check_fingertips(
         request = f"{drift:g} s of drift: {rest_request(layout)}"
         seconds = list(steps.pieces(request, "rest", drift, 1.0))
         measured.drift = np.array([x[:, vibration].mean(axis=0) for x in seconds])
-    if source.speed == 1.0 and not source.recorded:
+    if source.speed == 1.0 and not source.is_replay:
         measured.delays = np.concatenate(steps.delays)
     measured.lost = source.health.lost_samples
     measured.samples = source.health.samples

@@ -30,7 +30,7 @@ def contact_chain(
     is_traced: bool = False,
 ) -> Chain:
     """Return a chain that detects closings and contacts. A closing lasts until the motor rests."""
-    constants = detector.constants(layout.rate)
+    constants = detector.chain_constants(layout.rate)
     return Chain(
         build_image(layout.rate, constants, after=ENDLESS / layout.rate),
         layout,

@@ -106,7 +106,7 @@ class Detector:
 
         ``windows``, shape (windows, fingers, samples), are samples divided by the standard
         deviation of the motor's noise. The chain calls this method for one window at a time, unless
-        it has a detector of this kind itself (see :meth:`constants`).
+        it has a detector of this kind itself (see :meth:`chain_constants`).
         """
         raise NotImplementedError(f"{type(self).__name__} has no method 'fires'")
 
@@ -145,7 +145,7 @@ class Detector:
         search = cls.reach * sizes.step
         return DetectorConstants(kind, sizes.window, sizes.step, sizes.steady, search, **constants)
 
-    def constants(self, rate: float) -> DetectorConstants:
+    def chain_constants(self, rate: float) -> DetectorConstants:
         """Return the constants with which the chain runs this detector at a rate in Hz.
 
         The chain is the C code for all steps from a sample to an estimate. With the constants that
@@ -185,9 +185,9 @@ class TrainedDetector(Detector):
         """Title of the detector for use within a sentence."""
         return self.title if self.title.isupper() else self.title.lower()
 
-    def constants(self, rate: float) -> DetectorConstants:
+    def chain_constants(self, rate: float) -> DetectorConstants:
         self._check_rate(rate)
-        return super().constants(rate)
+        return super().chain_constants(rate)
 
     def _check_rate(self, rate: float) -> None:
         self._require_training("fit it or load a trained one")

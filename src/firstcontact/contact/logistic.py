@@ -264,7 +264,7 @@ class LogisticDetector(TrainedDetector):
         self._rate = rate
         return self
 
-    def constants(self, rate: float) -> DetectorConstants:
+    def chain_constants(self, rate: float) -> DetectorConstants:
         self._check_rate(rate)
         return self._constants(
             rate,

@@ -68,5 +68,5 @@ class ThresholdDetector(Detector):
             )
         return cls(float(sigmas))
 
-    def constants(self, rate: float) -> DetectorConstants:
+    def chain_constants(self, rate: float) -> DetectorConstants:
         return self._constants(rate, DetectorKind.THRESHOLD, threshold=self.sigmas)

@@ -64,7 +64,7 @@ class SourceKind:
     takes
         Function that returns True for a device name of this kind. By default a device name must
         begin with the name of the kind and a colon.
-    recorded, simulated, is_port
+    is_replay, is_simulated, is_port
         Flags: the source replays a recording; the hand is simulated; the device name is the path of
         a serial port. A simulated hand obeys :meth:`Source.order` and can outrun real time.
     shore_a
@@ -77,8 +77,8 @@ class SourceKind:
     title: str
     make: Callable[[str, SourceOptions], Source]
     takes: Callable[[str], bool] | None = None
-    recorded: bool = False
-    simulated: bool = False
+    is_replay: bool = False
+    is_simulated: bool = False
     is_port: bool = False
     shore_a: Callable[[str], float] | None = None
     discover: Callable[[], Iterable[tuple[str, str]]] | None = None
@@ -110,7 +110,7 @@ _BUILT_IN = (
         '"twin" for the simulated hand',
         _lazy("twin_source", "from_name"),
         takes=lambda device: device == "twin",
-        simulated=True,
+        is_simulated=True,
         shore_a=_lazy("twin_source", "shore_a"),
     ),
     SourceKind(
@@ -118,7 +118,7 @@ _BUILT_IN = (
         "a recording to replay",
         _lazy("replay", "from_path"),
         takes=lambda device: Path(device).suffix == ".mcap",
-        recorded=True,
+        is_replay=True,
     ),
     SourceKind(
         "audio",

@@ -58,7 +58,7 @@ class ReplaySource(Source):
     due, however late it is read. ``block`` is the number of samples in a block.
     """
 
-    recorded = True
+    is_replay = True
 
     def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:
         self._recording, self._descriptor = _read(path, speed)

@@ -26,7 +26,7 @@ class ResampledSource(Source):
 
     def __init__(self, source: Source, rate: float) -> None:
         self._source, self._rate = source, rate
-        self.speed, self.recorded = source.speed, source.recorded
+        self.speed, self.is_replay = source.speed, source.is_replay
         self.calibration, self.twin_hand = source.calibration, source.twin_hand
         layout = source.descriptor.layout
         check_rates(layout.rate, rate)

@@ -121,7 +121,7 @@ class Health:
         )
 
     @property
-    def unusable(self) -> str:
+    def unusable_text(self) -> str:
         """Number of unusable samples and the possible reasons, as text."""
         count = self.unusable_samples
         return f"{count} NaN, infinite, out of range, or with a time stamp that jumps"
@@ -137,7 +137,7 @@ class Source(ABC):
     ----------
     speed
         Speed at which samples arrive, as a multiple of real time; 1 for real devices.
-    recorded
+    is_replay
         True if the source replays a recording.
     calibration
         Calibration (noise floors) from the header of a replayed recording; None without one.
@@ -148,7 +148,7 @@ class Source(ABC):
     """
 
     speed: float = 1.0
-    recorded: bool = False
+    is_replay: bool = False
     calibration: Calibration | None = None
     can_poll: bool = False
     twin_hand: tuple[str, int] | None = None

@@ -39,7 +39,7 @@ class HandImage:
 
 def detector_in_c(detector: Detector, rate: float) -> DetectorConstants:
     """Return the detector's constants for the C chain. Raise InputError for one in Python."""
-    constants = detector.constants(rate)
+    constants = detector.chain_constants(rate)
     if constants.kind not in IN_C:
         raise ModelError(
             f"the detector {detector.name!r} cannot run in C: train with the default "
@@ -50,7 +50,7 @@ def detector_in_c(detector: Detector, rate: float) -> DetectorConstants:
 
 def predictor_in_c(predictor: Predictor) -> Constants:
     """Return the predictor's constants for the C chain. Raise InputError for one in Python."""
-    constants = predictor.constants()
+    constants = predictor.chain_constants()
     if isinstance(constants, WindowConstants) and not constants.svms:
         raise ModelError(
             f"{predictor.name} predicts in Python, so it cannot run in C: choose the network, or "

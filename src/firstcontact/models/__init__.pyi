@@ -18,7 +18,7 @@ from .training_runs import adapt as adapt
 from .training_runs import train as train
 from .values import Task as Task
 from .values import Windows as Windows
-from .windows.window_model import ArraysModel as ArraysModel
+from .windows.window_model import ModelFromArrays as ModelFromArrays
 from .windows.window_model import Spec as Spec
 from .windows.window_model import WindowModel as WindowModel
 from .windows.window_predictor import WindowPredictor as WindowPredictor

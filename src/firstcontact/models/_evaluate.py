@@ -304,7 +304,7 @@ def evaluate(
             out.append(_evaluation(predictor, overlap, trained_at, is_foreign, *at))
             step(1)
     if not any(evaluation.scored for evaluation in out):
-        shortest = min(p.moments[0] for p in model.predictors)
+        shortest = min(p.prediction_times[0] for p in model.predictors)
         raise ArgumentError(
             f"none of the {len(data)} pinches can be scored: check that pinches have a first "
             f"contact (here {out[0].contacts}), {1e3 * shortest:.3g} ms of signal between it and "
@@ -323,7 +323,7 @@ def _evaluation(
     aligned: Alignment,
 ) -> Evaluation:
     """Score one predictor on the pinches for which it predicts."""
-    scored_at: Sequence[float] = predictor.moments
+    scored_at: Sequence[float] = predictor.prediction_times
     if len(scored_at) > len(Touches.SCORED_MS):
         scored_at = [ms / 1000 for ms in Touches.SCORED_MS]
     predictions = {at: predictor.predict_pinches(dataset, aligned.contacts, at) for at in scored_at}

@@ -101,7 +101,7 @@ class Predictor(ABC):
         """Name of the estimator."""
 
     @property
-    def moments(self) -> tuple[float, ...]:
+    def prediction_times(self) -> tuple[float, ...]:
         """Elapsed times after a contact at which the model predicts, s, ascending."""
         return tuple(n / self.rate for n in self.lengths)
 
@@ -129,7 +129,7 @@ class Predictor(ABC):
             None if the signal is unusable, for example constant or too short before the contact.
         """
 
-    def constants(self) -> Constants:
+    def chain_constants(self) -> Constants:
         """Return what the chain needs. By default, it calls :meth:`predict` in Python."""
         return WindowConstants(self.before, self.lengths, self.lookahead)
 
@@ -230,17 +230,17 @@ class PredictorLadder(Predictor):
         return self._first.name
 
     @property
-    def moments(self) -> tuple[float, ...]:
-        return tuple(self._steps[n].moments[-1] for n in self.lengths)
+    def prediction_times(self) -> tuple[float, ...]:
+        return tuple(self._steps[n].prediction_times[-1] for n in self.lengths)
 
     def predict(
         self, signal: NDArray[np.float64], samples: int, finger: int, hints: Hints
     ) -> Prediction | None:
         return self._steps[samples].predict(signal, samples, finger, hints)
 
-    def constants(self) -> Constants:
+    def chain_constants(self) -> Constants:
         """Return what the chain needs: the constants of SVMs, or those of models in Python."""
-        each = [self._steps[n].constants() for n in self.lengths]
+        each = [self._steps[n].chain_constants() for n in self.lengths]
         svms = [svm for c in each if isinstance(c, WindowConstants) for svm in c.svms]
         constants = WindowConstants(self.before, self.lengths, self.lookahead)
         is_in_c = len(svms) == len(each) <= SVMS_MOST

@@ -86,7 +86,7 @@ class Model:
 
     def __post_init__(self) -> None:
         is_kind = isinstance(self.detector, type)
-        if self.detector is not None and (is_kind or not hasattr(self.detector, "constants")):
+        if self.detector is not None and (is_kind or not hasattr(self.detector, "chain_constants")):
             raise ArgumentError(
                 f"the detector must be a fitted one, not {self.detector!r}: load one with "
                 "firstcontact.contact.load_detector(path)",
@@ -96,7 +96,7 @@ class Model:
     def __repr__(self) -> str:
         parts = [f"detector={None if self.detector is None else self.detector.name!r}"]
         for p in self.predictors:
-            first, last = (f"{1e3 * p.moments[k]:.3g}" for k in (0, -1))
+            first, last = (f"{1e3 * p.prediction_times[k]:.3g}" for k in (0, -1))
             parts.append(
                 f"{p.name!r} " + (f"from {first} to " if first != last else "at ") + f"{last} ms"
             )
@@ -128,9 +128,9 @@ class Model:
         return tuple(dict.fromkeys(p.name for p in self.predictors))
 
     @property
-    def moments(self) -> tuple[float, ...]:
+    def prediction_times(self) -> tuple[float, ...]:
         """Times after a contact at which the default estimator predicts, s, ascending."""
-        return () if not self.predictors else self.default().moments
+        return () if not self.predictors else self.default().prediction_times
 
     def default(self, estimator: str | None = None, rate: float | None = None) -> Predictor:
         """Return the one object that predicts, in recordings, live sessions and exports alike.
@@ -192,7 +192,7 @@ class Model:
         is_foreign = self.is_foreign(data.layout)
         given = _given_contacts(contacts, data)
         predictor = self.default(estimator)
-        first, last = predictor.moments[0], predictor.moments[-1]
+        first, last = predictor.prediction_times[0], predictor.prediction_times[-1]
         latest = last if at is None else at
         if not first - 1e-9 <= latest <= 1.0:
             raise ArgumentError(

@@ -139,7 +139,7 @@ class Touches:
         return samples_in(cls.SHORTEST, rate), samples_in(cls.LONGEST, rate)
 
     @classmethod
-    def moments(cls, rate: float) -> tuple[int, ...]:
+    def all_lengths(cls, rate: float) -> tuple[int, ...]:
         """Return the sample counts after a contact with which the network predicts, ascending."""
         return tuple(samples_in(time, rate) for time in cls.TIMES)
 

@@ -75,7 +75,7 @@ class LabelledWindows:
         return self.sessions if (self.sessions != "").all() else None
 
     @property
-    def clusters(self) -> NDArray[np.str_]:
+    def bootstrap_clusters(self) -> NDArray[np.str_]:
         """Name of each window's cluster, a group that the bootstrap draws as a whole, shape (n,).
 
         A cluster is a session, if there are two or more and all have names. Otherwise it is a
@@ -94,7 +94,7 @@ def resampling_clusters(
 ) -> NDArray[np.str_]:
     """Return the name of each pinch's bootstrap cluster, which is drawn as a whole.
 
-    A cluster is a session, a specimen or a single pinch: see :attr:`LabelledWindows.clusters`.
+    It is a session, a specimen or a single pinch, see :attr:`LabelledWindows.bootstrap_clusters`.
     """
     for names in (sessions, specimens):
         if _tells_apart(names):
@@ -204,7 +204,7 @@ class LabelledTouches:
         return self.sessions if _tells_apart(self.sessions) else None
 
     @property
-    def clusters(self) -> NDArray[np.str_]:
+    def bootstrap_clusters(self) -> NDArray[np.str_]:
         """Name of each contact's cluster, a group that the bootstrap draws as a whole, shape (n,).
 
         A cluster is a specimen, or a single pinch if the specimen has no name.
@@ -346,7 +346,7 @@ def train_final_model(
     score: Callable[..., TaskScores] = (
         regression_scores if task == Task.REGRESSION else classification_scores
     )
-    scores = score(data.y, answers, data.clusters, seed)
+    scores = score(data.y, answers, data.bootstrap_clusters, seed)
     reason = (
         refusal(data.y, data.sessions, level)
         if task == Task.REGRESSION

@@ -60,12 +60,12 @@ class Run:
     def rate(self) -> float:
         return (self.end - self.first) / self.seconds
 
-    def moments(self, pace: float) -> Values:
+    def times(self, pace: float) -> Values:
         """Return the times, s, of a signal with ``pace`` samples for each one of this run."""
         samples = np.arange(math.ceil((self.end - self.first) * pace)) / pace
         # The small shift keeps rounding errors from deciding between two equally near samples.
-        moments: Values = self.begin + (samples + 1e-3) / self.rate
-        return moments
+        times: Values = self.begin + (samples + 1e-3) / self.rate
+        return times
 
     def between(self, begin: float, end: float) -> Run:
         """Return the samples from the time ``begin`` to the time ``end`` (exclusive), s."""
@@ -149,9 +149,9 @@ class Nearest:
         self._borders = (times[1:] + times[:-1]) / 2
         self._numbers = np.concatenate([np.arange(r.first, r.end) for r in runs])
 
-    def samples(self, moments: Values) -> NDArray[np.int64]:
+    def samples(self, times: Values) -> NDArray[np.int64]:
         """Return the number of the sample that is nearest to each time, s."""
-        numbers: NDArray[np.int64] = self._numbers[np.searchsorted(self._borders, moments)]
+        numbers: NDArray[np.int64] = self._numbers[np.searchsorted(self._borders, times)]
         return numbers
 
 

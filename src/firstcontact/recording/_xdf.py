@@ -251,7 +251,7 @@ def _unbroken_parts(
     for run in common:
         rows: dict[str, slice | NDArray[np.int64]] = {main.name: slice(run.first, run.end)}
         for name, stream in nearest.items():
-            rows[name] = stream.samples(run.moments(used[name].rate / main.rate))
+            rows[name] = stream.samples(run.times(used[name].rate / main.rate))
         cut = [replace(s, values=s.values[rows[s.signal.variable]]) for s in samples]
         parts.append(Part(combine(str(path), cut), run))
     return parts, Run(whole[0].first, whole[-1].end, whole[0].begin, whole[-1].last)

@@ -221,7 +221,7 @@ class CausalResampler:
     ----------
     old, new
         Sampling rates of input and output, Hz.
-    nearest
+    nearest_columns
         Columns, such as contact strips, that are not interpolated: an output has the value of the
         nearest input.
     origin
@@ -236,11 +236,11 @@ class CausalResampler:
     """
 
     def __init__(
-        self, old: float, new: float, nearest: Sequence[int] = (), origin: int = 0
+        self, old: float, new: float, nearest_columns: Sequence[int] = (), origin: int = 0
     ) -> None:
         ratio = _ratio(old, new)
         self._origin, self._new_origin = origin, round(origin * ratio)
-        self._nearest = list(nearest)
+        self._nearest = list(nearest_columns)
         self._up, self._down = ratio.numerator, ratio.denominator
         taps, self._ahead = _low_pass(ratio, old)
         self.delay = self._ahead / (self._up * old)

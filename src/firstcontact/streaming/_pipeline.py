@@ -139,12 +139,12 @@ class Pipeline:
         self._resettles = resettles
         self._transport = TransportDelay(layout.rate) if real_time else None
         self._clock = clock
-        longest = 0.0 if predictor is None else predictor.moments[-1]
-        constants = detector.constants(layout.rate)
+        longest = 0.0 if predictor is None else predictor.prediction_times[-1]
+        constants = detector.chain_constants(layout.rate)
         self._image = build_image(
             layout.rate,
             constants,
-            None if predictor is None else predictor.constants(),
+            None if predictor is None else predictor.chain_constants(),
             after=max(AFTER, 1.5 * longest),
         )
         self._plugin: Any = detector if constants.kind is DetectorKind.PROGRAM else None

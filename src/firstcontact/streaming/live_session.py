@@ -94,7 +94,7 @@ def live_session(
     from threadpoolctl import threadpool_limits
 
     real_time = source.speed == 1.0 if plan.real_time is None else plan.real_time
-    plan.hand.check(source.name, is_live=real_time and not source.recorded)
+    plan.hand.check(source.name, is_live=real_time and not source.is_replay)
     floors = given_calibration(plan.calibration)
     model = _model(plan, source)
     try:
@@ -111,7 +111,7 @@ def live_session(
             floors = floors or _device_floors(source.descriptor.predictor)
             if floors is None:
                 # Without noise floors, each closing of a recording is an epoch.
-                recorded = used_source.recorded
+                recorded = used_source.is_replay
                 floors = used_source.calibration if recorded else measure(used_source)
             pipeline.calibrate(floors)
             if isinstance(source, ReplaySource):
@@ -245,7 +245,7 @@ def _device_floors(device: DevicePredictor | None) -> Calibration | None:
 
 
 def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpeed | None:
-    if source.recorded:
+    if source.is_replay:
         return lambda sample, epoch, host: source.closing_speed(sample, epoch)
     if grasping is None:
         return None

@@ -24,14 +24,14 @@ from firstcontact.twin import BLOCKS, CONDITIONS, draw_pinch, simulate_pinch
 from firstcontact.twin.draw import draw_specimen
 
 
-def check_anytime(kind: type[AnytimeEstimator]) -> None:
+def check_anytime(estimator_class: type[AnytimeEstimator]) -> None:
     """Assert that an any-time estimator behaves as its base class requires, on simulated contacts.
 
     Predictions must be the same in recordings and live, before and after saving.
 
     Parameters
     ----------
-    kind
+    estimator_class
         Class of the estimator. Saving and loading are checked only if the class is registered.
 
     Raises
@@ -39,17 +39,17 @@ def check_anytime(kind: type[AnytimeEstimator]) -> None:
     AssertionError
         A check failed; the message names it.
     """
-    assert kind.title, "the estimator has no title"
+    assert estimator_class.title, "the estimator has no title"
     data = _pinches(60)
     touches, rows = Touches.cut(data, [pinch.first for pinch in data.pinches])
     shore_a, sessions = data.shore_a[rows], data.sessions[rows]
 
     def fitted() -> AnytimeModel:
-        return kind(Task.REGRESSION, RATE).fit(touches, shore_a, sessions, 3)[0]
+        return estimator_class(Task.REGRESSION, RATE).fit(touches, shore_a, sessions, 3)[0]
 
     model, again = fitted(), fitted().to_arrays()
-    assert isinstance(model, kind.model), f"the estimator's models are {type(model).__name__}"
-    assert model.name == kind.name, "the model has another name than the estimator"
+    assert isinstance(model, estimator_class.model), f"it makes a {type(model).__name__}"
+    assert model.name == estimator_class.name, "the model has another name than the estimator"
     for name, array in model.to_arrays().items():
         assert np.array_equal(array, again[name]), f"same seed, another model: array {name}"
     lengths = list(model.lengths)
@@ -58,11 +58,11 @@ def check_anytime(kind: type[AnytimeEstimator]) -> None:
     estimates = [event for pinch in data.pinches[:6] for event in _live(model, pinch)]
     assert estimates, "no contact is predicted"
     _check_offline(model, estimates)
-    if ESTIMATORS.get(kind.name) is kind:
+    if ESTIMATORS.get(estimator_class.name) is estimator_class:
         with tempfile.TemporaryDirectory() as folder:
             saved = Model(pretrained_detector(), (model,)).save(Path(folder) / "mödel")
             loaded = load_model(saved).anytime
-        assert isinstance(loaded, kind.model), "the model is of another class after loading"
+        assert isinstance(loaded, estimator_class.model), "another class of model is loaded"
         _check_offline(loaded, estimates)
 
 

@@ -23,12 +23,12 @@ from firstcontact.testing.synthetic import LAYOUT, SAMPLES, closing, closings, r
 detect = partial(detect_and_confirm, confirm=False)
 
 
-def check_detector(kind: type[Detector], seed: int = 0) -> None:
+def check_detector(detector_class: type[Detector], seed: int = 0) -> None:
     """Assert that a contact detector behaves as its base class requires, on synthetic pinches.
 
     Parameters
     ----------
-    kind
+    detector_class
         Class of the detector. Saving and loading are checked only if the class is registered.
     seed
         Random seed for the sizes of the blocks in which the detector gets a signal.
@@ -38,12 +38,14 @@ def check_detector(kind: type[Detector], seed: int = 0) -> None:
     AssertionError
         A check failed (the message names it), or there was nothing to check.
     """
-    assert kind.name, "the detector has no name"
-    assert kind.title, "the detector has no title"
-    assert 0 < kind.step <= kind.duration, "the detector's step is not a part of its window"
-    untrained = kind()
-    if kind.learns:
-        refused("", lambda: kind().fit(closings(0)))
+    assert detector_class.name, "the detector has no name"
+    assert detector_class.title, "the detector has no title"
+    assert 0 < detector_class.step <= detector_class.duration, (
+        "the detector's step is not a part of its window"
+    )
+    untrained = detector_class()
+    if detector_class.learns:
+        refused("", lambda: detector_class().fit(closings(0)))
     detector = untrained.fit(closings(40, seed=1))
     contacts = [detect(detector, pinch) for pinch in closings(20, seed=3).pinches]
     assert any(contacts), "the detector detects no contact: there is nothing to check"
@@ -51,7 +53,7 @@ def check_detector(kind: type[Detector], seed: int = 0) -> None:
     _check_streams(detector, seed)
     _check_gaps(detector)
     _check_channels(detector)
-    _check_saved(kind, detector)
+    _check_saved(detector_class, detector)
 
 
 def _feed(detector: Detector, pinch: Pinch, edges: Iterable[int]) -> list[Contact]:
@@ -159,15 +161,15 @@ def _check_channels(detector: Detector) -> None:
         refused("", lambda: contact_chain(detector, other))
 
 
-def _check_saved(kind: type[Detector], detector: Detector) -> None:
-    if DETECTORS.get(kind.name) is not kind:
+def _check_saved(detector_class: type[Detector], detector: Detector) -> None:
+    if DETECTORS.get(detector_class.name) is not detector_class:
         return
-    if kind.learns:
+    if detector_class.learns:
         with tempfile.TemporaryDirectory() as folder:
-            refused("", partial(save_detector, kind(), Path(folder)))
+            refused("", partial(save_detector, detector_class(), Path(folder)))
     with tempfile.TemporaryDirectory() as folder:
         loaded = load_detector(save_detector(detector, Path(folder), {"pinches": 40}))
-    assert type(loaded) is kind, "the detector's class changes by saving and loading"
+    assert type(loaded) is detector_class, "the detector's class changes by saving and loading"
     assert loaded.rate == detector.rate, "the detector's rate changes by saving and loading"
     for pinch in closings(8, seed=7).pinches:
         assert detect(loaded, pinch) == detect(detector, pinch), (

@@ -28,12 +28,12 @@ from firstcontact.testing.synthetic import RATE, refused, toy_windows
 SLACK = 0.02
 
 
-def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
+def check_estimator(estimator_class: type[Estimator], task: Task | None = None) -> None:
     """Assert that an estimator behaves as its base class requires, on synthetic windows.
 
     Parameters
     ----------
-    kind
+    estimator_class
         Class of the estimator. Saving and loading are checked only if the class is registered.
     task
         Task for which the estimator is checked; by default each of its tasks.
@@ -43,22 +43,26 @@ def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
     AssertionError
         A check failed (the message names it), or there was nothing to check.
     """
-    tasks = kind.tasks if task is None else (task,)
-    assert tasks, f"{kind.__name__} has no tasks: there is nothing to check"
-    assert set(tasks) <= set(kind.tasks), f"{kind.__name__} does not support {task}"
-    assert kind.name, "the estimator has no name"
-    assert kind.title, "the estimator has no title"
-    missing = missing_modules(kind.modules)
-    assert not missing, f"{', '.join(missing)} must be installed to check {kind.name}"
+    tasks = estimator_class.tasks if task is None else (task,)
+    assert tasks, f"{estimator_class.__name__} has no tasks: there is nothing to check"
+    assert set(tasks) <= set(estimator_class.tasks), (
+        f"{estimator_class.__name__} does not support {task}"
+    )
+    assert estimator_class.name, "the estimator has no name"
+    assert estimator_class.title, "the estimator has no title"
+    missing = missing_modules(estimator_class.modules)
+    assert not missing, f"{', '.join(missing)} must be installed to check {estimator_class.name}"
     for each in tasks:
-        make = partial(kind, each, RATE, **kind.quick)
+        make = partial(estimator_class, each, RATE, **estimator_class.quick)
         _check_training(make, each)
         model = make().fit(*toy_windows(), seed=3)
-        assert isinstance(model, kind.model), f"the estimator's models are {type(model).__name__}"
+        assert isinstance(model, estimator_class.model), (
+            f"the estimator's models are {type(model).__name__}"
+        )
         _check_predictions(model, each)
         _check_refusals(model, make)
         _check_shapes(make)
-        _check_saved(kind, model)
+        _check_saved(estimator_class, model)
 
 
 def _check_training(make: Callable[[], Estimator], task: Task) -> None:
@@ -136,8 +140,8 @@ def _check_shapes(make: Callable[[], Estimator]) -> None:
         assert model.predict(X[:3]).shape == (3,), "there is not one prediction per window"
 
 
-def _check_saved(kind: type[Estimator], model: WindowModel) -> None:
-    if ESTIMATORS.get(kind.name) is not kind:
+def _check_saved(estimator_class: type[Estimator], model: WindowModel) -> None:
+    if ESTIMATORS.get(estimator_class.name) is not estimator_class:
         return
     X = toy_windows(40, seed=1)[0]
     with tempfile.TemporaryDirectory() as folder:

@@ -14,7 +14,9 @@ from firstcontact.testing.synthetic import passes_exceptions
 _STILL = Command(0.0, 1.0)
 
 
-def check_hand(kind: type[Hand], port: str | None = None, source: Source | None = None) -> None:
+def check_hand(
+    hand_class: type[Hand], port: str | None = None, source: Source | None = None
+) -> None:
     """Assert that a hand behaves as :class:`~firstcontact.grasp.Hand` requires.
 
     The hand moves during the checks, so take objects out of a real hand.
@@ -30,7 +32,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
 
     Parameters
     ----------
-    kind
+    hand_class
         Class of the hand.
     port
         Port of the hand; by default its ``simulated_port``.
@@ -51,15 +53,15 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     """
 
     def make() -> Hand:
-        hand = make_hand(kind, kind.simulated_port if port is None else port, source)
-        assert hand.name == kind.name, (
-            f"the hand's name is {hand.name!r}, and its class's name {kind.name!r}"
+        hand = make_hand(hand_class, hand_class.simulated_port if port is None else port, source)
+        assert hand.name == hand_class.name, (
+            f"the hand's name is {hand.name!r}, and its class's name {hand_class.name!r}"
         )
         return hand
 
-    assert kind.begins, "the hand does not state how its closings begin"
-    assert kind.name.isidentifier(), (
-        f"the name {kind.name!r} may contain only letters, digits and _"
+    assert hand_class.begins, "the hand does not state how its closings begin"
+    assert hand_class.name.isidentifier(), (
+        f"the name {hand_class.name!r} may contain only letters, digits and _"
     )
     _limits(make)
     _takes_while_open(make)

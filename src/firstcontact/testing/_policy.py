@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import partial
 from math import isfinite
 from random import Random
 
@@ -18,7 +19,7 @@ _CONTACT = Contact(Finger.THUMB, 1000, 1012)
 _METHODS = ("begin", "touched", "estimated", "felt", "slipped", "late")
 
 
-def check_policy(kind: type[Policy]) -> None:
+def check_policy(policy_class: type[Policy]) -> None:
     """Assert that a policy behaves as :class:`~firstcontact.grasp.Policy` requires.
 
     The policy's commands are finite and within the hand's limits. The policy never presses harder
@@ -28,7 +29,7 @@ def check_policy(kind: type[Policy]) -> None:
 
     Parameters
     ----------
-    kind
+    policy_class
         Class of the policy.
 
     Raises
@@ -41,42 +42,44 @@ def check_policy(kind: type[Policy]) -> None:
     >>> from firstcontact.grasp import POLICIES
     >>> check_policy(POLICIES["touch"])
     """
-    assert any(getattr(kind, m) is not getattr(Policy, m) for m in _METHODS), (
-        f"{kind.__name__} overrides no method of Policy: there is nothing to check"
+    assert any(getattr(policy_class, m) is not getattr(Policy, m) for m in _METHODS), (
+        f"{policy_class.__name__} overrides no method of Policy: there is nothing to check"
     )
-    _declared(kind)
+    _declared(policy_class)
     chance = Random(0)  # noqa: S311
     for _ in range(CLOSINGS):
-        for settings in _settings(kind, chance):
-            _within_the_hand(kind, settings, chance)
-            _leaves_nothing(kind, settings, chance)
-        _gentler(kind, chance)
-    _late(kind)
+        for settings in _settings(policy_class, chance):
+            _within_the_hand(policy_class, settings, chance)
+            _leaves_nothing(policy_class, settings, chance)
+        _gentler(policy_class, chance)
+    _late(policy_class)
 
 
-def _settings(kind: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
+def _settings(policy_class: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
     """Yield the default settings, then random settings that a study can choose."""
     yield {}
-    if kind.tunables:
-        yield {name: chance.choice((*t.tried, *t.few)) for name, t in kind.tunables.items()}
+    if policy_class.tunables:
+        yield {name: chance.choice((*t.tried, *t.few)) for name, t in policy_class.tunables.items()}
 
 
-def _declared(kind: type[Policy]) -> None:
-    name, colour = kind.name, kind.colour
+def _declared(policy_class: type[Policy]) -> None:
+    name, colour = policy_class.name, policy_class.colour
     assert re.fullmatch(r"\w+", name), f"the name {name!r} may contain only letters, digits and _"
-    assert kind.title.strip(), f"{name} has no title"
+    assert policy_class.title.strip(), f"{name} has no title"
     assert re.fullmatch("#[0-9A-Fa-f]{6}", colour), (
         f"{name}: {colour!r} is not a colour like #56B4E9"
     )
-    for name, tunable in kind.tunables.items():
+    for name, tunable in policy_class.tunables.items():
         assert tunable.tried, f"the setting {name} has no values to try"
         assert tunable.few, f"the setting {name} has no few values for a quick study"
         assert tunable.title, f"the setting {name} has no title"
 
 
-def _within_the_hand(kind: type[Policy], settings: dict[str, float], chance: Random) -> None:
+def _within_the_hand(
+    policy_class: type[Policy], settings: dict[str, float], chance: Random
+) -> None:
     grip = Grip(force=chance.uniform(0.1, 30), speed=chance.uniform(0.001, 0.5))
-    policy = make_policy(kind, grip, Truth(_shore(chance)), settings)
+    policy = make_policy(policy_class, grip, Truth(_shore(chance)), settings)
     for command in _closing(policy, chance, late=chance.random() < 0.5):
         assert isfinite(command.speed), f"{command}: the speed is not finite"
         assert isfinite(command.force), f"{command}: the force is not finite"
@@ -84,8 +87,8 @@ def _within_the_hand(kind: type[Policy], settings: dict[str, float], chance: Ran
         assert 0 < command.force <= grip.force, f"{command} is not within {grip.force} N"
 
 
-def _leaves_nothing(kind: type[Policy], settings: dict[str, float], chance: Random) -> None:
-    policy = make_policy(kind, Grip(), Truth(40.0), settings)
+def _leaves_nothing(policy_class: type[Policy], settings: dict[str, float], chance: Random) -> None:
+    policy = make_policy(policy_class, Grip(), Truth(40.0), settings)
     state = chance.getstate()
     first = _closing(policy, chance)
     chance.setstate(state)
@@ -93,25 +96,22 @@ def _leaves_nothing(kind: type[Policy], settings: dict[str, float], chance: Rand
     assert again == first, f"a repeated closing gives other commands: {first}, then {again}"
 
 
-def _gentler(kind: type[Policy], chance: Random) -> None:
+def _gentler(policy_class: type[Policy], chance: Random) -> None:
     """Assert that a softer object or a wider interval never makes the policy firmer or faster."""
     low, high = sorted((_shore(chance), _shore(chance)))
     tight, wide = sorted((chance.uniform(0, 60), chance.uniform(0, 60)))
     value, half = _shore(chance), chance.uniform(0, 30)
+    last = partial(_last, policy_class)
     for gentle, firm, case in (
-        (_last(kind, low, low, half), _last(kind, high, high, half), f"{low:g} and {high:g} Shore"),
-        (
-            _last(kind, 30, value, wide),
-            _last(kind, 30, value, tight),
-            f"+-{wide:g} and +-{tight:g}",
-        ),
+        (last(low, low, half), last(high, high, half), f"{low:g} and {high:g} Shore"),
+        (last(30, value, wide), last(30, value, tight), f"+-{wide:g} and +-{tight:g} Shore"),
     ):
         assert gentle.force <= firm.force, f"{case}: {gentle.force} N, then {firm.force} N"
         assert gentle.speed <= firm.speed, f"{case}: {gentle.speed} m/s, then {firm.speed} m/s"
 
 
-def _late(kind: type[Policy]) -> None:
-    policy = make_policy(kind, Grip(), Truth(50.0), {})
+def _late(policy_class: type[Policy]) -> None:
+    policy = make_policy(policy_class, Grip(), Truth(50.0), {})
     policy.begin()
     policy.touched(_CONTACT, True)
     fallback = policy.late()
@@ -119,7 +119,7 @@ def _late(kind: type[Policy]) -> None:
         assert fallback is None, "late() returns a command without a deadline"
         return
     assert 0 < policy.deadline < 1, f"the deadline of {policy.deadline} s is not between 0 and 1 s"
-    assert kind.estimated is not Policy.estimated, (
+    assert policy_class.estimated is not Policy.estimated, (
         "the policy has a deadline for estimates but does not use them"
     )
     assert fallback is not None, "late() returns no command after the deadline"
@@ -132,8 +132,8 @@ def _late(kind: type[Policy]) -> None:
     )
 
 
-def _last(kind: type[Policy], truth: float, value: float, half: float) -> Command:
-    policy = make_policy(kind, Grip(), Truth(truth), {})
+def _last(policy_class: type[Policy], truth: float, value: float, half: float) -> Command:
+    policy = make_policy(policy_class, Grip(), Truth(truth), {})
     return _answers(policy, _around(value, half, 0.015), 0.0)[-1]
 
 

@@ -77,7 +77,7 @@ def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
 
 def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> list[Arrival]:
     """Set a marker. Return the arrivals up to the one with it; [] for a recording."""
-    if kind.recorded:
+    if kind.is_replay:
         for tell in (source.mark, source.order):
             with suppress(InputError):
                 tell(_WORD)

@@ -55,10 +55,10 @@ def test_scores_are_those_of_the_last_estimate_of_each_pinch(
     for pinch, contact in zip(conditioned.dataset, conditioned.detections, strict=True):
         if pinch.second is None or contact is None:
             continue
-        arrivals = [max(contact.sample + n - 1, contact.decided) for n in Touches.moments(RATE)]
+        arrivals = [max(contact.sample + n - 1, contact.decided) for n in Touches.all_lengths(RATE)]
         latest = pinch.second.sample - 1e-3 * delay_ms * RATE
         n = max(
-            (n for n, at in zip(Touches.moments(RATE), arrivals, strict=True) if at < latest),
+            (n for n, at in zip(Touches.all_lengths(RATE), arrivals, strict=True) if at < latest),
             default=0,
         )
         answered.append(n > 0)
@@ -76,13 +76,13 @@ def test_scores_are_those_of_the_last_estimate_of_each_pinch(
 def test_an_early_contact_counts_and_a_missed_one_has_no_estimate(conditioned: Subject) -> None:
     delays = LiveDelays("a computer", (1.0,), (1.0,))
     samples = last_samples(conditioned, delays, 0)
-    first = next(i for i, n in enumerate(samples) if 0 < n < Touches.moments(RATE)[-1])
+    first = next(i for i, n in enumerate(samples) if 0 < n < Touches.all_lengths(RATE)[-1])
     contacts = list(conditioned.detections)
     contact = contacts[first]
     assert contact is not None
     contacts[first] = replace(contact, sample=contact.sample - 200, decided=contact.decided - 200)
     early = last_samples(replace(conditioned, detections=tuple(contacts)), delays, 0)
-    assert early[first] == Touches.moments(RATE)[-1]
+    assert early[first] == Touches.all_lengths(RATE)[-1]
     contacts[first] = None
     missed = last_samples(replace(conditioned, detections=tuple(contacts)), delays, 0)
     assert missed[first] == 0

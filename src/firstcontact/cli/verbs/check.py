@@ -40,7 +40,7 @@ class Check:
         from firstcontact.core.calibration import check_writable
         from firstcontact.device import open_source
 
-        if self.fault and not source_kind(self.device).simulated:
+        if self.fault and not source_kind(self.device).is_simulated:
             raise ArgumentError(
                 "only the simulated hand can have a fault: give --device twin", parameter="fault"
             )

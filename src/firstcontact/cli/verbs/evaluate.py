@@ -56,7 +56,7 @@ class Evaluate:
 
 def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
     recorded = data.layout.rate
-    if not model.moments or recorded == model.rate:
+    if not model.prediction_times or recorded == model.rate:
         return
     yield f"Resampled from {recorded:g} Hz to {model.rate:g} Hz, the rate of the model"
     if recorded < model.rate:

@@ -86,7 +86,7 @@ def _device(name: str, condition: str) -> Iterator[str]:
     yield _line("samples", f"{health.samples}, and {health.lost} lost")
     yield _line("", f"of these {health.overflow_samples} dropped by the device")
     if health.unusable_samples:
-        yield _line("", f"of these {health.unusable}")
+        yield _line("", f"of these {health.unusable_text}")
     yield _line(
         "frames",
         f"{health.bad_frames} damaged, {health.lost_frames} lost, {health.doubled_frames} doubled",

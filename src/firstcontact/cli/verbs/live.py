@@ -176,7 +176,7 @@ class Live:
         if health.overflow_samples:
             _say(f"link: the device dropped {health.overflow_samples} of the lost samples")
         if health.unusable_samples:
-            _say(f"link: of the lost samples {health.unusable}")
+            _say(f"link: of the lost samples {health.unusable_text}")
         if health.late_answers or health.unheard_samples:
             _say(
                 f"hand: its model left out {health.late_answers} late predictions and missed "

@@ -65,7 +65,7 @@ class Record:
         from firstcontact.cli.stopping import stopping
         from firstcontact.device import open_source
 
-        simulated = source_kind(self.device).simulated
+        simulated = source_kind(self.device).is_simulated
         names = self._sessions()
         with stopping() as stop:
             for name in names:

@@ -77,7 +77,7 @@ class Train:
             model.write(making)
         for line in model.notes:
             print(line)
-        if model.moments:
+        if model.prediction_times:
             print(f"model: {self.out}")
         print(f"detector {model.own_detector.name}: {self.out}")
         if former:

@@ -114,7 +114,7 @@ def spread_scale(
                 squares[row, place] += np.sum(((values - truth) / spreads) ** 2)
     if not squares.all():
         return ones
-    at = Rig.scored_stages(touches.rate)
+    at = Rig.stages_at_scored_times(touches.rate)
     scale = np.clip(np.sqrt(squares[1] / squares[0]), *_SCALES)
     out: NDArray[np.float64] = np.exp(np.interp(Rig.STAGES, at, np.log(scale)))
     return out

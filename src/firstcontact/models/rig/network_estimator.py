@@ -159,7 +159,7 @@ class HeldOut:
         n = len(self.errors)
         rank = min(ceil((n + 1) * level), n)
         needed = np.sort(self.ratios, axis=1)[:, rank - 1]
-        scales = np.maximum(np.interp(Rig.STAGES, Rig.scored_stages(rate), needed), 1.0)
+        scales = np.maximum(np.interp(Rig.STAGES, Rig.stages_at_scored_times(rate), needed), 1.0)
         return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
 
 

@@ -50,9 +50,9 @@ class RigModel(AnytimeModel):
     uses_shape = True
     level: float
     rate = FINGERTIP_RATE
-    lengths = Touches.moments(FINGERTIP_RATE)
+    lengths = Touches.all_lengths(FINGERTIP_RATE)
     before = samples_in(Touches.BEFORE, FINGERTIP_RATE)
-    moments = Touches.TIMES
+    prediction_times = Touches.TIMES
     #: Smallest number of valid samples for a prediction.
     shortest: ClassVar[int] = Touches.lengths(FINGERTIP_RATE)[0]
 
@@ -95,7 +95,7 @@ class RigModel(AnytimeModel):
         """True if the rig's own pinches had measured closing speeds. Others are ignored."""
         return any(rig.speeds is not None for rig in self.rigs.values())
 
-    def constants(self) -> ModelConstants:
+    def chain_constants(self) -> ModelConstants:
         network, familiar = self.network, self.familiar
         return ModelConstants(
             before=self.before,
@@ -128,13 +128,13 @@ class RigModel(AnytimeModel):
             usual_speed=speeds.usual,
             speed_spread=speeds.spread,
             heard_error=speeds.heard_error if np.isfinite(speeds.heard_error) else 0.0,
-            process=None if regression is None else regression.constants(),
+            process=None if regression is None else regression.chain_constants(),
         )
 
     @cached_property
     def image(self) -> Image:
         """Constants of the model, without a detector, as the chain reads them."""
-        return build_image(self.rate, model=self.constants())
+        return build_image(self.rate, model=self.chain_constants())
 
     def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
         """Return half widths of intervals from predicted ``spreads`` and lengths in ``samples``."""

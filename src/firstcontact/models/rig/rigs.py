@@ -154,7 +154,7 @@ class Rig:
         return np.minimum(np.searchsorted(stages, valid), len(stages) - 1).astype(np.intp)
 
     @classmethod
-    def scored_stages(cls, rate: float) -> list[int]:
+    def stages_at_scored_times(cls, rate: float) -> list[int]:
         """Return the value of ``STAGES`` for each time in ``Touches.SCORED_MS``; rate in Hz."""
         samples = [samples_in(1e-3 * ms, rate) for ms in Touches.SCORED_MS]
         return [cls.STAGES[int(cls.stage_index(n))] for n in samples]
@@ -352,7 +352,7 @@ class RigRegression:
         inputs = np.clip(inputs, -LARGEST_INPUT, LARGEST_INPUT)
         self._inputs, self._shore_a, self._scale = inputs, shore_a, scale
 
-    def constants(self) -> ProcessConstants:
+    def chain_constants(self) -> ProcessConstants:
         """Return what the chain needs to predict."""
         inputs, shore_a = self._inputs, self._shore_a
         mean, sd = inputs.mean(axis=1), inputs.std(axis=1) + _LEAST_DEVIATION

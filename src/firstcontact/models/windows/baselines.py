@@ -13,10 +13,10 @@ from firstcontact.core import ModelError
 from firstcontact.core.display import GREEN, GREY
 from firstcontact.models.estimator import Estimator, training_spec
 from firstcontact.models.values import Task, Values, Windows
-from firstcontact.models.windows.window_model import ArrayCheck, ArraysModel, Spec, WindowModel
+from firstcontact.models.windows.window_model import ArrayCheck, ModelFromArrays, Spec, WindowModel
 
 
-class ConstantModel(ArraysModel):
+class ConstantModel(ModelFromArrays):
     """Model with the same prediction for every window."""
 
     kind: ClassVar[str] = "constant"
@@ -69,7 +69,7 @@ def _log_peak(X: NDArray[Any]) -> Values:
     return peak
 
 
-class PeakModel(ArraysModel):
+class PeakModel(ModelFromArrays):
     """Model that predicts from the logarithm of a window's peak amplitude alone."""
 
     kind: ClassVar[str] = "peak"

@@ -21,7 +21,7 @@ from firstcontact.models.values import Task, Values, Windows
 from firstcontact.models.windows.window_model import (
     TARGET,
     ArrayCheck,
-    ArraysModel,
+    ModelFromArrays,
     Spec,
     WindowModel,
 )
@@ -93,7 +93,7 @@ def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]
     return out
 
 
-class CnnModel(ArraysModel):
+class CnnModel(ModelFromArrays):
     """Window model: an EfficientNetV2 for one dimension, exported from PyTorch."""
 
     kind: ClassVar[str] = "cnn"

@@ -24,7 +24,7 @@ from firstcontact.models.values import Task, Values, Windows
 from firstcontact.models.windows.window_model import (
     TARGET,
     ArrayCheck,
-    ArraysModel,
+    ModelFromArrays,
     Spec,
     WindowModel,
 )
@@ -126,7 +126,7 @@ MOST_GROUPS, FOLDS = 12, 5
 LEAST = 1e-3
 
 
-class LogSpectrumModel(ArraysModel):
+class LogSpectrumModel(ModelFromArrays):
     """Linear model on standardised features of a window's log spectrum."""
 
     kind: ClassVar[str] = "log_spectrum"

@@ -23,7 +23,7 @@ from firstcontact.models.values import Task, Values, Windows
 from firstcontact.models.windows.window_model import (
     TARGET,
     ArrayCheck,
-    ArraysModel,
+    ModelFromArrays,
     Spec,
     WindowModel,
 )
@@ -57,7 +57,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
     return np.column_stack([flat / rms[:, None], loud]).astype(np.float32)
 
 
-class SvmModel(ArraysModel):
+class SvmModel(ModelFromArrays):
     """Window model of support vectors with a radial basis function kernel, in float32."""
 
     kind: ClassVar[str] = "svm"
@@ -93,12 +93,12 @@ class SvmModel(ArraysModel):
 
     @cached_property
     def _image(self) -> Image:
-        svm = self.constants()
+        svm = self.chain_constants()
         before = svm.guard + svm.baseline + SavitzkyGolay.lookahead
         constants = WindowConstants(before, [svm.samples], SavitzkyGolay.lookahead, [svm])
         return build_image(self.spec.rate, model=constants)
 
-    def constants(self) -> SvmConstants:
+    def chain_constants(self) -> SvmConstants:
         """Return the constants from which the C chain predicts, without an interval."""
         a, rate = self._arrays, self.spec.rate
         level, deviation = a["level"]

@@ -132,7 +132,7 @@ class WindowModel(ABC):
         """
         return None
 
-    def constants(self) -> SvmConstants | None:
+    def chain_constants(self) -> SvmConstants | None:
         """Return the constants from which the C chain predicts; None for a model in Python."""
         return None
 
@@ -177,7 +177,7 @@ class WindowModel(ABC):
 class ArrayCheck:
     """Shape and sign that an array of a model must have, which is checked when it is loaded."""
 
-    #: Length of each axis: a number, or a name from :meth:`ArraysModel.sizes`. A name that is
+    #: Length of each axis: a number, or a name from :meth:`ModelFromArrays.sizes`. A name that is
     #: not there stands for any length that is the same in all arrays.
     shape: tuple[int | str, ...]
     #: Index of values that must be above 0; ``...`` means all values.
@@ -199,7 +199,7 @@ class ArrayCheck:
         return self.positive is None or bool((array[self.positive] > 0).all())
 
 
-class ArraysModel(WindowModel):
+class ModelFromArrays(WindowModel):
     """Window model that is stored as arrays. :attr:`declared` lists their names and shapes.
 
     The constructor takes the spec, then the arrays in the order of :attr:`declared`. It raises

@@ -61,7 +61,7 @@ class WindowPredictor(Predictor):
         return self.model.name
 
     @property
-    def moments(self) -> tuple[float, ...]:
+    def prediction_times(self) -> tuple[float, ...]:
         return (self.duration,)
 
     @property
@@ -88,9 +88,9 @@ class WindowPredictor(Predictor):
         value, spread, low, high = (float(a[0]) for a in self.predict_windows(window[None]))
         return Prediction(value, low, high, spread=spread)
 
-    def constants(self) -> WindowConstants:
+    def chain_constants(self) -> WindowConstants:
         """Return the constants of the model for the C chain: an SVM, or a model in Python."""
-        svm, rule = self.model.constants(), self.interval
+        svm, rule = self.model.chain_constants(), self.interval
         constants = WindowConstants(self.before, self.lengths, self.lookahead)
         if svm is None or (rule is not None and rule.scaled) or self.model.spec.channels > 1:
             return constants
@@ -102,7 +102,7 @@ class WindowPredictor(Predictor):
 
     @cached_property
     def _image(self) -> Image | None:
-        constants = self.constants()
+        constants = self.chain_constants()
         return build_image(self.rate, model=constants) if constants.svms else None
 
     def check(self, layout: Layout) -> None:

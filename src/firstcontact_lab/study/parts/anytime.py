@@ -122,7 +122,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
         on_blocks = [by_name[name] for _, by_name in predicted[1:]]
         blocks = _block_scores(on_blocks, folds, home, settings.seed) if folds else None
         if len(objects):
-            truth, clusters = objects.shore_a, objects.clusters
+            truth, clusters = objects.shore_a, objects.bootstrap_clusters
             unseen = anytime_scores(on_objects[name], truth, clusters, settings.seed)
             by_estimator[name] = OtherScores(unseen=unseen, blocks=blocks)
         elif blocks is not None:

@@ -202,7 +202,7 @@ def _questions(
 
 def _scores(data: LabelledWindows, predicted: Values, task: Task, seed: int) -> TaskScores:
     is_predicted = np.isfinite(predicted)
-    truth, clusters = data.y[is_predicted], data.clusters[is_predicted]
+    truth, clusters = data.y[is_predicted], data.bootstrap_clusters[is_predicted]
     score: Callable[..., TaskScores] = (
         classification_scores if task is Task.CLASSIFICATION else regression_scores
     )
@@ -214,7 +214,7 @@ def _per_level(data: LabelledWindows, predicted: Values, seed: int) -> dict[str,
         f"{level:g}": regression_scores(
             data.y[data.y == level],
             predicted[data.y == level],
-            data.clusters[data.y == level],
+            data.bootstrap_clusters[data.y == level],
             seed,
         )
         for level in np.unique(data.y)

@@ -100,7 +100,9 @@ def in_force(subject: Subject, settings: StudySettings) -> PartResult:
         later_ms=1e3 * float(delays.quantiles(middle, is_first=False)),
     )
     if len(objects):
-        scores = regression_scores(objects.shore_a, value, objects.clusters, settings.seed)
+        scores = regression_scores(
+            objects.shore_a, value, objects.bootstrap_clusters, settings.seed
+        )
         results = msgspec.structs.replace(
             results,
             rmse=scores.rmse,
@@ -124,7 +126,7 @@ def last_samples(subject: Subject, delays: LiveDelays, seed: int) -> NDArray[np.
         offset = (pinch.second.sample - contact.sample) / rate - waited
         decided = (contact.decided - contact.sample) / rate
         delay = first[row]
-        for n in Touches.moments(rate):
+        for n in Touches.all_lengths(rate):
             if max((n - 1) / rate, decided) + delay < offset:
                 out[row] = n
             if (n - 1) / rate >= decided:  # the first estimate of the closing is out

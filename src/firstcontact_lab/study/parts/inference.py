@@ -152,7 +152,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     if home is None:
         return None
     adapted = subject.adapted or conditioned_model(RIG_ESTIMATOR.name, home, settings.seed)
-    first = Touches.moments(model.rate)[0]
+    first = Touches.all_lengths(model.rate)[0]
     inputs = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
     with one_thread():
         return time_calls(adapted.model.predict_touches, inputs, settings.calls)

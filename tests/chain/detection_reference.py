@@ -401,7 +401,6 @@ class _Pending:
                 self.first = None
             self.next = next(self.source, None)
         if self.is_open and self._ends_before(end):
-            assert self.first is not None
             self.finish(self.first[1] + self.stream.samples(self.stream.after), Reason.DONE)
 
     def _ends_before(self, known: int) -> bool:

@@ -250,7 +250,6 @@ def closing_by_lines(
         started(environment, *arguments, stdin=pipe, stdout=pipe, stderr=nowhere) as process,
     ):
         try:
-            assert process.stdout is not None
             assert "descriptor" in process.stdout.readline()
             hand.wait(lambda h: h.open)
             ask(process, "close")
@@ -261,7 +260,6 @@ def closing_by_lines(
 
 
 def ask(process: subprocess.Popen[str], line: str) -> None:
-    assert process.stdin is not None
     process.stdin.write(f"{line}\n")
     process.stdin.flush()
 
@@ -278,7 +276,6 @@ def test_lines_close_and_open_a_hand_and_their_end_opens_it(
         hand.wait(lambda h: h.open)
         ask(process, "close")
         hand.wait(is_closing)
-        assert process.stdin is not None
         process.stdin.close()
         hand.wait(lambda h: h.open)
         assert process.stdout is not None

@@ -75,7 +75,6 @@ def test_the_overview_names_every_verb_with_its_own_words(
         assert f"  {verb} " in out
         assert summary(verb) in out
         words = configuration(verb).__doc__
-        assert words is not None
         assert words.split("\n\n")[0].replace("\n    ", " ") == summary(verb)
 
 

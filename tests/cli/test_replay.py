@@ -36,7 +36,6 @@ def test_a_recording_as_a_port_until_it_is_told_to_stop(
 ) -> None:
     options = ["--speed", "inf", *(["--link", str(tmp_path / "port")] if named else [])]
     with replaying(recording, *options) as process:
-        assert process.stdout is not None
         word, port = process.stdout.readline().split()
         assert word == "port:"
         assert (port == str(tmp_path / "port")) == named
@@ -58,7 +57,6 @@ def test_once_it_leaves_when_a_host_had_all_of_it(
 ) -> None:
     port = tmp_path / "port"
     with replaying(recording, "--once", "--speed", "inf", "--link", port) as process:
-        assert process.stdout is not None
         process.stdout.readline()
         with SerialSource(str(port)) as source:
             while source.health.samples < 2000:
@@ -73,7 +71,6 @@ def test_once_it_leaves_when_a_host_had_all_of_it(
 def test_a_replay_is_a_device_like_any(recording: Path, tmp_path: Path) -> None:
     port = tmp_path / "port"
     with replaying(recording, "--link", port) as process:
-        assert process.stdout is not None
         process.stdout.readline()
         child = forked.firstcontact("info", "--device", port)
         process.terminate()

@@ -108,7 +108,6 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
     output = capsys.readouterr().out
     window = load_model(tmp_path / "m").windows[0]
     interval = window.interval
-    assert interval is not None
     assert interval.level == 0.8
     checked = window.record.calibration["held_out"]
     assert window.record.calibration["sessions"] == 4

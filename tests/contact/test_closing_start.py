@@ -92,7 +92,6 @@ def test_closing_starts_after_a_late_motor() -> None:
     dataset = rig()
     assert count_starts(closing_starts(dataset)) == {"rest": 12}
     for pinch, start in zip(dataset.pinches, closing_starts(dataset), strict=True):
-        assert pinch.first is not None
         motor = pinch.first.sample - round(0.15 * 5000)
         assert motor + settling(pinch.layout) - 2 * STEP <= start.sample <= motor + 0.06 * 5000
 

@@ -22,7 +22,6 @@ def test_click_is_withdrawn_and_the_true_contact_follows(clicked: Pinch) -> None
     kinds = [event.kind for event in (false, withdrawal, true)]
     found, withdrawn = EventKind.CONTACT_FOUND, EventKind.CONTACT_WITHDRAWN
     assert kinds == [found, withdrawn, found]
-    assert clicked.first is not None
     assert abs(false.sample - clicked.first_sample - CLICK) <= 15
     assert (withdrawal.channel, withdrawal.sample) == (false.channel, false.sample)
     assert withdrawal.known == max(false.sample + AGE - 1, false.known)

@@ -44,7 +44,6 @@ def test_contact_after_a_loud_start_of_the_motor_is_detected(edges: list[int]) -
     assert (event.kind, event.channel) == (EventKind.CONTACT_FOUND, 0)
     assert abs(event.sample - 750) <= 8
     contact = judge_pinch(ThresholdDetector(8.0), pinch, 0).first
-    assert contact is not None
     assert (contact.sample, contact.decided) == (event.sample, event.known)
     judged = judge_pinch(ThresholdDetector(8.0), pinch, len(data))
     assert judged.first == contact

@@ -29,7 +29,6 @@ def start_outlet(name: str, rate: float = 4936.0, jitter: float = 0.0) -> subpro
     words = [sys.executable, __file__, name, str(rate), str(jitter)]
     pipe = subprocess.PIPE
     outlet = subprocess.Popen(words, stdin=pipe, stdout=pipe, text=True)
-    assert outlet.stdout is not None
     assert outlet.stdout.readline() == "ready\n"
     return outlet
 

@@ -92,7 +92,6 @@ sys.stdin.read()
 def test_twin_dies_with_a_killed_parent() -> None:
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
-        assert parent.stdout is not None
         pid, port = parent.stdout.readline().split()
         assert Path(port.decode()).exists()
         # Suspended, so that it cannot end by itself when its input closes, just before the signal.

@@ -100,7 +100,6 @@ def test_accelerated_twin_stays_close_to_its_reader() -> None:
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 100.0))
 def test_order_text_round_trips(speed: float, force: float) -> None:
     command = read_order(order_text(Command(speed, force)))
-    assert command is not None
     assert command.speed == pytest.approx(speed, abs=5.1e-5)
     assert command.force == pytest.approx(force, abs=5.1e-4)
     assert read_order(order_text(None)) is None

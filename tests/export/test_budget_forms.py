@@ -26,8 +26,6 @@ def test_a_smaller_form_has_a_wider_interval() -> None:
     assert smaller
     new = toy_windows(60, seed=5)[0]
     for form in smaller:
-        assert form.interval is not None
-        assert named.interval is not None
         grown = np.subtract(form.interval.half_widths, named.interval.half_widths)
         assert (grown >= 0).all()
         np.testing.assert_allclose(grown, grown[0])

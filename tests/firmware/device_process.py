@@ -29,7 +29,6 @@ class Running:
     def feed(self, scans: NDArray[np.uint16]) -> None:
         """Write scans to the program. Return when the pipe has taken all of them."""
         stream: IO[bytes] | None = self.process.stdin
-        assert stream is not None
         stream.write(scans.tobytes())
         stream.flush()
 

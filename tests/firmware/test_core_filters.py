@@ -66,5 +66,4 @@ def test_firmware_and_twin_sample_at_the_rate_of_the_layout() -> None:
     for path, name in sources.items():
         text = (Path(__file__).parents[2] / path).read_text(encoding="utf-8")
         found = re.search(rf"\b{name} = ([\d.]+)", text)
-        assert found is not None
         assert float(found[1]) == FINGERTIP_RATE

@@ -44,7 +44,6 @@ def started(sketch: Path, *options: str) -> Iterator[tuple[str, subprocess.Popen
     """Start the sketch on a simulated board; it may exit early. Yield its port and its process."""
     command = [sketch, "--scans", "-", *options]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
         yield process.stdout.readline().decode().strip(), process
         process.kill()
 

@@ -83,7 +83,6 @@ def test_the_simulated_hand_of_the_package_closes_stops_and_opens() -> None:
         hand.send(Command(0.0, 2.0))
         positions: list[float] = []
         while len(positions) < 2 or positions[-1] != positions[-2]:
-            assert ability.felt is not None
             positions.append(ability.felt.position[0])
             threading.Event().wait(0.2)
         assert positions[-1] < CLOSED - 1, "the hand closed fully"
@@ -158,7 +157,6 @@ def test_hand_opens_when_a_signal_ends_or_suspends_the_program(port: Path, numbe
 def test_hand_opens_when_the_program_keeps_the_global_lock(port: Path) -> None:
     with EmulatedAbility(port) as emulated, started(port, "hold") as program:
         emulated.wait(lambda e: bool(e.targets) and is_closing(e))
-        assert program.stdin is not None
         program.stdin.write("now\n")
         program.stdin.flush()
         emulated.wait(lambda e: e.open)

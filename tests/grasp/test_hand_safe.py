@@ -204,7 +204,6 @@ def slow_program() -> Iterator[subprocess.Popen[str]]:
         text=True,
     ) as program:
         try:
-            assert program.stdout is not None
             assert program.stdout.readline() == "closing\n"
             program.send_signal(signal.SIGINT)
             yield program
@@ -242,7 +241,6 @@ def run_program(hand: str, action: str) -> subprocess.Popen[str]:
     pipe = subprocess.PIPE
     command = [sys.executable, PROGRAM, hand, "-", action]
     program = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True)
-    assert program.stdout is not None
     assert program.stdout.readline() == ("" if hand == "send" else "closing\n")
     return program
 
@@ -347,7 +345,6 @@ def test_positions_may_come_in_any_order() -> None:
     with open_hand(kind()) as hand:
         assert [at for at, _ in hand.positions_since(0.0, 0.0)] == sorted(times)
         measured = hand.closing_speed(1.0, 1.0)
-    assert measured is not None
     assert measured.speed == pytest.approx(0.1)
 
 

@@ -125,7 +125,6 @@ def test_its_process_tells_the_last_positions(tmp_path: Path) -> None:
             if (speed := hand.closing_speed(0.0, 3.0)) is not None:
                 break
         assert hand.closing_speed(0.0, 1.0) is None
-    assert speed is not None
     assert speed.speed == pytest.approx(0.1)
 
 
@@ -237,7 +236,6 @@ def test_process_releases_and_ends_after_the_program(tmp_path: Path, stopped: bo
     log = tmp_path / "log"
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", PARENT, log], stdin=pipe, stdout=pipe) as program:
-        assert program.stdout is not None
         pid = int(program.stdout.readline())
         await_lines(log, "0.02 2.0")
         with watched(pid) as process:

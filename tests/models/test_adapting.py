@@ -98,7 +98,6 @@ def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> 
     """The signals differ from the network's training signals."""
     levels = (10.0, 40.0, 90.0)
     made = adapt_network(BASE, *ringing(120, seed, levels=levels))
-    assert made.check is not None
     assert made.check.coverage < BASE.level
     assert (made.check.scales >= 1).all()
     fresh, truth, _ = ringing(300, seed + 50, levels=levels)
@@ -112,7 +111,6 @@ def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> 
 
 def test_intervals_with_enough_coverage_stay_unchanged() -> None:
     made = adapt_network(BASE, *ringing(120, levels=(38.0, 42.0)))
-    assert made.check is not None
     assert made.check.coverage >= BASE.level
     np.testing.assert_array_equal(made.model.factors, BASE.factors)
 
@@ -127,10 +125,8 @@ def test_no_more_pinches_of_a_level_are_used_than_in_training() -> None:
 def test_stated_coverage_is_not_too_large_and_stated_widening_not_too_small() -> None:
     rig = ringing(120, levels=(20.0, 60.0))
     check = adapt_network(BASE, *rig).check
-    assert check is not None
     sentences = NetworkEstimator(Task.REGRESSION, BASE.rate).fit(*rig)[1]
     stated = re.search(r"at least ([\d.]+) % .* up to ([\d.]+) times", sentences[-1])
-    assert stated is not None
     share, scale = map(float, stated.groups())
     assert share <= 100 * check.coverage < share + 0.1
     assert scale - 0.01 < check.scales.max() <= scale

@@ -55,16 +55,13 @@ def test_far_from_the_rigs_pinches_the_network_counts_more(
 
 def test_a_folder_holds_both(data: Dataset, tmp_path: Path) -> None:
     trained = fc.train(data, "combined")
-    assert trained.network is not None
     assert trained.network.name == "combined"
     read = fc.load_model(trained.save(tmp_path / "m"))
     np.testing.assert_allclose(read.predict(data).value, trained.predict(data).value, atol=1e-3)
-    assert read.network is not None
     np.testing.assert_allclose(read.network.factors, trained.network.factors, rtol=1e-6)
     notes = [note for note in trained.notes if note.startswith("combined, on the same pinches")]
     scores = trained.network.record.scores
     stated = re.search(r"rmse ([\d.]+)", notes[0])
-    assert stated is not None
     # The card has three decimals, the sentence two.
     assert float(stated[1]) == pytest.approx(scores["held out, combined"], abs=0.0056)
     assert "held out, network" in scores
@@ -72,9 +69,7 @@ def test_a_folder_holds_both(data: Dataset, tmp_path: Path) -> None:
 
 def test_the_network_can_be_taken_out_of_the_model(data: Dataset) -> None:
     adapted = fc.adapt(data)
-    assert adapted.network is not None
     alone = adapted.only("network").network
-    assert alone is not None
     assert (adapted.network.name, alone.name) == ("combined", "network")
     expected = fc.train(data, "network").predict(data)
     predictions = adapted.predict(data, estimator="network")
@@ -133,7 +128,6 @@ def test_a_pinch_without_a_first_swing_changes_other_predictions_little(
 def test_too_few_pinches_are_noted(data: Dataset) -> None:
     few = data[:18]
     trained = fc.train(few, "combined")
-    assert trained.network is not None
     assert trained.network.name == "network"
     assert "fewer than 20 pinches or 3 levels: the network predicts alone" in trained.notes
     assert not any("predicts alone" in note for note in fc.train(few, "network").notes)

@@ -17,7 +17,6 @@ from firstcontact.testing.synthetic import closings
 
 def with_swell(pinch: Pinch, rng: np.random.Generator) -> Pinch:
     """Add a swell before the first contact that looks like the push of a soft object."""
-    assert pinch.first is not None
     data = pinch.data.astype(np.float64)
     start = pinch.first.sample - pinch.first_sample - int(rng.integers(80, 150))
     data[start : start + 60, :2] += 32 * 45 * np.sin(np.pi * np.arange(60) / 60)[:, None]

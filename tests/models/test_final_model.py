@@ -48,15 +48,12 @@ def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     data = labelled(*toy_windows(300))
     X = data.X
     selected = train_final_model(data, "gaussian_process", Task.REGRESSION, 0, 0.9, Serial())
-    assert selected.interval is not None
     assert selected.interval.scaled
     assert selected.conformal["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
     folder = save_window(selected.model, tmp_path / "m", interval=selected.interval)
     [window] = load_model(folder).windows
     model, interval = window.model, window.interval
-    assert interval is not None
     value, spread = model.predict(X[:1])[0], model.spread(X[:1])
-    assert spread is not None
     low, high = interval.around(value, float(spread[0]))
     assert low < value < high
     assert interval.level == 0.9

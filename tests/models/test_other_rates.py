@@ -44,7 +44,6 @@ def test_contacts_have_the_sample_numbers_of_the_data(data: fc.Dataset, rate: fl
     for time, known_time in zip(times(detected, other), known, strict=True):
         assert time == pytest.approx(known_time, abs=0.003)
     for contact, pinch in zip(detected, other, strict=True):
-        assert contact is not None
         assert contact.sample <= contact.decided < pinch.first_sample + len(pinch.data)
 
 

@@ -53,7 +53,6 @@ def test_spreads_are_those_of_the_rig(spread: float, error: float, heard_error: 
     rig = RigSpeeds.fit(
         0.1 * np.exp(log + noise), np.full(n, error), log + heard, np.ones(n, np.bool_)
     )
-    assert rig is not None
     assert rig.usual == pytest.approx(0.1, rel=0.03)
     assert rig.spread == pytest.approx(spread, rel=0.05)
     assert rig.heard_error == pytest.approx(heard_error, rel=0.1)
@@ -86,7 +85,6 @@ def test_one_bad_measurement_does_not_decide_for_the_rig(speed: float, error: fl
     speeds, errors = 0.1 * np.exp(log + noise), np.full(40, 0.03)
     speeds[7], errors[7] = speed, error
     rig = RigSpeeds.fit(speeds, errors, log + wrong, np.ones(40, np.bool_))
-    assert rig is not None
     assert rig.usual == pytest.approx(0.1, rel=0.1)
     assert rig.spread == pytest.approx(0.2, rel=0.3)
     assert rig.heard_error == pytest.approx(0.05, rel=0.4)

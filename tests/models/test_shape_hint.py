@@ -75,7 +75,6 @@ def test_shapes_in_labels_are_inputs_of_the_network(
     enough = touches.answerable
     touches, rows = replace(touches, radii=radii).take(enough), rows[enough]
     # Recordings are predicted at the moments of live sessions.
-    assert model.network is not None
     moments = np.array(model.network.lengths)
     newest = moments[np.searchsorted(moments, touches.valid, side="right") - 1]
     touches = replace(touches, valid=newest)

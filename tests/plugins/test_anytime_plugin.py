@@ -62,7 +62,6 @@ def test_the_verb_adapts_with_a_named_estimator(tmp_path: Path) -> None:
     out = tmp_path / "model"
     assert main(["adapt", str(pinches), "--out", str(out), "--estimator", "network"]) == 0
     network = fc.load_model(out).network
-    assert network is not None
     assert network.name == "network"
 
 

@@ -117,7 +117,6 @@ def test_index_contains_every_message(small):
         reader = make_reader(stream)
         summary = reader.get_summary()
         sequence_numbers = [m.sequence for _, _, m in reader.iter_messages()]
-    assert summary is not None
     assert len(summary.chunk_indexes) == summary.statistics.chunk_count
     assert sorted(sequence_numbers) == list(range(summary.statistics.message_count))
 

@@ -43,7 +43,6 @@ def arrays(folder, **fields):
 def test_version_1_recording_is_read(tmp_path):
     header = read_recording(VERSION_1).header
     assert header.layout == fingertip_layout()
-    assert header.calibration is not None
     assert header.calibration.noise(Finger.THUMB) == 0.002
     old = load_dataset(VERSION_1)
     assert [c.finger for c in old.pinches[0].truth] == [Finger.THUMB, Finger.INDEX]

@@ -160,7 +160,6 @@ class LslLink(Link):
     def finish(self) -> None:
         time.sleep(ARRIVED)  # faults that were asked for last
         self._ask("rest")
-        assert self.sender.stdout is not None
         self.last[len(self.last)] = int(self.sender.stdout.readline())
         time.sleep(ARRIVED)
 

@@ -146,7 +146,6 @@ def follow(seconds: float) -> Viewer:
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        assert process.stderr is not None
         url = next(line.split()[-1] for line in process.stderr if line.startswith("foxglove: "))
         viewer = Viewer(url)
         viewer.subscribe(len(get_args(Event)) + 5)  # with samples, grids, markers and failures

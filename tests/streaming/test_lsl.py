@@ -86,7 +86,6 @@ class Listener:
             stderr=subprocess.PIPE,
             text=True,
         )
-        assert self._process.stdout is not None
         self._first = self._process.stdout.readline()
 
     def require(self) -> None:
@@ -151,7 +150,6 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     assert (got["type"], got["events_type"]) == ("Tactile", "Markers")
     assert got["rate"] == layout.rate
     described = ElementTree.fromstring(got["xml"]).find("desc")
-    assert described is not None
     channels = [{e.tag: e.text or "" for e in c} for c in described.findall("channels/channel")]
     assert channels == [
         {

@@ -79,7 +79,6 @@ def test_the_closeup_has_every_sample_once(n: int, late: int) -> None:
             closeup.begin(contact, 0)
             predictions = True
     tree = closeup.tree()
-    assert tree is not None
     samples = np.arange(1000 - round(BEFORE * RATE), 1000 + round(AFTER * RATE) + 1)
     np.testing.assert_allclose(tree["traces"][0], volts(samples), atol=6e-5)
     np.testing.assert_allclose(tree["ms"], (samples - 1000) / RATE * 1e3, atol=6e-4)

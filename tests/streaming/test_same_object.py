@@ -38,7 +38,6 @@ def test_answers_out_of_range_and_none_do_not_count() -> None:
     assert pinched.pool(pinch(1, out_of_range=True)) is None
     assert pinched.pool(replace(pinch(2), estimates=())) is None
     again = pinched.pool(pinch(3))
-    assert again is not None
     assert (again.pinches, again.value) == (2, 30.0)
 
 
@@ -52,7 +51,6 @@ def test_another_object_begins_where_somebody_says_so(how: str) -> None:
     else:
         pinched.add_markers([Marker(2005, "pear")])
     estimate = pinched.pool(pinch(2))
-    assert estimate is not None
     assert (estimate.pinches, estimate.value) == (1, 32.0)
     assert pinched.name == {"asked": "", "marker": "pear"}[how]
 
@@ -67,7 +65,6 @@ def test_labels_name_the_objects_of_a_replay(has_markers: bool) -> None:
             pinched.add_markers([Marker(1000 * n, "twin: apple")])
         pinched.add_labels([PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label(name, 60.0))])
         estimate = pinched.pool(pinch(n))
-        assert estimate is not None
         predictions.append((estimate.pinches, estimate.is_named))
     named = [(n, True) for n in (1, 2, 3, 1, 2)]
     assert predictions == [*named, (1, False), (1, True)]
@@ -79,7 +76,6 @@ def test_where_nobody_says_what_is_pinched_each_pinch_stands_by_itself() -> None
     for n in range(3):
         pinched.add_labels([PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label())])
         estimate = pinched.pool(pinch(n))
-        assert estimate is not None
         assert (estimate.pinches, estimate.value, estimate.is_named) == (1, ANSWERS[n].value, False)
     pinched.new_object()  # from here on somebody says it
     predictions = [pinched.pool(pinch(n)) for n in (3, 4)]

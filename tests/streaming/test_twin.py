@@ -104,7 +104,6 @@ def test_its_positions_tell_the_closing_speed() -> None:
         while end < contact:
             end = source.read(DEAD)[-1].block.end
         speed = hand.closing_speed(contact / FINGERTIP_RATE, math.nan)
-    assert speed is not None
     assert 0.08 < speed.speed < 0.2
     assert 0.001 < speed.error < 0.01
     assert hand.closing_speed(contact / FINGERTIP_RATE, math.nan) is None
@@ -125,10 +124,8 @@ def test_a_recording_keeps_its_positions(tmp_path: Path) -> None:
     assert 0 < so_far[0] < so_far[1] <= len(times)
     assert np.diff(times) == pytest.approx(1 / TwinHand.position_rate)
     for mark, pinch in zip(recording.pinches, load_dataset(path), strict=True):
-        assert mark.closing_speed is not None
         first = mark.truth[0].sample / FINGERTIP_RATE
         measured = fc.closing_speed(times, travel, first)
-        assert measured is not None
         assert measured.speed == pytest.approx(
             mark.closing_speed.speed, abs=mark.closing_speed.error
         )
@@ -162,7 +159,6 @@ def test_the_default_hand_has_a_model_without_training(
     (group,) = evaluation.groups
     assert evaluation.predictor == "combined"
     assert group.title == "not seen in training"
-    assert group.constant is not None
     assert max(group.rmse.values()) < group.constant
 
 

@@ -37,7 +37,6 @@ CLICK = 400
 def clicked(request: pytest.FixtureRequest, fresh: Dataset) -> Pinch:
     """Return a pinch in which a gear clicks 50 ms or more before the contact."""
     pinch = fresh.pinches[4]
-    assert pinch.first is not None
     assert pinch.first.sample - pinch.first_sample > CLICK + 100
     data = pinch.data.copy()
     data[CLICK : CLICK + 4, list(request.param)] += 32 * np.array([[30], [-22], [12], [-6]], "i2")

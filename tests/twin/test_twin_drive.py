@@ -53,7 +53,6 @@ def test_the_measured_speed_is_that_of_the_drives() -> None:
         sensor = Positions(np.random.default_rng(number))
         pinch = simulate_pinch(draw, Label(), 1000, positions=sensor)
         measured = pinch.closing_speed
-        assert measured is not None
         true = np.mean([finger.speed for finger in draw.fingers])
         deviations.append((measured.speed - true) / measured.error)
         assert 0.003 < measured.error / measured.speed < 0.06

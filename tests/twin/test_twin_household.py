@@ -62,7 +62,6 @@ def test_specimens_have_the_scatter_of_their_origin() -> None:
     ):  # fmt: skip
         assert values.std() == pytest.approx(expected, rel=0.15)
         assert abs(values.mean()) < 0.2 * expected
-    assert item.numbers.limit is not None
     limits = np.array([specimen.fragility.scale for specimen in specimens])
     below = (limits < item.numbers.limit.value).mean()
     assert below == pytest.approx(1 - np.exp(-1), abs=0.06)

@@ -61,7 +61,6 @@ def test_grasp_is_stable_from_when_it_stays_strong_and_steady() -> None:
     t = np.arange(3000) / FINGERTIP_RATE
     rising = np.minimum(100 * t, 4.0)
     at = stable_since(rising, 2.0)
-    assert at is not None
     assert at / FINGERTIP_RATE == pytest.approx(0.04, abs=0.021)
     assert stable_since(rising, 4.0) is None, "not strong enough"
     assert stable_since(rising[:10], 1.0) is None
@@ -69,7 +68,6 @@ def test_grasp_is_stable_from_when_it_stays_strong_and_steady() -> None:
     late = rising.copy()
     late[2000:2300] = 1.0
     later_start = stable_since(late, 2.0)
-    assert later_start is not None
     assert later_start >= 2300
 
 
@@ -185,9 +183,7 @@ def test_slip_is_reported_during_it_and_a_firmer_grip_stops_it(over: float) -> N
             assert hand.now - 5 / FINGERTIP_RATE < began <= hand.now
             assert hand.grip == pytest.approx(0.9 * just, rel=0.05)
             hand.command(Command(hand.nominal.speed, 3 * just))
-    assert began is not None
     contact = hand.outcome.first_contact
-    assert contact is not None
     assert began - contact == pytest.approx(0.45 + 0.9 * over, abs=0.02)
     assert hand.slipping_since is None
     assert 0 < hand.slipped < 0.01

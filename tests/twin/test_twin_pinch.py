@@ -30,7 +30,6 @@ def test_strips_close_at_the_drawn_contacts() -> None:
     for number in range(20):
         timing = drawn(BLOCKS[2], number).timing
         pinch = simulated(BLOCKS[2], number)
-        assert pinch.first is not None
         assert pinch.second is not None
         assert (pinch.first.finger == 0) == timing.first_is_index
         for contact, instant in zip(pinch.truth, timing[:2], strict=True):
@@ -43,8 +42,6 @@ def test_strips_close_at_the_drawn_contacts() -> None:
 def test_force_is_silent_until_the_second_contact(condition: Condition) -> None:
     rises = []
     for pinch in pinches(condition, 20):
-        assert pinch.first is not None
-        assert pinch.second is not None
         force = pinch.force(pinch.first.finger).sum(axis=1)
         start = pinch.first.sample
         stop = min(pinch.second.sample, start + WINDOW)
@@ -60,7 +57,6 @@ def peaks(condition: Condition) -> np.ndarray:
     """Return the largest piezo deflections within 15 ms, V, shape (blocks, pinches)."""
     out = []
     for pinch in pinches(condition):
-        assert pinch.first is not None
         start = pinch.first.sample
         piezo = pinch.vibration()[:, pinch.first.finger]
         window = piezo[start : start + WINDOW]
@@ -90,7 +86,6 @@ def test_pinch_has_the_device_format_and_a_contact_above_its_noise() -> None:
         assert pinch.data.dtype == np.int16
         assert len(pinch.data) >= 0.3 * LAYOUT.rate
         assert 0 <= pinch.data.min() <= pinch.data[:, :14].max() <= 1023 * 32
-        assert pinch.first is not None
         piezo = pinch.vibration()[:, pinch.first.finger]
         quiet = piezo[: pinch.first.sample].std()
         touched = np.abs(piezo[pinch.first.sample :] - piezo[: pinch.first.sample].mean()).max()

@@ -71,7 +71,6 @@ def test_set_has_labels_and_contacts(simulated: Path) -> None:
     assert set(dataset.shore_a[dataset.test]) == {28, 26, 35, 37, 45, 46, 59, 67}
     for pinch in dataset.pinches:
         assert len(pinch.truth) == 2
-        assert pinch.offset is not None
         assert pinch.offset >= 0
         strips = np.array([pinch.strip(c.finger)[:, 0] for c in pinch.truth])
         for strip, contact in zip(strips, pinch.truth, strict=True):

@@ -160,7 +160,6 @@ def uncommanded() -> tuple[list[StreamPinch], NDArray[np.uint16]]:
 
 def since_start(pinch: StreamPinch) -> tuple[object, ...]:
     """Return all properties of a pinch except its start."""
-    assert pinch.end is not None
     truth = tuple((c.finger, c.sample - pinch.start) for c in pinch.truth)
     return pinch.label, truth, pinch.end - pinch.start, pinch.peak
 
@@ -169,8 +168,6 @@ def test_each_closing_has_its_peak_force_whatever_the_latency() -> None:
     pinches, scans = uncommanded()
     assert (closings(latency=0.08)[1] == scans).all()
     for pinch in pinches:
-        assert pinch.end is not None
-        assert pinch.peak is not None
         # The hold's force and less than twice the stall force.
         assert 8.0 < pinch.peak < 24.0
         if pinch.end + 1000 < len(scans):
@@ -184,8 +181,6 @@ def test_command_changes_the_peak_of_its_closing_only(at: int) -> None:
     pinches, _, stream = closings(lambda s: s.command(Command(0.05, 2.0)), at)
     peaks = [(p.peak, q.peak) for p, q in zip(pinches, as_drawn, strict=True)]
     commanded_peak, drawn_peak = peaks.pop(at)
-    assert commanded_peak is not None
-    assert drawn_peak is not None
     assert commanded_peak < 0.6 * drawn_peak
     assert all(p == q for p, q in peaks)
     for k in {0, 1, 2, 3} - {at}:
@@ -205,7 +200,6 @@ def test_release_opens_at_once_and_leaves_later_closings() -> None:
 
         pinches, _, _ = closings(tell, 1, place)
         end = pinches[1].end
-        assert end is not None
         # To the next piece and no longer.
         assert 0 <= end - command_log[0] - round(0.02 * FINGERTIP_RATE) <= 50
         if place == "start":
@@ -229,7 +223,6 @@ def test_request_begins_a_whole_closing_at_once_and_a_long_rest(place: str) -> N
     # Opening takes half a second at most, and a rest is longer.
     assert pinch.start - requested < (0.02 if place == "rest" else 0.6) * FINGERTIP_RATE
     assert {contact.finger for contact in pinch.truth} == {0, 1}
-    assert pinch.end is not None
     stream.read(pinch.end + round(LONG_REST * FINGERTIP_RATE) - stream.sample)
     assert stream.pinches[-1] is pinch
     stream.close()

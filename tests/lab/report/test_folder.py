@@ -37,7 +37,6 @@ def test_a_second_study_is_refused_while_the_first_works(tmp_path: Path) -> None
     out = tmp_path / "new" / "out"
     with subprocess.Popen([sys.executable, "-c", HOLD, out], stdout=subprocess.PIPE) as other:
         try:
-            assert other.stdout is not None
             assert other.stdout.readline() == b"held\n"
             with pytest.raises(InputError, match="running"), sole_use(out, {}):
                 pass

@@ -124,7 +124,6 @@ def test_only_recordings_with_a_real_source_are_called_real(
     result = results(data={**DATA, "source": source})
     assert kind({"A": result}) == badge
     table = data_table(result)
-    assert table is not None
     assert table.lines[0].cells[1].text.startswith(row)
 
 
@@ -135,7 +134,6 @@ def test_unreadable_files_are_left_out_with_the_reason(make_shore: Callable[...,
     outcome = describe(Subject("recordings", damaged))
     assert outcome.left_out[0] == f"{loss}."
     data = outcome.results[DATA_FIELD]
-    assert data is not None
     assert data.notes == ["assumed"]
 
 
@@ -156,7 +154,5 @@ def test_the_training_data_of_the_detector_are_named_where_it_learned() -> None:
             block_table(contacts, "leave_one_shore_out", (Row("RMSE", lambda s: s.rmse),)),
             class_table(contacts),
         )
-        assert levels is not None
-        assert classes_table is not None
         for caption in (levels.caption, classes_table.caption, shared({"A": contacts})):
             assert ("detector that places the windows" in caption) == learned

@@ -15,7 +15,6 @@ SCORES = {
 
 
 def texts(table: Table | None) -> dict[str, list[str]]:
-    assert table is not None
     return {row.cells[0].text: [cell.text for cell in row.cells[1:]] for row in table.lines}
 
 
@@ -25,7 +24,6 @@ def test_late_labels_and_look_ahead_are_stated() -> None:
     assert "median delay of the decision after its label" in texts(table)
     assert "placed −7 to +3 ms from its label" in texts(table)
     assert "and decided −4 to +3 ms from its label" in texts(table)
-    assert table is not None
     assert "±3" not in " ".join(c.text + c.small for row in table.lines for c in row.cells)
     assert "up to 4 ms late" in table.caption
     assert "2.0 ms of the resampler" in table.caption
@@ -44,7 +42,6 @@ def test_every_timed_model_has_a_row() -> None:
     tree = {"svm": {**entry, "support_vectors": 800, "classification": entry}, "cnn": entry}
     table = inference_table(results(inference_us=tree))
     assert list(texts(table)) == ["SVM", "SVM, classification", "CNN"]
-    assert table is not None
     assert table.lines[0].cells[0].small == "800 support vectors; 3 calls preempted"
     assert [cell.text for cell in table.lines[0].cells[1:]] == ["5 µs", "9 µs"]
     assert "Load of the machine: 8.2 on 2 cores." in table.caption

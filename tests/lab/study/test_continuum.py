@@ -31,7 +31,6 @@ def test_part_shows_each_touch_and_the_claim(monkeypatch: pytest.MonkeyPatch) ->
     subject = Subject("paper-rig", Dataset((), "twin"))
     result = continuum(subject, StudySettings(brief=True), Serial())
     found = result.results[CONTINUUM]
-    assert found is not None
     scores = found.tips[DIMPLES]["block 20"]
     assert scores.peak == pytest.approx(scores.twin / scores.elements - 1)
     assert np.sign(scores.rms) > 0

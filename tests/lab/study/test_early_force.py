@@ -37,6 +37,5 @@ def test_the_force_is_a_share_of_the_later_force(pinch: Pinch) -> None:
 def test_the_data_have_the_median_over_pinches(pinch: Pinch) -> None:
     pinches = tuple(stepped(pinch, before, 1000) for before in (0, 100, 900))
     force = describe(Subject("any", Dataset(pinches))).results[EARLY_FORCE]
-    assert force is not None
     assert (force.n, force.median) == (3, pytest.approx(0.1))
     assert force.median <= force.p95 <= 0.9

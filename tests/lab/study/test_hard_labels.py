@@ -159,15 +159,12 @@ def test_no_window_at_all(make_shore: Callable[..., Dataset], ranks: Dataset) ->
 def test_one_pinch_of_every_kind(make_shore: Callable[..., Dataset], ranks: Dataset) -> None:
     singles = make_shore(each=1, sessions=1)
     peaks = waveforms(Subject("x", singles)).results[PEAK]
-    assert peaks is not None
     assert peaks["10"].sd is None
     assert detection_splits(singles.take([0]), 0) == []
     few = ranks.take(np.unique(ranks.objects, return_index=True)[1])
     order = hardness(Subject("x", few), SMALL, Serial()).results[HARDNESS]
-    assert order is not None
     assert order.n_pinches == 6
     not_found = contacts(Subject("x", singles), SMALL, Serial()).results[CONTACT].about.not_found
-    assert not_found is not None
     assert not_found.of == 3
 
 

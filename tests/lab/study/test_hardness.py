@@ -45,14 +45,11 @@ def test_centroid_of_a_tone_is_near_its_frequency_and_blind_to_gain(
 def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None:
     outcome = hardness(Subject("recordings", ranks), StudySettings(), Serial())
     order = outcome.results[HARDNESS]
-    assert order is not None
     correlation = order.spectral_centroid
-    assert correlation.rho is not None
     assert correlation.rho > 0.9
     assert correlation.n == 6
     assert correlation.exact
     assert order.classes_left_out()["svm"].n == len(ranks)
-    assert order.by_session is not None
     assert order.by_session["svm"].n == len(ranks)
     left_out = order.classes_left_out()
     assert left_out
@@ -88,10 +85,8 @@ def real_set(ranks: Dataset) -> ShortWindows:
     )
     subject = Subject("recordings", dataset, late, set_name="rings")
     outcome = short_windows(subject, BRIEF, Serial())
-    assert outcome.results[REAL] is not None
     assert short_table(outcome.results) is not None
     table = materials_table(outcome.results)
-    assert table is not None
     ring_scores = outcome.results[REAL]["rings"]
     worst = ring_scores.by_material[ring_scores.worst("15")[0]]
     assert len(table.lines) == 4 + len(worst.sessions or {})
@@ -121,7 +116,6 @@ def test_the_worst_material_and_its_sessions_are_named(real_set: ShortWindows) -
         assert share == real_set.by_material[name].accuracy[ms]
         for entry in real_set.by_material.values():
             assert share <= entry.accuracy[ms]
-            assert entry.sessions is not None
             shares = [by_length[ms] for by_length in entry.sessions.values()]
             assert min(shares) <= entry.accuracy[ms] <= max(shares)
 

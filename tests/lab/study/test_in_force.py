@@ -79,7 +79,6 @@ def test_an_early_contact_counts_and_a_missed_one_has_no_estimate(conditioned: S
     first = next(i for i, n in enumerate(samples) if 0 < n < Touches.all_lengths(RATE)[-1])
     contacts = list(conditioned.detections)
     contact = contacts[first]
-    assert contact is not None
     contacts[first] = replace(contact, sample=contact.sample - 200, decided=contact.decided - 200)
     early = last_samples(replace(conditioned, detections=tuple(contacts)), delays, 0)
     assert early[first] == Touches.all_lengths(RATE)[-1]

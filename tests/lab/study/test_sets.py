@@ -39,11 +39,9 @@ def test_every_detector_is_scored_and_the_page_written(folder: Path) -> None:
     assert main([*words, str(other_noise)]) == 2
     assert main(words) == 0
     results = read_study(folder / "results.json").about[SET]
-    assert results is not None
     assert results.n > 0
     assert results.front_end == "a test"
     assert results.training == "others"
-    assert results.placed_2_ms is not None
     assert results.placed_2_ms > 0.9
     assert results.noise_seconds > 1
     assert results.noise_false_alarms_per_minute is not None
@@ -57,11 +55,9 @@ def test_every_detector_is_scored_and_the_page_written(folder: Path) -> None:
     assert "Toys" in page
 
     over_noise = read_study(folder / "results.json")["other_noise"][NOISE]
-    assert over_noise is not None
     assert set(over_noise.detectors) == set(DETECTORS)
     assert over_noise.noise == "as modelled"
     assert over_noise.estimated > 0
-    assert over_noise.rmse is not None
     assert over_noise.rmse < 20  # the very pinches that it learned from, here
     assert "other noise" in page
 

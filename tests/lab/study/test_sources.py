@@ -43,7 +43,6 @@ def test_arrays_are_imported_resampled_and_that_is_noted(tmp_path: Path) -> None
     assert dataset.layout.rate == FINGERTIP_RATE
     assert any("Resampled from 8000 Hz" in note for note in dataset.notes)
     first = dataset.pinches[0]
-    assert first.first is not None
     assert first.first.sample - first.first_sample == round(2000 * FINGERTIP_RATE / 8000)
     again = recorded(tmp_path / "out" / "recordings" / "imported", tmp_path / "other")
     assert len(again) == len(dataset)

@@ -45,7 +45,6 @@ def test_same_seed_gives_the_same_closings(rig: StructuredRig) -> None:
 
 def test_closing_is_quiet_until_the_contact_and_loud_after_it(rig: StructuredRig) -> None:
     for pinch in draw_blocks(rig, (60.0,), 2, 1):
-        assert pinch.first is not None
         assert pinch.second is not None
         free = pinch.first.sample / FINGERTIP_RATE - REST
         assert FREE[0] - 1e-3 <= free <= FREE[1] + 1e-3
@@ -87,6 +86,5 @@ def test_scores_are_ratios_over_all_rigs() -> None:
     )
     results = NOTHING.replace([STRUCTURE(structures)])
     for table in (structure_table(results), unknown_table(results)):
-        assert table is not None
         assert len(table.lines) == 1
     assert not PART.by_default

@@ -61,9 +61,7 @@ def test_an_interrupt_leaves_neither_processes_nor_work_behind(
     out = tmp_path / "out"
     command = ["simulate", "--out", str(out), "--cluster", one.address]
     process = subprocess.Popen(
-        [sys.executable, "-m", "firstcontact.cli.main", *command],
-        stderr=subprocess.PIPE,
-        text=True,
+        [sys.executable, "-m", "firstcontact.cli.main", *command], stderr=subprocess.PIPE, text=True
     )
     until(lambda: list(tmp_path.glob(".out.*/out/*.mcap")))
     assert not children(process.pid)

@@ -81,10 +81,7 @@ def test_an_unusable_option_is_named(words: tuple[str, ...], named: str) -> None
 
 @pytest.mark.parametrize(("option", "advanced"), [("-h", False), ("--help-all", True)])
 def test_the_help_lists_options_in_groups(
-    option: str,
-    advanced: bool,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    option: str, advanced: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "100")
     with pytest.raises(SystemExit) as end:

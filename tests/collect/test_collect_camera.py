@@ -40,10 +40,7 @@ def film(truth: dict, offset: float, drift: float) -> dict:
 
 
 @given(
-    st.integers(0, 2**31),
-    st.floats(-5000.0, 5000.0),
-    st.floats(-500e-6, 500e-6),
-    st.integers(1, 3),
+    st.integers(0, 2**31), st.floats(-5000.0, 5000.0), st.floats(-500e-6, 500e-6), st.integers(1, 3)
 )
 def test_compare_recovers_offset_and_drift_to_one_frame(seed, offset, drift, epochs):
     recording, truth = random_recording(seed, epochs=epochs)

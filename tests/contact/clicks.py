@@ -21,13 +21,7 @@ CLICK, PEAK = 320, (30, -22, 12, -6, 3)
 
 def make_pinch(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinch:
     """Return a pinch of the twin. With ``click``, a gear clicks before the contact."""
-    draw = draw_pinch(
-        seed,
-        PAPER_RIG,
-        "s",
-        draw_specimen(seed, PAPER_RIG, BLOCKS[4], 0),
-        0,
-    )
+    draw = draw_pinch(seed, PAPER_RIG, "s", draw_specimen(seed, PAPER_RIG, BLOCKS[4], 0), 0)
     pinch = simulate_pinch(draw, replace(Pinch(np.zeros((1, 16)), LAYOUT).label), 5_000)
     data = pinch.data.copy()
     if click:

@@ -4,15 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hand_stream import (
-    CALIBRATION,
-    LAYOUT,
-    OPENS,
-    Closing,
-    hand_stream,
-    make_gate,
-    turns,
-)
+from hand_stream import CALIBRATION, LAYOUT, OPENS, Closing, hand_stream, make_gate, turns
 from hypothesis import given
 from hypothesis import strategies as st
 

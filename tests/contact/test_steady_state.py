@@ -13,9 +13,7 @@ from firstcontact.signal import ExponentialSmoothing
 from firstcontact.twin import draw_pinch, simulate_pinch
 from firstcontact.twin._simulate import plan_sessions
 from firstcontact.twin.draw import condition
-from firstcontact_lab.study.detection_scores import (
-    score_detector,
-)
+from firstcontact_lab.study.detection_scores import score_detector
 
 #: Share of windows or pinches that may differ: one or two of those here.
 NEAR = 0.02

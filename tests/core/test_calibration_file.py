@@ -9,11 +9,7 @@ from firstcontact.core.calibration import read_calibration, write_calibration
 
 positive = st.floats(1e-9, 1e3)
 piezos = st.builds(
-    VibrationCalibration,
-    st.sampled_from(Finger),
-    positive,
-    st.floats(-1, 1),
-    st.none() | positive,
+    VibrationCalibration, st.sampled_from(Finger), positive, st.floats(-1, 1), st.none() | positive
 )
 curves = st.builds(
     ForceCurve, st.sampled_from(Finger), positive, positive, positive, positive, positive

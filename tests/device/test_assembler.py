@@ -13,10 +13,7 @@ from numbered import CHANNELS, DESCRIPTOR, check, frames, numbered
 from firstcontact.core import Finger
 from firstcontact.device import protocol
 from firstcontact.device.assembler import Assembled, Assembler, Counts
-from firstcontact.device.descriptor import (
-    DeviceEstimate,
-    DevicePrediction,
-)
+from firstcontact.device.descriptor import DeviceEstimate, DevicePrediction
 from firstcontact.device.protocol import FrameType, NextSamples, encode
 from prediction_payloads import contact_payload, estimate_payload, late_payload
 

@@ -142,9 +142,7 @@ def test_conformance_check_rejects_a_faulty_source(
         check_source(kind, str(recording), SourceOptions(speed=4.0), patience=0.3)
 
 
-def test_prefix_selects_a_kind_before_any_guess(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_prefix_selects_a_kind_before_any_guess(monkeypatch: pytest.MonkeyPatch) -> None:
     reel = SourceKind("reel", "reel:PATH", RECORDING.make)
     greedy = SourceKind("greedy", "anything", RECORDING.make, takes=lambda device: True)
     kinds = {**SOURCES, "greedy": greedy, "reel": reel}

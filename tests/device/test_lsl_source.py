@@ -189,9 +189,7 @@ def test_wrong_stated_rate_is_refused(stated: float, honest: bool) -> None:
         assert time.monotonic() - began < SOON
 
 
-def test_ambiguous_stream_name_is_refused_with_the_choices(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_ambiguous_stream_name_is_refused_with_the_choices(monkeypatch: pytest.MonkeyPatch) -> None:
     left = Outlet(sender="left")
     right = Outlet(left.name, sender="right")
     with monkeypatch.context() as patient:

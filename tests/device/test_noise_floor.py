@@ -3,12 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import (
-    Block,
-    Finger,
-    InputError,
-    fingertip_layout,
-)
+from firstcontact.core import Block, Finger, InputError, fingertip_layout
 from firstcontact.device import Arrival, Descriptor
 from firstcontact.device.noise_floor import RestMeter, measure_noise
 

@@ -13,14 +13,7 @@ from scripted_device import ScriptedDevice
 from firstcontact.collect.guide import Guide, Item
 from firstcontact.collect.session import Screen, run_session
 from firstcontact.contact import ThresholdDetector
-from firstcontact.core import (
-    Block,
-    Calibration,
-    Finger,
-    InputError,
-    Layout,
-    VibrationCalibration,
-)
+from firstcontact.core import Block, Calibration, Finger, InputError, Layout, VibrationCalibration
 from firstcontact.device import Descriptor
 from firstcontact.device.serial_source import SerialSource
 from firstcontact.grasp.printing import PrintHand

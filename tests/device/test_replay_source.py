@@ -102,9 +102,7 @@ def test_replay_keeps_all_positions(recording: Path, block: int) -> None:
     assert LinkNews(health_before).lines(health) == ["link: end of the recording"]
 
 
-def test_paced_blocks_have_their_due_times(
-    recording: Path,
-) -> None:
+def test_paced_blocks_have_their_due_times(recording: Path) -> None:
     speed = 5.0
     source = ReplaySource(recording, speed)
     arrivals = play(source)

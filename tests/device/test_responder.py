@@ -85,10 +85,7 @@ def test_frames_have_five_samples_and_stop_flushes(blocks: list[int]) -> None:
     assert host.listen() == []
 
 
-@given(
-    st.integers(1, 30),
-    st.lists(st.tuples(st.integers(0, 25), st.integers(0, 4)), max_size=25),
-)
+@given(st.integers(1, 30), st.lists(st.tuples(st.integers(0, 25), st.integers(0, 4)), max_size=25))
 def test_received_and_overflow_sum_to_all_samples(room: int, turns: list[tuple[int, int]]) -> None:
     host = device(room)
     host.say(FrameType.START)

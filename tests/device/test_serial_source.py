@@ -166,10 +166,7 @@ MANY = round(60 * RATE)
 
 
 def read(
-    tmp_path: Path,
-    rate: float,
-    enough: Callable[[int], bool],
-    descriptor: Descriptor = REAL,
+    tmp_path: Path, rate: float, enough: Callable[[int], bool], descriptor: Descriptor = REAL
 ) -> None:
     """Read a device that sends at ``rate`` Hz until there are enough samples."""
     with (

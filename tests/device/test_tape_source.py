@@ -59,10 +59,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     wavfile.write(tmp_path / "three.wav", RATE, np.zeros((10, 3), np.int16))
     wavfile.write(tmp_path / "still.wav", 0, np.zeros(10, np.int16))
     for name in ("text.wav", "three.wav", "still.wav", "missing.wav"):
-        with (
-            pytest.raises(InputError, match=name),
-            open_source(f"tape:{tmp_path / name}"),
-        ):
+        with pytest.raises(InputError, match=name), open_source(f"tape:{tmp_path / name}"):
             pass
 
 

@@ -11,12 +11,7 @@ from twin_host import host
 from firstcontact.core import Command
 from firstcontact.device.protocol import FrameType
 from firstcontact.device.twin_source import TwinDevice, TwinSource
-from firstcontact.device.twin_words import (
-    held_object,
-    order_text,
-    peak_text,
-    read_order,
-)
+from firstcontact.device.twin_words import held_object, order_text, peak_text, read_order
 from firstcontact.twin import TwinStream
 
 #: Multiple of real time at which orders still arrive within a closing.

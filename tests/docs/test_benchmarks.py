@@ -32,9 +32,7 @@ def test_every_benchmark_returns_ratios(run: dict[str, Any]) -> None:
         assert ast.unparse(main.returns) == "dict[str, float]", program
 
 
-def test_ratios_that_fell_by_a_fifth_or_are_missing_are_shown(
-    run: dict[str, Any],
-) -> None:
+def test_ratios_that_fell_by_a_fifth_or_are_missing_are_shown(run: dict[str, Any]) -> None:
     earlier = {"fell": 10.0, "noise": 10.0, "rose": 10.0, "missing": 10.0}
     fell, missing = run["slower"](earlier, {"fell": 7.9, "noise": 8.1, "rose": 30.0, "new": 1.0})
     assert "fell" in fell

@@ -156,11 +156,7 @@ def test_commands_run(page: Path, tmp_path: Path, user_cache: Path) -> None:
 
 @pytest.mark.parametrize("page", pages_with("data"), ids=name)
 def test_commands_run_on_the_real_impacts(
-    page: Path,
-    tmp_path: Path,
-    user_cache: Path,
-    impacts: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    page: Path, tmp_path: Path, user_cache: Path, impacts: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FIRSTCONTACT_DATA", str(impacts.parent))
     run(page, tmp_path, {"", "data"}, user_cache)
@@ -173,9 +169,7 @@ def test_long_commands_run(page: Path, tmp_path: Path, user_cache: Path) -> None
 
 
 @pytest.mark.parametrize(
-    "fence",
-    [f for f in ALL if f.language == "python"],
-    ids=lambda f: f"{name(f.page)}:{f.line}",
+    "fence", [f for f in ALL if f.language == "python"], ids=lambda f: f"{name(f.page)}:{f.line}"
 )
 def test_python_runs(fence: Fence, tmp_path: Path) -> None:
     process = forked.run("code", fence.body, cwd=tmp_path, strict=True)

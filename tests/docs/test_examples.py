@@ -15,8 +15,7 @@ ELSEWHERE = ("ros_node",)
 
 
 @pytest.mark.parametrize(
-    "example",
-    [pytest.param(e, id=e.stem) for e in EXAMPLES if e.stem not in ELSEWHERE],
+    "example", [pytest.param(e, id=e.stem) for e in EXAMPLES if e.stem not in ELSEWHERE]
 )
 def test_example_runs(example: Path, tmp_path: Path) -> None:
     process = forked.run("script", example, cwd=tmp_path, strict=True)

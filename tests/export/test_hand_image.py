@@ -7,13 +7,7 @@ import pytest
 from test_model_parity import learned
 
 from firstcontact.chain import Chain, EventKind, Image, build_image
-from firstcontact.core import (
-    Block,
-    Calibration,
-    InputError,
-    VibrationCalibration,
-    fingertip_layout,
-)
+from firstcontact.core import Block, Calibration, InputError, VibrationCalibration, fingertip_layout
 from firstcontact.export.hand_image import hand_image
 from firstcontact.models import Task, load_model
 from firstcontact.streaming.twin import twin_model

@@ -23,9 +23,7 @@ from firstcontact.device.descriptor import (
 #: Bytes with many zeros and with long runs without zeros, so that some runs reach 254.
 RUNS = st.lists(
     st.one_of(
-        st.binary(max_size=20),
-        st.integers(1, 600).map(lambda n: b"\x2a" * n),
-        st.just(b"\0\0"),
+        st.binary(max_size=20), st.integers(1, 600).map(lambda n: b"\x2a" * n), st.just(b"\0\0")
     ),
     max_size=6,
 ).map(b"".join)

@@ -95,10 +95,7 @@ def test_100000_damaged_images_are_refused_or_predict(
 
 
 def test_board_and_this_machine_give_the_same_results(
-    request: pytest.FixtureRequest,
-    strict: Path,
-    intact: tuple[bytes, list[Field]],
-    tmp_path: Path,
+    request: pytest.FixtureRequest, strict: Path, intact: tuple[bytes, list[Field]], tmp_path: Path
 ) -> None:
     if not building.has_emulator():
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi or qemu-system-arm is not installed")

@@ -83,9 +83,7 @@ def test_counter_and_filters_run_while_not_streaming(strict_program: Path) -> No
         np.testing.assert_array_equal(host.data(), DeviceFilter().update(scans)[numbers])
 
 
-def test_marks_return_with_their_text_and_the_next_samples_number(
-    strict_program: Path,
-) -> None:
+def test_marks_return_with_their_text_and_the_next_samples_number(strict_program: Path) -> None:
     with running(strict_program) as device, Host(device.path) as host:
         assert host.mark("before") == (0, "before")
         host.send(FrameType.START)

@@ -16,11 +16,7 @@ from firstcontact.contact import DETECTORS
 from firstcontact.core import Block, Finger, fingertip_layout
 from firstcontact.device import Descriptor, Health, protocol
 from firstcontact.device.assembler import Assembler
-from firstcontact.device.descriptor import (
-    DeviceContact,
-    DeviceEstimate,
-    DevicePredictor,
-)
+from firstcontact.device.descriptor import DeviceContact, DeviceEstimate, DevicePredictor
 from firstcontact.device.lines import MOST, LineReader
 from firstcontact.device.protocol import FrameType
 from firstcontact.device.responder import Responder

@@ -18,15 +18,7 @@ from emulated_ability import EmulatedAbility
 from firstcontact.core import Command, InputError
 from firstcontact.device.ports import PseudoTerminal
 from firstcontact.grasp import SafeHand, ability
-from firstcontact.grasp.ability import (
-    CLOSED,
-    INDEX,
-    LEVERS,
-    NEARLY_OPEN,
-    OPEN,
-    THUMB,
-    AbilityHand,
-)
+from firstcontact.grasp.ability import CLOSED, INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB, AbilityHand
 from firstcontact.grasp.ability_package import SIMULATED
 from processes import until
 
@@ -124,10 +116,7 @@ def test_hand_reports_the_speed_of_its_rotors_with_each_position(port: Path) -> 
 
 
 def test_hand_stops_at_the_force_limit(port: Path) -> None:
-    with (
-        EmulatedAbility(port, touch_at=25.0) as emulated,
-        safe_hand(port) as hand,
-    ):
+    with EmulatedAbility(port, touch_at=25.0) as emulated, safe_hand(port) as hand:
         open_then_close(emulated, hand)
         emulated.wait(lambda e: e.force(INDEX) > 1.5 and e.force(THUMB) > 1.5)
         count = len(emulated.targets)

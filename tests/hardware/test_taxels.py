@@ -58,9 +58,7 @@ def test_floating_rows_show_load_at_the_fourth_corner_of_a_rectangle() -> None:
     assert floating[0] / g[0] == pytest.approx(7.0, abs=0.1)
 
 
-def test_floating_rows_of_two_by_two_have_the_closed_form(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_floating_rows_of_two_by_two_have_the_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:
     # The third row hardly conducts. Dividers of 1 GOhm draw the same current i from both columns.
     monkeypatch.setattr(taxels, "SHEET", SHEET._replace(resistor=1e9))
     a, b, c, d = 1e-5, 2e-5, 3e-5, 4e-5

@@ -171,8 +171,7 @@ def hiss(t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 @pytest.mark.parametrize("name", [*NAMES, "no rig"])
 @pytest.mark.parametrize(
-    "make",
-    [sine(300.0), sine(700.0), sine(1900.0), sine(500.0, 0.01), sine(1500.0, 0.005), hiss],
+    "make", [sine(300.0), sine(700.0), sine(1900.0), sine(500.0, 0.01), sine(1500.0, 0.005), hiss]
 )
 def test_a_signal_unlike_a_touch_is_strange(name: str, make: Any) -> None:
     model = pretrained() if name == "no rig" else knowing(name)

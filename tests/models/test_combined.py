@@ -80,9 +80,7 @@ def test_the_network_can_be_taken_out_of_the_model(data: Dataset) -> None:
     assert refused.value.parameter == "estimator"
 
 
-def test_the_network_alone_keeps_the_widths_of_its_own_intervals(
-    labelled: LabelledTouches,
-) -> None:
+def test_the_network_alone_keeps_the_widths_of_its_own_intervals(labelled: LabelledTouches) -> None:
     narrow = pretrained().widened(np.full(len(Rig.STAGES), 0.2))
     given = labelled.touches, labelled.shore_a, labelled.named_sessions
     network, combined = adapt_network(narrow, *given).model, adapt_combined(narrow, *given).model

@@ -27,9 +27,7 @@ pytestmark = pytest.mark.usefixtures("small_searches")
 #: takes longest: its classification is a slow test.
 EACH = [
     pytest.param(
-        name,
-        task,
-        marks=[pytest.mark.slow] if (name, task) == ("cnn", Task.CLASSIFICATION) else [],
+        name, task, marks=[pytest.mark.slow] if (name, task) == ("cnn", Task.CLASSIFICATION) else []
     )
     for name, kind in window_estimators().items()
     for task in kind.tasks

@@ -39,44 +39,44 @@ ENTRIES = {
     "detector": Entry(
         "A detector in ten lines", "contact/_energy.py", '"three_sigma": ',
         '"energy": "firstcontact.contact._energy:EnergyDetector",',
-        "train pinches --out energy --detector-type energy --detector-only", "detector energy",
+        "train pinches --out energy --detector-type energy --detector-only", "detector energy"
     ),
     "estimator": Entry(
         "An estimator", "models/windows/_loudness.py", '"train_mean": ',
         '"loudness": "firstcontact.models.windows._loudness:Loudness",',
         "train pinches --out loudness --estimator loudness --task regression",
-        "loudness (regression)", "../registry.py",
+        "loudness (regression)", "../registry.py"
     ),
     "policy": Entry(
         "A policy", "grasp/_halfway.py", '"touch": ',
         '"halfway": "firstcontact.grasp._halfway:Halfway",',
-        f"{LIVE} --hand print --policy halfway", "halfway",
+        f"{LIVE} --hand print --policy halfway", "halfway"
     ),
     "hand": Entry(
         "A hand of your own", "grasp/_line.py", '"print": ',
         '"line": "firstcontact.grasp._line:LineHand",',
-        f"{LIVE} --hand line --hand-port nowhere", "hand line", page=HANDS,
+        f"{LIVE} --hand line --hand-port nowhere", "hand line", page=HANDS
     ),
     "source": Entry(
         "A sensor", "device/_reel.py", "{kind.name: kind",
         '{"reel": "firstcontact.device._reel:REEL"} |',
-        "info --device reel:{recording}", "reel:", "opening.py",
+        "info --device reel:{recording}", "reel:", "opening.py"
     ),
     "output": Entry(
         "An output", "streaming/_table.py", '"text": ',
         '"table": "firstcontact.streaming._table:TABLE",',
-        f"{LIVE} --output table", "\n2,0.0", "outputs.py",
+        f"{LIVE} --output table", "\n2,0.0", "outputs.py"
     ),
     "exporter": Entry(
         "A file format", "recording/_json.py", '"csv": f"{_HERE}._exporting',
         '"json": "firstcontact.recording._json:EXPORTER",',
         "export pinches --to json --out {folder}/exported.json", "20 pinches written",
-        "_formats.py",
+        "_formats.py"
     ),
     "importer": Entry(
         "A file format", "recording/_json.py", '"wav": ',
         '"json": "firstcontact.recording._json:IMPORTER",',
-        "import {folder}/given.json --out {folder}/imported", "2 pinches", "_formats.py",
+        "import {folder}/given.json --out {folder}/imported", "2 pinches", "_formats.py"
     ),
 }  # fmt: skip
 

@@ -7,23 +7,8 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from firstcontact.core import (
-    Block,
-    Channel,
-    ChannelKind,
-    Group,
-    InputError,
-    Label,
-    Layout,
-    Pinch,
-)
-from firstcontact.recording import (
-    Header,
-    PinchMark,
-    RecordingWriter,
-    load_dataset,
-    read_recording,
-)
+from firstcontact.core import Block, Channel, ChannelKind, Group, InputError, Label, Layout, Pinch
+from firstcontact.recording import Header, PinchMark, RecordingWriter, load_dataset, read_recording
 
 
 @pytest.fixture

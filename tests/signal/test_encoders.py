@@ -57,8 +57,7 @@ def test_a_position_without_a_reported_speed_still_counts():
 
 
 @pytest.mark.parametrize(
-    ("options", "parameter"),
-    [({"speeds": [1.0]}, "speeds"), ({"resolution": -1.0}, "resolution")],
+    ("options", "parameter"), [({"speeds": [1.0]}, "speeds"), ({"resolution": -1.0}, "resolution")]
 )
 def test_impossible_options_are_refused(options, parameter):
     with pytest.raises(InputError) as caught:

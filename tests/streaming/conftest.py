@@ -31,13 +31,7 @@ def twin_pinches(numbers: Sequence[int]) -> Dataset:
     for n in numbers:
         kind = BLOCKS[n % len(BLOCKS)]
         session = f"s{n % 4}"
-        draw = draw_pinch(
-            SEED,
-            PAPER_RIG,
-            session,
-            draw_specimen(SEED, PAPER_RIG, kind, 0),
-            n,
-        )
+        draw = draw_pinch(SEED, PAPER_RIG, session, draw_specimen(SEED, PAPER_RIG, kind, 0), n)
         label = Label(kind.name, kind.shore_a, session=session, specimen=kind.name)
         pinches.append(simulate_pinch(draw, label, 10_000 * n))
     return Dataset(tuple(pinches), "twin")

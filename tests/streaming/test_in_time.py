@@ -5,16 +5,7 @@ import math
 import re
 
 import pytest
-from example_events import (
-    ANSWER,
-    DESCRIPTOR,
-    FIRST,
-    FIRST_EVENT,
-    SECOND,
-    page_state,
-    pinch,
-    timed,
-)
+from example_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT, SECOND, page_state, pinch, timed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import cut

@@ -7,13 +7,7 @@ import pytest
 from streams import as_blocks, cut_frames, run
 
 from firstcontact.contact import Detector, detect
-from firstcontact.core import (
-    ClosingSpeed,
-    Contact,
-    Dataset,
-    Pinch,
-    fingertip_layout,
-)
+from firstcontact.core import ClosingSpeed, Contact, Dataset, Pinch, fingertip_layout
 from firstcontact.models import Touches
 from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.rig.rigs import RigSpeeds

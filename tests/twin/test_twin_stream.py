@@ -262,8 +262,7 @@ def test_command_overtaken_by_the_opening_is_counted_as_ignored() -> None:
 @given(
     st.lists(
         st.tuples(
-            st.integers(1, 3000),
-            st.none() | st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 50.0)),
+            st.integers(1, 3000), st.none() | st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 50.0))
         ),
         max_size=12,
     ),

@@ -32,7 +32,7 @@ from firstcontact.twin.sensor import DeviceFilter
 from firstcontact_lab.report.tables import fill, markdown_table
 
 RESULTS = Path(__file__).parent / "results" / "check.json"
-PAGE = Path(__file__).parent / "how-to" / "check-a-fingertip.md"
+PAGE = Path(__file__).parent / "reference" / "fingertip.md"
 #: Healthy hands, hands of each fault, first random seed, and time for the drift, s.
 HEALTHY, HANDS, SEED, DRIFT = 200, 100, 3000, 30.0
 #: Least share of the faults and largest share of false verdicts that we aim for.

@@ -1,4 +1,4 @@
-"""Write the tables of docs/reference/household.md from the household's data files.
+"""Write the tables of docs/reference/twin-parameters.md from the household's data files.
 
 The tables lie between ``<!-- household: NAME -->`` and ``<!-- /household -->``. A test compares
 them with the data.
@@ -12,7 +12,7 @@ from firstcontact.core.display import FAMILIAR
 from firstcontact.twin.household import HOUSEHOLD, Quantity, read_table
 from firstcontact_lab.report.tables import fill, markdown_table
 
-PAGE = Path(__file__).parent / "reference/household.md"
+PAGE = Path(__file__).parent / "reference/twin-parameters.md"
 #: Sources of the numbers.
 SOURCES = read_table("household_sources.csv")
 #: How each quantity is shown: heading, factor, digits.

@@ -14,7 +14,7 @@ import json
 import re
 import shutil
 from base64 import b64decode
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from firstcontact.core.records import to_tree
@@ -68,6 +68,18 @@ MAIN = (
     "Pinches with an estimate in force at the second contact",
     "Unseen objects, estimate in force: RMSE",
 )
+#: Tables of study parts that the lab notes show shortened: for each table, places of its columns
+#: and the starts of its lines. A table without an entry is left out, since docs/results has it.
+EXCERPTS: Mapping[str, Sequence[tuple[Sequence[int], tuple[str, ...]]]] = {
+    "anytime": [((1, 3, 5), ("RMSE", "Coverage")), ((1, 3, 5), ("RMSE",))],
+    "random_rigs": [
+        ((1, 2, 5), ("Network", "SVM", "Average of", "Average, radius", "Average, a")),
+        ((3, 4), ("Network", "Average of", "Average, radius and")),
+    ],
+    "closing_speed": [((1, 2), ("Combined",)), ((1, 2), ("Combined",))],
+    "structure": [((1, 5, 8, 9, 11), ("Shipped", "Detector from"))],
+    "short_windows": [((1, 3, 5), ("",)), ((3, 5, 6), ("",))],
+}
 #: Part of a study whose rows depend on the computer.
 TIMED = "inference"
 
@@ -78,9 +90,27 @@ def captioned(*tables: Table | None, title: str = "") -> str:
     return "\n".join(f"{heading}{t.caption}\n\n{markdown(t)}" for t in tables if t)
 
 
+def excerpt(table: Table, places: Sequence[int], starts: tuple[str, ...]) -> Table:
+    """Return the columns at ``places`` and the lines that begin with one of ``starts``."""
+    return Table(
+        table.caption,
+        [table.head[place] for place in (0, *places)],
+        [
+            Line([line.cells[place] for place in (0, *places)])
+            for line in table.lines
+            if line.cells[0].text.startswith(starts)
+        ],
+    )
+
+
 def part_tables(name: str, subjects: Mapping[str, SubjectResults]) -> str:
-    """Return the tables of a study part for each subject as Markdown."""
+    """Return the tables of a study part for each subject as Markdown, shortened to `EXCERPTS`."""
     made = {title: PARTS[name].made_tables(results) for title, results in subjects.items()}
+    if name in EXCERPTS:
+        made = {
+            title: [excerpt(t, *e) for t, e in zip(whole, EXCERPTS[name], strict=False)]
+            for title, whole in made.items()
+        }
     several = sum(map(bool, made.values())) > 1
     texts = (captioned(*tables, title=title if several else "") for title, tables in made.items())
     return "\n".join(filter(None, texts))

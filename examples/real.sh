@@ -62,7 +62,7 @@ for place in "$data" "$data/spring_drops"; do
 done
 
 [ -n "$found" ] || {
-    echo "make real: FIRSTCONTACT_DATA=$data holds no real set (no labels.csv, hits.csv, drops.npz or *_HOLD.mat): get one as docs/how-to/real-impacts.md describes, and name its folder with make real FIRSTCONTACT_DATA=FOLDER"
+    echo "make real: FIRSTCONTACT_DATA=$data holds no real set (no labels.csv, hits.csv, drops.npz or *_HOLD.mat): get one as docs/reference/results.md describes, and name its folder with make real FIRSTCONTACT_DATA=FOLDER"
     exit 2
 } >&2
 

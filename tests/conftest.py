@@ -71,7 +71,7 @@ def impacts() -> Path:
     for folder in (_real(), _real() / "impact_hardness"):
         if (folder / "labels.csv").is_file():
             return folder
-    pytest.skip("no real impacts: set FIRSTCONTACT_DATA, see docs/how-to/real-impacts.md")
+    pytest.skip("no real impacts: set FIRSTCONTACT_DATA, see docs/reference/results.md")
 
 
 @pytest.fixture(scope="session")

@@ -190,11 +190,8 @@ def _running(model: RigModel, held_out: Dataset, objects: Dataset) -> Numbers:
 
 def tables(results: Numbers) -> dict[str, str]:
     """Return the tables of costs, and of closings with an estimate in time, as Markdown."""
-    quality = ("blocks", "blocks_coverage", "objects", "objects_width", "objects_coverage")
-    head = (
-        "model | instructions | µs | flash, bytes | RAM, bytes | C − Python | blocks: error | "
-        "coverage | objects: error | interval | coverage"
-    )
+    quality = ("blocks", "objects")
+    head = "model | instructions | µs | flash, bytes | RAM, bytes | C − Python | blocks | objects"
     costs = []
     for name, row in {**results["models"], **results["peers"]}.items():
         count = row.get("instructions")

@@ -136,7 +136,7 @@ def test_no_two_tutorials_write_to_the_same_place() -> None:
 
 #: Pages with commands that take long, and the fast tests of the same verbs with the same device.
 LONG_PAGES = {
-    "docs/how-to/calibrate.md": "tests/cli/test_calibrate.py",
+    "docs/how-to/check-a-fingertip.md": "tests/collect/test_check.py, tests/cli/test_calibrate.py",
     "docs/how-to/drive-a-hand.md": "tests/cli/test_live.py",
     "docs/how-to/record-a-dataset.md": "tests/cli/test_record.py, and a tutorial",
 }

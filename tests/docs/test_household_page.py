@@ -18,7 +18,7 @@ def test_every_number_has_a_listed_source() -> None:
 
 
 def test_its_scatters_and_variations_are_those_of_the_code() -> None:
-    text = (ROOT / "docs/reference/household.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/reference/twin-parameters.md").read_text(encoding="utf-8")
     for origin, scatter in SCATTER.items():
         numbers = (scatter.modulus, scatter.mass, scatter.friction)
         assert f"| {origin} | " + " | ".join(f"{n:g}" for n in numbers) + " |" in text

@@ -1,7 +1,7 @@
 """Household objects to pick up, from raspberry to hammer, and their specimens.
 
 Every number has a source or is marked as an estimate, in ``household.csv`` and
-``docs/reference/household.md``.
+``docs/reference/twin-parameters.md``.
 """
 
 from __future__ import annotations

@@ -50,6 +50,12 @@ class Comparison:
         difference = np.linalg.norm(self.twin - self.elements)
         return float(difference / np.linalg.norm(self.elements))
 
+    @property
+    def rms_of_peak(self) -> float:
+        """RMS of the difference of both voltages, relative to the peak of the elements' voltage."""
+        difference = np.sqrt(np.mean((self.twin - self.elements) ** 2))
+        return float(difference / self.elements.max())
+
 
 def compare(kind: TwinObject, finger: FingerParameters, *, is_rigid: bool = False) -> Comparison:
     """Compare the touch of an object by the twin and by finite elements.
@@ -64,7 +70,8 @@ def compare(kind: TwinObject, finger: FingerParameters, *, is_rigid: bool = Fals
         found = touch(whole_pad(finger), object_body(kind), pad_body(finger))
     times = np.arange(0.0, DURATION, INTERVAL)
     volts = np.interp(times, found.times, found.volts)
-    return Comparison(times, twin_touch(kind.nominal, finger, times), volts)
+    touched = contact_arms(finger, kind.nominal)
+    return Comparison(times, twin_touch(touched, finger, times), volts)
 
 
 def object_body(kind: TwinObject, size: float = SIZE) -> Body:
@@ -100,8 +107,11 @@ def whole_pad(finger: FingerParameters) -> FingerParameters:
 
 
 def twin_touch(target: ObjectParameters, finger: FingerParameters, times: Values) -> Values:
-    """Return the twin's voltage at times after a finger touches a free object, without noise."""
-    target = contact_arms(finger, target)._replace(clamp_stiffness=0.0, clamp_damping=0.0)
+    """Return the twin's voltage at times after a finger touches a free object, without noise.
+
+    The object's arms are those of the contact (:func:`contact_arms`).
+    """
+    target = target._replace(clamp_stiffness=0.0, clamp_damping=0.0)
     state = np.zeros(STATES)
     state[1:8:2] = finger.speed
     out = np.empty((times.size, 2, OUTPUTS))

@@ -46,6 +46,7 @@ class StudySettings:
     early: float = 0.0
     rig_seeds: tuple[int, ...] = (601, 602, 603, 604, 605, 606)
     delays: str = ""
+    waveforms: str = ""
     parts: tuple[str, ...] = ()
     seed: int = 0
     workers: int = 2

@@ -33,6 +33,8 @@ class Study:
     """Longest time by which a contact may precede its label, ms."""
     delays: Annotated[Path | None, Option(advanced=True)] = None
     """File of `benchmarks/live.py --out`, to score estimates in force."""
+    waveforms: Annotated[Path | None, Option(advanced=True)] = None
+    """File of touches that others computed, for `--parts continuum`."""
     seed: int = 0
     """Random seed of the twin, splits, training and intervals."""
     workers: Annotated[int, Option(advanced=True, group="machine")] = 0
@@ -44,6 +46,7 @@ class Study:
         from firstcontact.jobs import worker_count
         from firstcontact.models import ESTIMATORS
         from firstcontact.models.training_plan import check_seed
+        from firstcontact_lab.continuum.waveforms import compare_file
         from firstcontact_lab.study.part import StudySettings
         from firstcontact_lab.study.parts.in_force import read_delays
 
@@ -60,11 +63,16 @@ class Study:
             detector=DETECTORS.find(self.detector_type).name,
             early=1e-3 * self.early_ms,
             delays="" if self.delays is None else str(self.delays),
+            waveforms="" if self.waveforms is None else str(self.waveforms),
         )
         for name in self.estimator:
             ESTIMATORS.include(name)
         if self.delays is not None:
             read_delays(self.delays)
+        if self.waveforms is not None:
+            if "continuum" not in self.parts:
+                raise ArgumentError("--waveforms needs --parts continuum")
+            compare_file(self.waveforms)
         if self.quick:
             settings = settings.quick()
         from firstcontact_lab.study.run import run_study

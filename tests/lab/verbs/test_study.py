@@ -105,6 +105,9 @@ def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:
         assert refused.value.parameter == "seed"
     with pytest.raises(InputError, match="--early-ms"):
         Study(early_ms=50.0).run()
+    for parts in ((), ("continuum",)):
+        with pytest.raises(InputError, match="waveforms"):
+            Study(waveforms=tmp_path / "waveforms.npz", parts=parts).run()
     for workers in (-1, 100_000):
         with pytest.raises(ArgumentError) as refused:
             Study(workers=workers).run()

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from firstcontact.core import Record
 from firstcontact.core.display import INK
 from firstcontact.jobs import Runner
-from firstcontact.twin.mechanics import FingerParameters, ObjectParameters
+from firstcontact.twin.mechanics import FingerParameters, ObjectParameters, contact_arms
 from firstcontact.twin.objects import OBJECTS as OBJECTS_BY_NAME
 from firstcontact.twin.objects import block
 from firstcontact_lab.continuum.comparison import Comparison, compare, twin_touch
 from firstcontact_lab.continuum.touch import DURATION, INTERVAL
+from firstcontact_lab.continuum.waveforms import compare_file
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
@@ -36,6 +39,7 @@ class TouchScores(Record, frozen=True, kw_only=True):
     elements: float
     peak: float
     rms: float
+    rms_of_peak: float | None = None
 
 
 class LossBias(Record, frozen=True, kw_only=True):
@@ -50,12 +54,16 @@ class LossBias(Record, frozen=True, kw_only=True):
 
 
 class Continuum(Record, frozen=True, kw_only=True):
-    """Scores by fingertip and object; power of Shore A in the blocks' peaks, and R² of a line."""
+    """Scores by fingertip and object; power of Shore A in the blocks' peaks, and R² of a line.
+
+    ``waveforms`` has the scores of the touches of a file, by their names.
+    """
 
     tips: dict[str, dict[str, TouchScores]]
     powers: dict[str, float]
     lines: dict[str, float]
     loss: dict[str, LossBias]
+    waveforms: dict[str, TouchScores] = msgspec.field(default_factory=dict)
 
 
 def continuum(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
@@ -81,6 +89,7 @@ def continuum(subject: Subject, settings: StudySettings, runner: Runner) -> Part
         powers={name: power for name, (power, _) in fitted.items()},
         lines={name: line for name, (_, line) in fitted.items()},
         loss=loss_biases(FRUIT),
+        waveforms=_of_file(settings.waveforms),
     )
     figures = [_figure(tip, found) for tip, found in by_tip.items()]
     return PartResult([CONTINUUM(results)], figures)
@@ -91,12 +100,18 @@ def _compare(job: tuple[str, str]) -> Comparison:
     return compare(OBJECTS_BY_NAME[name], FingerParameters(), is_rigid=tip == RIGID)
 
 
+def _of_file(path: str) -> dict[str, TouchScores]:
+    touches = compare_file(Path(path)) if path else {}
+    return {name: _scores(touch) for name, touch in touches.items()}
+
+
 def _scores(comparison: Comparison) -> TouchScores:
     return TouchScores(
         twin=float(comparison.twin.max()),
         elements=float(comparison.elements.max()),
         peak=comparison.peak,
         rms=comparison.rms,
+        rms_of_peak=comparison.rms_of_peak,
     )
 
 
@@ -114,7 +129,7 @@ def loss_biases(names: Sequence[str]) -> dict[str, LossBias]:
     times = np.arange(0.0, DURATION, INTERVAL)
 
     def peak(target: ObjectParameters) -> float:
-        return float(twin_touch(target, finger, times).max())
+        return float(twin_touch(contact_arms(finger, target), finger, times).max())
 
     peaks = [peak(block(level).nominal) for level in READ]
     biases = {}
@@ -161,6 +176,17 @@ _ROWS: Sequence[Row[TouchScores]] = (
     Row("peak of the elements, V", lambda s: s.elements, "p"),
     Row("difference of the peaks", lambda s: _percent(s.peak)),
     Row("RMS of the difference", lambda s: s.rms, "share"),
+    Row("RMS over the peak", lambda s: s.rms_of_peak, "share"),
+)
+
+
+#: Largest scores of a group of touches: number, peak, RMS, RMS as a share of the peak.
+_Largest = tuple[int, float, float, float]
+_LARGEST_ROWS: Sequence[Row[_Largest]] = (
+    Row("touches", lambda m: m[0]),
+    Row("largest difference of the peaks", lambda m: m[1], "share"),
+    Row("largest RMS", lambda m: m[2], "share"),
+    Row("largest RMS over the peak", lambda m: m[3], "share"),
 )
 
 
@@ -191,7 +217,32 @@ def _tables(results: SubjectResults) -> list[Table | None]:
     tables.append(matrix(caption, claim, [(Cell(name), name, False) for name in found.powers]))
     caption = "Shore A that the peak of one touch reads too hard on the blocks' peaks, by the loss."
     loss = [(Cell(name), bias, False) for name, bias in found.loss.items()]
-    return [*tables, matrix(caption, _LOSS_ROWS, loss)]
+    tables.append(matrix(caption, _LOSS_ROWS, loss))
+    caption = "Touches of the file of `--waveforms`, in groups."
+    groups = [(Cell(name), largest, False) for name, largest in largest_of(found).items()]
+    tables.append(matrix(caption, _LARGEST_ROWS, groups))
+    caption = "Touches of the file of `--waveforms`."
+    touches = [(Cell(name), scores, False) for name, scores in found.waveforms.items()]
+    return [*tables, matrix(caption, _ROWS, touches)]
+
+
+def largest_of(found: Continuum) -> dict[str, _Largest]:
+    """Return the largest scores of a file's blocks and solid fruit by tip, and of other shapes."""
+    groups: dict[str, list[TouchScores]] = {}
+    for name, scores in found.waveforms.items():
+        shape, _, tip, *_ = name.split("-")
+        is_usual = shape not in ("wide", "tennis")
+        title = f"blocks and solid fruit, {tip}" if is_usual else shape
+        groups.setdefault(title, []).append(scores)
+    return {
+        title: (
+            len(group),
+            max(abs(s.peak) for s in group),
+            max(s.rms for s in group),
+            max(s.rms_of_peak or 0.0 for s in group),
+        )
+        for title, group in groups.items()
+    }
 
 
 def _text(subjects: Subjects) -> str:

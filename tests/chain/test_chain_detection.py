@@ -82,7 +82,7 @@ def test_detector_in_python_finds_the_same_contacts() -> None:
         constants = random.stream.constants
         if constants.kind == DetectorKind.LOGISTIC:
             continue
-        program = replace(constants, kind=DetectorKind.PROGRAM)
+        program = replace(constants, kind=DetectorKind.PYTHON)
         detector = Python(constants.step, constants.threshold)
         same = replace(random, stream=replace(random.stream, constants=program))
         assert computed(same, None, detector=detector) == computed(random, None)

@@ -28,7 +28,7 @@ def test_a_chain_in_use_is_no_wrong_width() -> None:
         def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
             return np.zeros(windows.shape[:2], bool)
 
-    constants = DetectorConstants(DetectorKind.PROGRAM, 10, 2, 20, 5)
+    constants = DetectorConstants(DetectorKind.PYTHON, 10, 2, 20, 5)
     chain = Chain(build_image(1000.0, constants), LAYOUT, detector=Reentrant())
     with pytest.raises(ValueError, match="in use"):
         chain.take(Block(SAMPLES, 0))

@@ -98,7 +98,7 @@ def test_the_token_opens_the_page_and_its_cookie_all_files(guarded: PageSink) ->
 
 def test_the_newest_address_decides_in_a_browser_with_the_other_cookie(guarded: PageSink) -> None:
     """A page from the look-only address keeps its token, although the browser had the other."""
-    look = guarded.look_url
+    look = guarded.viewer_url
     assert TOKEN not in look
     cookie = f"firstcontact-{port(guarded)}={TOKEN}"
     _, head, _ = ask(port(guarded), look[look.index("/?") :], Cookie=cookie)

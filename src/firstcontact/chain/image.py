@@ -49,7 +49,7 @@ class DetectorKind(IntEnum):
     LOGISTIC = 1
     THRESHOLD = 2
     #: Python judges the windows.
-    PROGRAM = 3
+    PYTHON = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,7 +25,7 @@ Predict = Callable[
 ]
 
 
-class ProgramDetector(Protocol):
+class PythonDetector(Protocol):
     """Interface of detectors in Python, which the chain calls for each window."""
 
     def settled(self, quiet: NDArray[np.float64]) -> None:
@@ -51,7 +51,7 @@ class Chain:
         Noise of the sensors at rest. Without it, each epoch (run of the device's sample counter)
         counts as one closing.
     detector
-        Detector in Python, for an image whose detector has the kind PROGRAM.
+        Detector in Python, for an image whose detector has the kind PYTHON.
     predict
         Function that predicts, for an image whose model is in Python.
     contact
@@ -80,7 +80,7 @@ class Chain:
         layout: Layout,
         calibration: Calibration | None = None,
         *,
-        detector: ProgramDetector | None = None,
+        detector: PythonDetector | None = None,
         predict: Predict | None = None,
         contact: Callable[[int], Hints] | None = None,
         keeps_first_state: bool = False,
@@ -178,11 +178,11 @@ class Chain:
         return [ChainEvent(*event) for event in result]
 
 
-def _settled(detector: ProgramDetector, fingers: int) -> Callable[[memoryview], None]:
+def _settled(detector: PythonDetector, fingers: int) -> Callable[[memoryview], None]:
     return lambda quiet: detector.settled(np.frombuffer(quiet).reshape(-1, fingers).copy())
 
 
-def _judge(detector: ProgramDetector, fingers: int) -> Callable[[memoryview], int]:
+def _judge(detector: PythonDetector, fingers: int) -> Callable[[memoryview], int]:
     def judge(windows: memoryview) -> int:
         fired = detector.fires(np.frombuffer(windows).reshape(1, fingers, -1).copy())[0]
         return sum(1 << k for k, has_contact in enumerate(fired) if has_contact)

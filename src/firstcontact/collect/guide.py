@@ -227,15 +227,15 @@ class Guide:
             judged += self._judge()
         self._next = (block.end, block.epoch)
         self._noise.update(block)
-        for stage in self._closings.update(block):
-            if isinstance(stage, ClosingBegan):
+        for event in self._closings.update(block):
+            if isinstance(event, ClosingBegan):
                 judged += self._judge()
                 if not self.paused:
-                    self._check = ClosingCheck(self.layout, stage.sample, stage.epoch)
-            elif isinstance(stage, ClosingSamples) and self._check is not None:
+                    self._check = ClosingCheck(self.layout, event.sample, event.epoch)
+            elif isinstance(event, ClosingSamples) and self._check is not None:
                 # A contact after the end of the pinch belongs to no pinch.
                 end = self._check.end
-                for contact in stage.contacts:
+                for contact in event.contacts:
                     if end is None or contact.sample < end:
                         self._check.contacts.setdefault(contact.finger, contact)
         if self._check is not None:

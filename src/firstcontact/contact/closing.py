@@ -39,7 +39,7 @@ class ClosingEnded:
     is_complete: bool
 
 
-Stage = ClosingBegan | ClosingSamples | ClosingEnded
+ClosingEvent = ClosingBegan | ClosingSamples | ClosingEnded
 
 
 _log = logging.getLogger("firstcontact.contact")
@@ -57,7 +57,7 @@ class Closings:
         self._open = False
         self._epoch = 0
 
-    def update(self, block: Block) -> Iterator[Stage]:
+    def update(self, block: Block) -> Iterator[ClosingEvent]:
         """Process the next block and yield its events in order."""
         events = self._chain.take(block)
         # Until a closing begins, events belong to the epoch of the closing before.

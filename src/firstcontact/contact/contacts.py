@@ -35,7 +35,7 @@ def contact_chain(
         build_image(layout.rate, constants, after=ENDLESS / layout.rate),
         layout,
         calibration,
-        detector=detector if constants.kind == DetectorKind.PROGRAM else None,
+        detector=detector if constants.kind == DetectorKind.PYTHON else None,
         keeps_first_state=keeps_first_state,
         is_traced=is_traced,
     )

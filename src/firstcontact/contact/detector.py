@@ -152,7 +152,7 @@ class Detector:
         this base class returns, it calls :meth:`settled` and :meth:`fires`. Raise InputError if the
         detector cannot run at the rate.
         """
-        return self._constants(rate, DetectorKind.PROGRAM)
+        return self._constants(rate, DetectorKind.PYTHON)
 
 
 #: Largest stored weight. It keeps scores finite; trained weights are around 1.
@@ -222,8 +222,8 @@ def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
     """Return True if a pinch has a known contact and enough samples before it for training."""
     if pinch.first is None:
         return False
-    room = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
-    return room >= sizes.steady + sizes.step
+    lead = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
+    return lead >= sizes.steady + sizes.step
 
 
 def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) -> Dataset:

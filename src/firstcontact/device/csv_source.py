@@ -26,7 +26,7 @@ from firstcontact.device.descriptor import Descriptor
 from firstcontact.device.lines import LineReader
 from firstcontact.device.opening import SourceOptions
 from firstcontact.device.ports import LinkError, SerialTransport, reopen
-from firstcontact.device.threaded import LONGEST_LOOK, ThreadedSource
+from firstcontact.device.threaded import LONGEST_PAUSE, ThreadedSource
 from firstcontact.recording.settings import LOWEST_RATE
 
 _log = logging.getLogger("firstcontact.device")
@@ -94,7 +94,7 @@ class SteadyArrivals:
 
     def add(self, age: float, lines: int) -> None:
         gap, self._last = age - self._last, age
-        if gap > LONGEST_LOOK:
+        if gap > LONGEST_PAUSE:
             if sum(other > 0.5 * gap for other in self._gaps) < 2:
                 self._begin = age + self._lead
             self._gaps.append(gap)

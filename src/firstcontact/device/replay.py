@@ -245,20 +245,20 @@ class ReplayDevice(TerminalDevice):
         self._tape = _pieces(self._recording, FRAME_SAMPLES, self._epochs[epoch_index])
         self._next = next(self._tape, None)
         self._due = 0.0
-        self._last_look: float | None = None  # time of the last update, while samples are sent
+        self._last_update: float | None = None  # time of the last update, while samples are sent
         room = math.ceil(RING * self._rate) if math.isfinite(self._rate) else 0
         self._restart(self.descriptor, max(room, 2 * PIECE))
 
     def _play(self) -> None:
         if not self._responder.streaming:
-            self._last_look = None
+            self._last_update = None
             return
         now = time.monotonic()
         if math.isinf(self._rate):
             self._due = float(0 if self._wire else PIECE)
-        elif self._last_look is not None:
-            self._due += (now - self._last_look) * self._rate
-        self._last_look = now
+        elif self._last_update is not None:
+            self._due += (now - self._last_update) * self._rate
+        self._last_update = now
         while self._next is not None and self._due >= len(self._next.block.data):
             block = self._next.block
             self._responder.next_sample = block.first_sample

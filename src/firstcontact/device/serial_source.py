@@ -18,7 +18,7 @@ from firstcontact.device.opening import SourceOptions
 from firstcontact.device.ports import BAUD, LinkError, SerialTransport, not_a_port, reopen
 from firstcontact.device.protocol import VERSION, FrameType, hint_payload, marker_text
 from firstcontact.device.source import Arrival, Health
-from firstcontact.device.threaded import LONGEST_LOOK, QueuedSource
+from firstcontact.device.threaded import LONGEST_PAUSE, QueuedSource
 from firstcontact.device.twin_words import TWIN
 from firstcontact.recording import Marker
 
@@ -28,7 +28,7 @@ _log = logging.getLogger("firstcontact.device")
 PATIENCE = 5.0
 #: Time after a call of ``read`` at which the source's own thread begins to read the port, s. Until
 #: then samples wait in the port, which holds 23 ms of them, and in the device (0.2 s or more).
-LOOK = 0.04
+READER_PAUSE = 0.04
 #: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
 #: for the same time again, it counts as disconnected ...
 SILENCE = 1.0
@@ -83,7 +83,7 @@ class SerialSource(QueuedSource):
         self._heard = 0.0  # time of the last samples or answer
         self._sampled = 0.0  # time of the last samples
         self._read_bytes = 0  # size of the last read
-        self._looked = -math.inf  # begin or end of the last call of ``read``
+        self._last_read = -math.inf  # begin or end of the last call of ``read``
         self._interruption: Exception | None = None  # a reader's error, for the source's own thread
         # The fields below are protected by ``_changed``.
         self._markers: list[Marker] = []  # waiting for their sample
@@ -122,20 +122,20 @@ class SerialSource(QueuedSource):
         self._check_readable(timeout, is_drained=self._is_drained)
         until = time.monotonic() + timeout
         remaining = timeout
-        self._looked = until - timeout  # the source's own thread gives way
+        self._last_read = until - timeout  # the source's own thread gives way
         if self._connected and self._turn.acquire(timeout=max(timeout, 0.0)):
             try:
                 while self._connected and self._waiting < least:
-                    self._look(least, remaining)
+                    self._read_port(least, remaining)
                     remaining = until - time.monotonic()
                     if remaining <= 0.0:
                         break
-                self._looked = time.monotonic()
+                self._last_read = time.monotonic()
             finally:
                 self._turn.release()
         return self._collect(max(until - time.monotonic(), 0.0), least)
 
-    def _look(self, least: int, patience: float) -> None:
+    def _read_port(self, least: int, patience: float) -> None:
         """Sleep until ``least`` samples should have come. Read the port once, for the reader."""
         transport = self._transport
         if transport is None or self._interruption is not None or self._closing.is_set():
@@ -236,8 +236,8 @@ class SerialSource(QueuedSource):
                 finally:
                     self._turn.release()
             else:
-                elapsed = time.monotonic() - self._looked
-                time.sleep(LOOK - elapsed if elapsed < LOOK else LOOK)
+                elapsed = time.monotonic() - self._last_read
+                time.sleep(READER_PAUSE - elapsed if elapsed < READER_PAUSE else READER_PAUSE)
         if self._assembler.epoch >= 0:
             with self._last_turn(), suppress(LinkError):
                 self._stop(transport)
@@ -275,7 +275,7 @@ class SerialSource(QueuedSource):
     def _is_needed(self) -> bool:
         """Return True if the source's own thread must read the port."""
         now = time.monotonic()
-        if now - self._looked < LOOK:
+        if now - self._last_read < READER_PAUSE:
             return False
         if self.most is not None and self._waiting >= self.most:
             self._heard = now  # nothing is read meanwhile, so this is no silence
@@ -354,9 +354,9 @@ class SerialSource(QueuedSource):
             previous, now = now, time.monotonic()
             if self._take(data, now).stopped:
                 return
-            look = min(now - previous, LONGEST_LOOK)  # without a stop of this program
-            spent += look
-            silence = 0.0 if self._heard == now else silence + look
+            pause = min(now - previous, LONGEST_PAUSE)  # without a stop of this program
+            spent += pause
+            silence = 0.0 if self._heard == now else silence + pause
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:

@@ -29,7 +29,7 @@ SILENCE = 1.0
 REFUSE_AFTER = 1.8
 #: Longest time between two reads that counts as silence, s. A longer time means that this process
 #: was stopped.
-LONGEST_LOOK = 0.1
+LONGEST_PAUSE = 0.1
 #: Largest usable sample, the limit of 32-bit integers. Filters and recordings can hold larger
 #: values.
 LARGEST_SAMPLE = 2.0**31
@@ -148,7 +148,7 @@ class ThreadedSource(QueuedSource):
         self._unusable = 0
         #: True while the reader processes a backlog.
         self._behind = False
-        self._looked = 0.0
+        self._last_check = 0.0
         self._silence = 0.0
 
     @abstractmethod
@@ -181,7 +181,7 @@ class ThreadedSource(QueuedSource):
     def __enter__(self) -> Self:
         self._descriptor = self._open()
         self._measure_rate(self._descriptor.layout.rate)
-        self._looked = time.monotonic()
+        self._last_check = time.monotonic()
         self._health = replace(self._health, connected=True)
         self._start()
         return self
@@ -248,8 +248,8 @@ class ThreadedSource(QueuedSource):
     def _wait(self) -> bool:
         """Measure the time without a usable sample. Return True once it reaches ``SILENCE`` s."""
         now = time.monotonic()
-        self._silence += min(now - self._looked, LONGEST_LOOK)
-        self._looked = now
+        self._silence += min(now - self._last_check, LONGEST_PAUSE)
+        self._last_check = now
         if self._silence >= SILENCE and self._health.connected:
             self._note(connected=False)
         return self._silence >= SILENCE
@@ -259,7 +259,7 @@ class ThreadedSource(QueuedSource):
     ) -> None:
         if not len(data):
             return
-        self._silence, self._looked = 0.0, time.monotonic()
+        self._silence, self._last_check = 0.0, time.monotonic()
         with self._changed:
             self._begin_epoch(epoch, first)
             health, self._pending = self._health, 0

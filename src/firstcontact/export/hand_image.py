@@ -26,7 +26,7 @@ from firstcontact.models.anytime import Predictor
 #: Kinds of detectors that C computes.
 IN_C = (DetectorKind.LOGISTIC, DetectorKind.THRESHOLD)
 #: Longest image that a hand stores, bytes.
-ROOM = (1 << 18) - 16
+CAPACITY = (1 << 18) - 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,10 +83,10 @@ def hand_image(
     names = {"model": identity, "detector": detector.name, "anytime": predictor.name}
     text = json.dumps(names | {"floors": known}, separators=(",", ":"))
     data = build_image(layout.rate, *constants, floors=known, text=text).data
-    if len(data) > ROOM:
+    if len(data) > CAPACITY:
         raise ModelError(
-            f"{folder}: the model has {len(data)} bytes, and a hand has room for {ROOM}: adapt it "
-            "to recordings of fewer fingers, or name a smaller one with --estimator"
+            f"{folder}: the model has {len(data)} bytes, more than a hand stores ({CAPACITY}): adapt "
+            "it to recordings of fewer fingers, or name a smaller one with --estimator"
         )
     return HandImage(data, identity)
 

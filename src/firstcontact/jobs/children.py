@@ -22,7 +22,7 @@ from typing import IO, Any
 #: Time to wait for a killed child, s. Only a child that is stuck in the kernel needs more.
 KILLED = 5.0
 #: Longest wait in one call of ``select``, s. It does not notice a signal that came just before it.
-LOOK = 0.5
+LONGEST_SELECT = 0.5
 
 
 class Child:
@@ -134,9 +134,9 @@ def _ready(deadline: float, *, reads: Sequence[int] = (), writes: Sequence[int] 
     """Wait until a pipe can be read or written. Return False if ``deadline`` passes first."""
     while True:
         remaining = max(deadline - time.monotonic(), 0.0)
-        if any(select.select(reads, writes, [], min(remaining, LOOK))):
+        if any(select.select(reads, writes, [], min(remaining, LONGEST_SELECT))):
             return True
-        if remaining <= LOOK:
+        if remaining <= LONGEST_SELECT:
             return False
 
 

@@ -147,7 +147,7 @@ class Pipeline:
             None if predictor is None else predictor.chain_constants(),
             after=max(AFTER, 1.5 * longest),
         )
-        self._plugin: Any = detector if constants.kind is DetectorKind.PROGRAM else None
+        self._plugin: Any = detector if constants.kind is DetectorKind.PYTHON else None
         self._fingers = layout.vibration_fingers
         self._idle = samples_in(IDLE[0], layout.rate)
         self._strips = Strips(layout)
@@ -225,8 +225,8 @@ class Pipeline:
             if self._waiting_samples >= self._lot:
                 yield from self._work(host)
 
-    def group(self, seconds: float) -> None:
-        """Process samples in groups of ``seconds`` (0.018 to 0.036 s) while no event is due."""
+    def set_batch(self, seconds: float) -> None:
+        """Process samples in batches of ``seconds`` (0.018 to 0.036 s) while no event is due."""
         self._idle = samples_in(min(max(seconds, IDLE[0]), IDLE[1]), self.layout.rate)
 
     @property

@@ -47,7 +47,7 @@ class HandRequest:
 
     ask: Ask | None
     by: str
-    at: float = field(default_factory=steady_clock)
+    time: float = field(default_factory=steady_clock)
 
 
 class HandRequests:
@@ -103,7 +103,7 @@ class HandRequests:
             self.opening = any(self.opens(request) for request in self._waiting)
             while self._waiting:
                 request = self._waiting.popleft()
-                if request.ask is not Ask.CLOSE or steady_clock() - request.at < STALE:
+                if request.ask is not Ask.CLOSE or steady_clock() - request.time < STALE:
                     return request
             return None
 

@@ -141,7 +141,7 @@ class LiveSession:
         self.fanout = Fanout(sinks, self.source.descriptor, patient, ended)
         self._hurries = ended if patient else lambda: True
         together = min((sink.every for sink in sinks), default=TOGETHER)
-        self.pipeline.group(together if self.grasping is None else 0.0)
+        self.pipeline.set_batch(together if self.grasping is None else 0.0)
         self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
         self._given, self._reported = 0, set()
         try:

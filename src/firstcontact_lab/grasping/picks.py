@@ -32,7 +32,7 @@ from firstcontact_lab.grasping.hands import (
 LONGEST_PICK = 2.0
 LIFTS = {"abrupt": Lift(), "gradual": Lift(duration=1.0)}
 #: Number of samples between two checks for a slip.
-LOOK = 10
+SLIP_STEP = 10
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -160,7 +160,7 @@ def full_closing(job: FullJob, hands: OwnHands) -> FullRow:
     while not plant.ended:
         start = plant.sample
         listening = not policy.both
-        block = Block(plant.advance(BLOCK if listening else LOOK), start)
+        block = Block(plant.advance(BLOCK if listening else SLIP_STEP), start)
         if listening:
             grasping.on_samples(block, 0.0)
             for event in pipeline.update(block, 0.0):

@@ -17,7 +17,7 @@ from firstcontact.twin.household import household_named
 from firstcontact.twin.outcome import Lift
 from firstcontact.twin.plant import GraspPlant
 from firstcontact_lab.grasping.hands import OwnHands, SlipWatch
-from firstcontact_lab.grasping.picks import LIFTS, LOOK, Pick, approached, pick_specimen
+from firstcontact_lab.grasping.picks import LIFTS, SLIP_STEP, Pick, approached, pick_specimen
 
 Values = NDArray[np.float64]
 #: Assumed latencies of the slip detection, s.
@@ -100,7 +100,7 @@ def _reflex(
     """
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
-        plant.move(LOOK)
+        plant.move(SLIP_STEP)
         if watch.slips(plant):
             force = min(force * boost, Grip().force)
             pressing = Grip().pressing(force)

@@ -20,7 +20,7 @@ SPLITS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Appearance:
     title: str
     colour: str
 
@@ -44,24 +44,24 @@ def competitor_title(name: str) -> str:
     return TITLES.get(name) or estimator(name).title
 
 
-def estimator(name: str) -> Look:
+def estimator(name: str) -> Appearance:
     """Return title and colour of an estimator. The name is the title if it is not installed."""
-    return _look(ESTIMATORS, name)
+    return _appearance(ESTIMATORS, name)
 
 
-def detector(name: str) -> Look:
-    return _look(DETECTORS, name)
+def detector(name: str) -> Appearance:
+    return _appearance(DETECTORS, name)
 
 
 #: Titles of estimators of other packages, for results on machines without these packages.
 _ABSENT = {"minirocket": "MiniRocket"}
 
 
-def _look(registry: Registry[Any], name: str) -> Look:
+def _appearance(registry: Registry[Any], name: str) -> Appearance:
     entry = registry.get(name)
     if entry is None:
-        return Look(_ABSENT.get(name, name.replace("_", " ").capitalize()), SKY)
-    return Look(entry.title, entry.colour)
+        return Appearance(_ABSENT.get(name, name.replace("_", " ").capitalize()), SKY)
+    return Appearance(entry.title, entry.colour)
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:

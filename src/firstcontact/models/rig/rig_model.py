@@ -294,22 +294,24 @@ def _finger(name: str) -> int:
     return finger
 
 
-def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
-    level, sign, speed = take_array(arrays, at + "scalars", 3).astype(np.float64).tolist()
+def _rig(arrays: Mapping[str, NDArray[Any]], prefix: str) -> Rig:
+    level, sign, speed = take_array(arrays, prefix + "scalars", 3).astype(np.float64).tolist()
     if not LOUD[0] <= level <= LOUD[1] or sign not in (1.0, -1.0) or speed < 0:
         raise ModelError(
-            f"the array '{at}scalars' holds an impossible loudness, sign or closing speed of a rig"
+            f"the array '{prefix}scalars' holds an impossible loudness, sign or speed of a rig"
         )
-    tokens = take_array(arrays, at + "tokens", len(Rig.STAGES), None, Rig.TOKEN).astype(np.float64)
-    general = take_array(arrays, at + "general", Rig.GENERAL).astype(np.float64)
+    tokens = take_array(arrays, prefix + "tokens", len(Rig.STAGES), None, Rig.TOKEN).astype(
+        np.float64
+    )
+    general = take_array(arrays, prefix + "general", Rig.GENERAL).astype(np.float64)
     pitch = None
-    if at + "reference" in arrays:
-        reference = take_array(arrays, at + "reference", LINES).astype(np.float32)
-        pitch = MotorPitch(reference, float(take_array(arrays, at + "usual", 1)[0]))
+    if prefix + "reference" in arrays:
+        reference = take_array(arrays, prefix + "reference", LINES).astype(np.float32)
+        pitch = MotorPitch(reference, float(take_array(arrays, prefix + "usual", 1)[0]))
     speeds = None
     if speed:
-        spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
+        spread, error = take_array(arrays, prefix + "speeds", 2).astype(np.float64).tolist()
         speeds = RigSpeeds(speed, spread, error or float("inf"))
         if not speeds.is_possible:
-            raise ModelError(f"the array '{at}speeds' holds an impossible spread or error")
+            raise ModelError(f"the array '{prefix}speeds' holds an impossible spread or error")
     return Rig(level, sign, pitch, speeds, tokens, general)

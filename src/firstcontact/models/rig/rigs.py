@@ -380,9 +380,9 @@ class RigRegression:
         return {"inputs": self._inputs, "shore_a": self._shore_a, "scale": self._scale}
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], at: str) -> Self:
-        """Restore the regression from the arrays whose names begin with ``at``."""
-        shore_a = take_array(arrays, at + "shore_a", None).astype(np.float64)
-        inputs = take_array(arrays, at + "inputs", len(Rig.STAGES), len(shore_a), WIDTH)
-        scale = take_array(arrays, at + "scale", len(Rig.STAGES)).astype(np.float64)
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], prefix: str) -> Self:
+        """Restore the regression from the arrays whose names begin with ``prefix``."""
+        shore_a = take_array(arrays, prefix + "shore_a", None).astype(np.float64)
+        inputs = take_array(arrays, prefix + "inputs", len(Rig.STAGES), len(shore_a), WIDTH)
+        scale = take_array(arrays, prefix + "scale", len(Rig.STAGES)).astype(np.float64)
         return cls(inputs.astype(np.float64), shore_a, scale)

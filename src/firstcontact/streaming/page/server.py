@@ -183,14 +183,14 @@ class PageServer:
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         answered = answer(request, self._guard, self._files)
         # Nothing else runs between this check and `_view`, which counts the viewer.
-        if answered is None and len(self._viewers) >= VIEWERS and not self._make_room():
+        if answered is None and len(self._viewers) >= VIEWERS and not self._drop_silent_viewer():
             return plain(
                 HTTPStatus.SERVICE_UNAVAILABLE,
                 f"{VIEWERS} viewers are watching: close one of them.",
             )
         return answered
 
-    def _make_room(self) -> bool:
+    def _drop_silent_viewer(self) -> bool:
         """Disconnect the viewer that has been silent longest. Return False if all are active."""
         slowest = min(self._viewers.values(), key=lambda viewer: viewer.pinged)
         if time.monotonic() - slowest.pinged < GRACE:

@@ -65,7 +65,7 @@ class PageSink:
         return self._guard.url(self._guard.token)
 
     @property
-    def look_url(self) -> str | None:
+    def viewer_url(self) -> str | None:
         """Address for viewers who may not control the session; None if no token is needed."""
         token = self._guard.look_token
         return None if token is None else self._guard.url(token)
@@ -111,8 +111,8 @@ def _make(session: LiveSession, options: OutputOptions) -> PageSink:
     landmarks = {} if session.model is None else _landmarks(session.model)
     sink = PageSink(options.address, options.port, options.token, session, landmarks)
     session.notify(f"page: {sink.url}")
-    if sink.look_url is not None:
-        session.notify(f"page without controls, to look only: {sink.look_url}")
+    if sink.viewer_url is not None:
+        session.notify(f"page without controls, for viewers: {sink.viewer_url}")
     return sink
 
 

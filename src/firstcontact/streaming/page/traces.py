@@ -74,7 +74,7 @@ class Columns:
         self._next = block.end
         origin, base = self._epochs[block.epoch]
         place = base + (samples - origin) // self.samples
-        self._make_room(int(place[-1]))
+        self._discard_oldest(int(place[-1]))
         starts = np.flatnonzero(np.diff(place, prepend=place[0] - 1))
         low = np.fmin.reduceat(values, starts, axis=0)
         high = np.fmax.reduceat(values, starts, axis=0)
@@ -83,7 +83,7 @@ class Columns:
         self._ring[slots, :, 0] = np.fmin(self._ring[slots, :, 0], low[is_visible])
         self._ring[slots, :, 1] = np.fmax(self._ring[slots, :, 1], high[is_visible])
 
-    def _make_room(self, top: int) -> None:
+    def _discard_oldest(self, top: int) -> None:
         fresh = np.arange(max(self._top + 1, top - self._size + 1), top + 1)
         self._ring[fresh % self._size] = np.nan
         self._top = max(self._top, top)

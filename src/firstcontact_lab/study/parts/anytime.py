@@ -249,7 +249,7 @@ _SIDES = {"objects": ("o-", "unseen objects"), "blocks": ("s--", "blocks of othe
 
 
 def anytime_figure(results: AnytimeResults) -> Figure:
-    look = names.estimator(results.estimator)
+    appearance = names.estimator(results.estimator)
     sides: dict[str, AnytimeScores] = {results.pinches: results}
     if results.blocks is not None:
         sides["blocks"] = results.blocks
@@ -257,8 +257,8 @@ def anytime_figure(results: AnytimeResults) -> Figure:
         error, width = axes[0]
         for side, scores in sides.items():
             style, name = _SIDES[side]
-            _line(error, scores, "rmse", style, name, look.colour)
-            _line(width, scores, "width", style, name, look.colour)
+            _line(error, scores, "rmse", style, name, appearance.colour)
+            _line(width, scores, "width", style, name, appearance.colour)
         fixed = results.fixed
         if fixed is not None:
             other = names.estimator(fixed.estimator)
@@ -273,7 +273,7 @@ def anytime_figure(results: AnytimeResults) -> Figure:
         image = uri(figure)
     return Figure(
         "anytime",
-        f"Error and interval by the time after contact: {look.title.lower()}",
+        f"Error and interval by the time after contact: {appearance.title.lower()}",
         "No estimate uses signal after its time or after the second contact. Bands are 95 % "
         "intervals.",
         image,

@@ -279,7 +279,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores) -> Figure:
 
 
 def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    looks = {model: names.estimator(model) for model in drawn}
+    appearances = {model: names.estimator(model) for model in drawn}
     levels = np.unique(next(iter(drawn.values()))[0].y)
     return box_figure(
         "levels",
@@ -291,13 +291,13 @@ def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) ->
             f"{level:g}": (
                 float(level),
                 {
-                    looks[model].title: predicted[data.y == level]
+                    appearances[model].title: predicted[data.y == level]
                     for model, (data, predicted) in drawn.items()
                 },
             )
             for level in levels
         },
-        {look.title: look.colour for look in looks.values()},
+        {appearance.title: appearance.colour for appearance in appearances.values()},
     )
 
 

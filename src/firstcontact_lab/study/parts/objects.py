@@ -179,7 +179,7 @@ _BIAS = Row[ObjectScores]("Bias", lambda s: bounded(s, "bias"), "bias")
 
 
 def objects_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    looks = {model: names.estimator(model) for model in drawn}
+    appearances = {model: names.estimator(model) for model in drawn}
     boxed: dict[str, tuple[float, dict[str, Values]]] = {}
     for model, (data, predicted) in drawn.items():
         specimens = specimen_names(data)
@@ -189,14 +189,14 @@ def objects_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figur
                 name = figure_label(str(specimen).replace("_", " "))
                 truth = float(data.y[chosen].mean())
                 entry = boxed.setdefault(name, (truth, {}))
-                entry[1][looks[model].title] = predicted[chosen]
+                entry[1][appearances[model].title] = predicted[chosen]
     return box_figure(
         "objects",
         "Estimates of each unseen object",
         "Boxes hold the middle half of an object's pinches. No model was trained on these objects.",
         "",
         dict(sorted(boxed.items(), key=lambda item: item[1][0])),
-        {look.title: look.colour for look in looks.values()},
+        {appearance.title: appearance.colour for appearance in appearances.values()},
     )
 
 

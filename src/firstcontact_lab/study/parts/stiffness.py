@@ -201,10 +201,10 @@ def time_figure(
             times = [float(ms) for ms in found.by_time]
             scored = found.by_time[next(iter(found.by_time))]
             for name in (n for n in scored if n in estimators and n != "train_mean"):
-                look = names.estimator(name)
+                appearance = names.estimator(name)
                 values = [found.relative_error(ms, name) for ms in found.by_time]
-                colour = GREY if names.is_baseline(name) else look.colour
-                label = f"{look.title}, {title.replace('_', ' ')}"
+                colour = GREY if names.is_baseline(name) else appearance.colour
+                label = f"{appearance.title}, {title.replace('_', ' ')}"
                 banded_line(ax, times, values, [None], style, colour, label)
         ax.axhline(1.0, color=INK, ls=":", lw=1.2, label="always the mean")
         ax.set(

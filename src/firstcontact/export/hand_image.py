@@ -85,7 +85,7 @@ def hand_image(
     data = build_image(layout.rate, *constants, floors=known, text=text).data
     if len(data) > CAPACITY:
         raise ModelError(
-            f"{folder}: the model has {len(data)} bytes, more than a hand stores ({CAPACITY}): adapt "
+            f"{folder}: the model has {len(data)} bytes, more than a hand has ({CAPACITY}): adapt "
             "it to recordings of fewer fingers, or name a smaller one with --estimator"
         )
     return HandImage(data, identity)

@@ -10,7 +10,7 @@
 enum { IMAGE_MOST = 1 << 20, SAMPLES_MOST = 1 << 10, ROOM = 1 << 13 };
 
 typedef struct {
-    double numbers[3];        /* value, low and high */
+    fc_svm_estimate estimate;
     int32_t status;           /* FC_DONE, or the reason why there is no prediction */
     uint32_t instructions;
 } record;
@@ -36,7 +36,7 @@ int main(int argc, char **argv)
         if (sizes[0] > SAMPLES_MOST || machine_read(volts, sizeof *volts * (size_t)sizes[0]) == 0)
             return 3;
         const uint32_t before = machine_clock();
-        r.status = fc_svm_predict(image.model.svm, &past, 0, sizes[1], room, r.numbers);
+        r.status = fc_svm_predict(image.model.svm, &past, 0, sizes[1], room, &r.estimate);
         r.instructions = machine_since(before);
         machine_write(&r, sizeof r);
     }

@@ -120,7 +120,7 @@ def test_windows_of_a_trace_are_those_of_all_samples() -> None:
         {"step": 0},
         {"steady": -1},
         {"steady": 1 << 20},
-        {"search": -1},
+        {"search": 2},
         {"looks": 0},
     ],
 )

@@ -77,7 +77,7 @@ class DetectorConstants:
 
 
 #: Detector of a chain that only finds closings.
-NO_DETECTOR = DetectorConstants(DetectorKind.NONE, 6, 1, 6, 0)
+NO_DETECTOR = DetectorConstants(DetectorKind.NONE, 6, 1, 6, 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -145,32 +145,32 @@ class Chain:
 
     def due(self, most: int) -> int:
         """Return how many more samples are needed before an event is possible, at most ``most``."""
-        return int(self._module.state(self._handle, most)[0])
+        return int(self._module.state(self._handle, most)["due"])
 
     @property
     def is_open(self) -> bool:
         """True during a closing."""
-        return bool(self._module.state(self._handle, 1)[1])
+        return bool(self._module.state(self._handle, 1)["is_open"])
 
     @property
     def runs(self) -> bool:
         """True from the start of a closing until the motor stops, even after the pinch's end."""
-        return bool(self._module.state(self._handle, 1)[6])
+        return bool(self._module.state(self._handle, 1)["runs"])
 
     @property
     def refused(self) -> int:
         """Number of motor starts that were ignored, due to a high force, since the last closing."""
-        return int(self._module.state(self._handle, 1)[2])
+        return int(self._module.state(self._handle, 1)["refused"])
 
     @property
     def is_resting(self) -> bool:
         """True if the hand was at rest when the chain last checked the motor."""
-        return bool(self._module.state(self._handle, 1)[3])
+        return bool(self._module.state(self._handle, 1)["is_resting"])
 
     @property
     def is_confirmed(self) -> bool:
         """True if no contact of this closing can be withdrawn (cancelled as false) any more."""
-        return bool(self._module.state(self._handle, 1)[4])
+        return bool(self._module.state(self._handle, 1)["is_confirmed"])
 
     def _events(self, result: Any) -> list[ChainEvent]:
         if self._is_traced:

@@ -142,7 +142,7 @@ class Detector:
                 f"the detector {cls.name!r} cannot use samples at {rate:g} Hz: use a sensor with "
                 f"{MOST / cls.steady:g} Hz or less"
             )
-        search = cls.reach * sizes.step
+        search = max(cls.reach * sizes.step, LEAST_LOUD)
         return DetectorConstants(kind, sizes.window, sizes.step, sizes.steady, search, **constants)
 
     def chain_constants(self, rate: float) -> DetectorConstants:

@@ -55,10 +55,10 @@ static bool is_quiet(const fc_gate *g)
     for (int32_t c = 0; c < g->channels; c++) {
         double totals[FC_GATE_STEPS], power[FC_GATE_STEPS];
         for (int32_t k = 0; k < FC_GATE_STEPS; k++)
-            totals[k] = g->sums[k][0][c];
+            totals[k] = g->sums[k].volts[c];
         const double mean = median(totals) / g->step;
         for (int32_t k = 0; k < FC_GATE_STEPS; k++)
-            power[k] = (g->sums[k][1][c] - 2.0 * mean * totals[k]) / g->step + mean * mean;
+            power[k] = (g->sums[k].squares[c] - 2.0 * mean * totals[k]) / g->step + mean * mean;
         if (!(median(power) <= g->limit[c]))
             return false;
     }
@@ -143,10 +143,10 @@ fc_gate_turn fc_gate_take(fc_gate *g, const double *vibration, const double *loa
         g->skipped--;
         return FC_GATE_STAYS;
     }
-    double(*const sums)[FC_CHANNELS_MOST] = g->sums[g->newest];
+    fc_step *const sums = g->sums + g->newest;
     for (int32_t c = 0; c < g->channels; c++) {
-        sums[0][c] += vibration[c];
-        sums[1][c] += vibration[c] * vibration[c];
+        sums->volts[c] += vibration[c];
+        sums->squares[c] += vibration[c] * vibration[c];
     }
     for (int32_t k = 0; k < g->taxels; k++)
         g->load_sums[k] += loads[k];
@@ -157,7 +157,7 @@ fc_gate_turn fc_gate_take(fc_gate *g, const double *vibration, const double *loa
     g->grid += g->step;
     g->waiting = 0;
     g->newest = (g->newest + 1) % FC_GATE_STEPS;
-    memset(g->sums[g->newest], 0, sizeof g->sums[0]);
+    memset(g->sums + g->newest, 0, sizeof *g->sums);
     memset(g->load_sums, 0, sizeof g->load_sums);
     return turn;
 }

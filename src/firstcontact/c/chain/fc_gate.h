@@ -19,6 +19,11 @@ typedef enum { FC_GATE_STAYS, FC_GATE_OPENS, FC_GATE_SHUTS, FC_GATE_SHUTS_AND_OP
 /* What the gate knows of the motor: nothing since a gap; at rest; starting; running. */
 typedef enum { FC_GATE_LOST, FC_GATE_REST, FC_GATE_STARTING, FC_GATE_OPEN } fc_gate_state;
 
+/* Sums of each channel over a step. */
+typedef struct {
+    double volts[FC_CHANNELS_MOST], squares[FC_CHANNELS_MOST]; /* V and V^2 */
+} fc_step;
+
 typedef struct {
     int32_t channels, taxels;
     int32_t step;              /* length of a step, samples */
@@ -36,7 +41,7 @@ typedef struct {
     bool is_due;               /* after a contact by hand, the gate opens at sample `due` */
     int64_t due;
     int32_t newest;            /* position of the newest step in the sums */
-    double sums[FC_GATE_STEPS][2][FC_CHANNELS_MOST]; /* volts and squares of the newest steps */
+    fc_step sums[FC_GATE_STEPS]; /* of the newest steps */
     double load_sums[FC_TAXELS_MOST];
     bool has_unloaded;
     double unloaded[FC_TAXELS_MOST];  /* lowest voltage of each taxel at rest */

@@ -10,6 +10,28 @@ static const char CUT[] = "the model is not complete";
 static const char WRONG[] = "the numbers of the model do not fit together";
 static const char OVERFLOWS[] = "the numbers of the model are too large";
 
+/* Parts of an image, as chain/image.py writes them. */
+typedef struct {
+    char name[4];
+    uint32_t version, bytes, checksum; /* checksum: of what follows */
+} head;
+
+typedef struct {
+    int32_t text_bytes, model_kind;
+} contents;
+
+typedef struct {
+    int32_t before, guard, baseline, moments, stages, rigs, pitch_samples, lookahead; /* as in fc_model */
+} model_sizes;
+
+typedef struct {
+    int32_t finger, has_level, has_pitch, has_speeds, pinches, unused; /* as in fc_rig */
+} rig_counts;
+
+typedef struct {
+    double level, sign, usual_pitch, usual_speed, speed_spread, heard_error, centre, unit; /* likewise */
+} rig_scales;
+
 typedef struct {
     const uint8_t *bytes;
     size_t left;
@@ -19,12 +41,12 @@ typedef struct {
 /* Return the next array, which takes a multiple of 8 bytes. After the end, return NULL. */
 static const void *take(cursor *c, int64_t count, size_t size)
 {
-    const size_t bytes = ((size_t)count * size + 7) / 8 * 8;
-    if (c->is_cut || count < 0 || (uint64_t)count > c->left || bytes > c->left) {
-        c->is_cut = true;
-        return NULL;
-    }
     const void *const here = c->bytes;
+    const bool fits = !c->is_cut && count >= 0 && (uint64_t)count <= c->left / size;
+    const size_t bytes = fits ? ((size_t)count * size + 7) / 8 * 8 : 0;
+    c->is_cut = !fits || bytes > c->left;
+    if (c->is_cut)
+        return NULL;
     c->bytes += bytes;
     c->left -= bytes;
     return here;
@@ -35,22 +57,26 @@ static const int32_t *integers(cursor *c, int64_t n)
     return take(c, n, sizeof(int32_t));
 }
 
-static const float *floats(cursor *c, int64_t n)
+/* Return the next numbers of 4 or 8 bytes. Those that are not finite count as too large. */
+static const void *reals(cursor *c, int64_t n, size_t size, double limit)
 {
-    const float *const x = take(c, n, sizeof *x);
+    const void *const x = take(c, n, size);
+    const float *const single = x;
+    const double *const twice = x;
     for (int64_t k = 0; x != NULL && k < n; k++)
-        c->is_large |= !(fabsf(x[k]) < 1e30f);
+        c->is_large |= !(fabs(size == sizeof *single ? (double)single[k] : twice[k]) < limit);
     c->is_cut |= c->is_large;
     return c->is_cut ? NULL : x;
 }
 
+static const float *floats(cursor *c, int64_t n)
+{
+    return reals(c, n, sizeof(float), 1e30f);
+}
+
 static const double *doubles(cursor *c, int64_t n)
 {
-    const double *const x = take(c, n, sizeof *x);
-    for (int64_t k = 0; x != NULL && k < n; k++)
-        c->is_large |= !(fabs(x[k]) < 1e100);
-    c->is_cut |= c->is_large;
-    return c->is_cut ? NULL : x;
+    return reals(c, n, sizeof(double), 1e100);
 }
 
 static bool are_positive(const float *x, int32_t n)
@@ -140,24 +166,24 @@ static const char *read_network(cursor *c, fc_network *n)
 
 static const char *read_rig(cursor *c, const fc_model *m, fc_rig *r)
 {
-    const int32_t *const numbers = integers(c, 6);
-    const double *const scalars = doubles(c, 8);
+    const rig_counts *const counts = take(c, 1, sizeof *counts);
+    const rig_scales *const s = (const rig_scales *)(const void *)doubles(c, sizeof *s / sizeof(double));
     if (c->is_cut)
         return CUT;
-    const int32_t rank = m->network.layers[FC_RIG_LAYER].into.rows, n = numbers[4];
-    r->finger = numbers[0];
-    r->has_level = numbers[1] != 0;
-    r->has_pitch = numbers[2] != 0;
-    r->has_speeds = numbers[3] != 0;
+    const int32_t rank = m->network.layers[FC_RIG_LAYER].into.rows, n = counts->pinches;
+    r->finger = counts->finger;
+    r->has_level = counts->has_level != 0;
+    r->has_pitch = counts->has_pitch != 0;
+    r->has_speeds = counts->has_speeds != 0;
     r->pinches = n;
-    r->level = scalars[0];
-    r->sign = scalars[1];
-    r->usual_pitch = scalars[2];
-    r->usual_speed = scalars[3];
-    r->speed_spread = scalars[4];
-    r->heard_error = scalars[5];
-    r->centre = scalars[6];
-    r->unit = scalars[7];
+    r->level = s->level;
+    r->sign = s->sign;
+    r->usual_pitch = s->usual_pitch;
+    r->usual_speed = s->usual_speed;
+    r->speed_spread = s->speed_spread;
+    r->heard_error = s->heard_error;
+    r->centre = s->centre;
+    r->unit = s->unit;
     r->rig_terms = floats(c, (int64_t)m->stages * rank);
     if (c->is_cut)
         return CUT;
@@ -230,17 +256,17 @@ static const char *read_windows(cursor *c, fc_model *m)
 
 static const char *read_model(cursor *c, fc_model *m)
 {
-    const int32_t *const sizes = integers(c, 8);
+    const model_sizes *const sizes = take(c, 1, sizeof *sizes);
     if (sizes == NULL)
         return CUT;
-    m->lookahead = sizes[7];
-    m->before = sizes[0];
-    m->guard = sizes[1];
-    m->baseline = sizes[2];
-    m->moments = sizes[3];
-    m->stages = sizes[4];
-    m->rigs = sizes[5];
-    m->pitch.samples = sizes[6];
+    m->before = sizes->before;
+    m->guard = sizes->guard;
+    m->baseline = sizes->baseline;
+    m->moments = sizes->moments;
+    m->stages = sizes->stages;
+    m->rigs = sizes->rigs;
+    m->pitch.samples = sizes->pitch_samples;
+    m->lookahead = sizes->lookahead;
     if (m->kind != FC_MODEL_NETWORK)
         return read_windows(c, m);
     if (m->lookahead != 0 || m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->guard > m->before
@@ -283,7 +309,7 @@ static bool is_detector(const fc_detector_constants *d)
     if (d->kind < FC_DETECTOR_NONE || d->kind > FC_DETECTOR_PROGRAM
         || d->window < 2 * FC_LEAST_LOUD || d->window > FC_WINDOW_MOST || d->step < 1
         || d->step > d->window || d->steady < d->window - d->step || d->steady > FC_WINDOW_MOST
-        || d->search < 0 || d->looks < 1 || d->looks > FC_LOOKS_MOST)
+        || d->search < FC_LEAST_LOUD || d->looks < 1 || d->looks > FC_LOOKS_MOST)
         return false;
     if (d->kind != FC_DETECTOR_LOGISTIC)
         return true;
@@ -319,35 +345,35 @@ static bool is_timing(const fc_timing *t)
 const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
 {
     FC_ASSERT(bytes != NULL && image != NULL);
-    uint32_t head[4];
+    FC_ASSERT((uintptr_t)bytes % sizeof(double) == 0);
     memset(image, 0, sizeof *image);
-    if (n < sizeof head || memcmp(bytes, "FCCH", 4) != 0)
+    cursor c = {bytes, n, false, false};
+    const head *const h = take(&c, 1, sizeof *h);
+    if (h == NULL || memcmp(h->name, "FCCH", sizeof h->name) != 0)
         return "this is no image of a model";
-    memcpy(head, bytes, sizeof head);
-    if (head[1] != FC_IMAGE_VERSION)
+    if (h->version != FC_IMAGE_VERSION)
         return "the image of the model has another version than this program reads";
-    if (head[2] != n)
+    if (h->bytes != n)
         return CUT;
-    if (head[3] != fc_crc32(bytes + sizeof head, n - sizeof head))
+    if (h->checksum != fc_crc32(c.bytes, c.left))
         return "the image of the model is damaged: its checksum differs";
-    cursor c = {bytes + sizeof head, n - sizeof head, false, false};
     const double *const rate = doubles(&c, 1);
     image->timing = take(&c, 1, sizeof *image->timing);
     image->detector = take(&c, 1, sizeof *image->detector);
     image->floors = doubles(&c, FC_CHANNELS_MOST);
-    const int32_t *const flags = integers(&c, 2);
+    const contents *const has = take(&c, 1, sizeof *has);
     if (c.is_cut)
         return CUT;
     image->rate = *rate;
-    image->text_bytes = (uint32_t)flags[0];
-    if (!is_timing(image->timing) || !is_detector(image->detector) || flags[0] < 0
-        || flags[0] > FC_IMAGE_TEXT)
+    image->text_bytes = (uint32_t)has->text_bytes;
+    image->model.kind = has->model_kind;
+    if (!is_timing(image->timing) || !is_detector(image->detector) || has->text_bytes < 0
+        || has->text_bytes > FC_IMAGE_TEXT || has->model_kind < FC_MODEL_NONE
+        || has->model_kind > FC_MODEL_SVM)
         return WRONG;
-    image->text = take(&c, flags[0], 1);
-    image->model.kind = flags[1];
-    if (flags[1] < FC_MODEL_NONE || flags[1] > FC_MODEL_SVM)
-        return WRONG;
-    const char *const fault = flags[1] == FC_MODEL_NONE ? NULL : read_model(&c, &image->model);
+    image->text = take(&c, has->text_bytes, 1);
+    const char *const fault
+        = image->model.kind == FC_MODEL_NONE ? NULL : read_model(&c, &image->model);
     if (c.is_large)
         return OVERFLOWS;
     if (fault != NULL || c.is_cut)

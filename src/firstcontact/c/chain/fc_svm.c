@@ -138,8 +138,13 @@ static int32_t cut(const fc_svm *m, const fc_past *p, int32_t channel, int64_t f
     return varies ? FC_DONE : FC_NO_SIGNAL;
 }
 
+static double undo_logarithm(double x)
+{
+    return fc_exp(fc_bounded(x, -LOGARITHM_MOST, LOGARITHM_MOST));
+}
+
 int32_t fc_svm_predict(const fc_svm *m, const fc_past *past, int32_t channel, int64_t first,
-                       float *room, double out[3])
+                       float *room, fc_svm_estimate *out)
 {
     FC_ASSERT(m != NULL && past != NULL && room != NULL && out != NULL);
     const fc_svm_numbers *const n = m->numbers;
@@ -155,12 +160,15 @@ int32_t fc_svm_predict(const fc_svm *m, const fc_past *past, int32_t channel, in
         return FC_NOT_FINITE;
     while (k < n->edges && value >= m->edge[k])
         k++;
-    out[0] = out[1] = out[2] = value;
+    out->value = out->low = out->high = value;
     if (n->edges >= 0) {
-        out[1] = fc_bounded(value - m->half_width[k], n->lowest, n->highest);
-        out[2] = fc_bounded(value + m->half_width[k], n->lowest, n->highest);
+        out->low = fc_bounded(value - m->half_width[k], n->lowest, n->highest);
+        out->high = fc_bounded(value + m->half_width[k], n->lowest, n->highest);
     }
-    for (k = 0; n->is_logarithmic && k < 3; k++)
-        out[k] = fc_exp(fc_bounded(out[k], -LOGARITHM_MOST, LOGARITHM_MOST));
+    if (n->is_logarithmic) {
+        out->value = undo_logarithm(out->value);
+        out->low = undo_logarithm(out->low);
+        out->high = undo_logarithm(out->high);
+    }
     return FC_DONE;
 }

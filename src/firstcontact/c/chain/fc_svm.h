@@ -45,6 +45,11 @@ typedef struct {
     const double *half_width; /* (edges + 1,) */
 } fc_svm;
 
+/* Stiffness in the unit of the training, and the ends of its interval. */
+typedef struct {
+    double value, low, high;
+} fc_svm_estimate;
+
 /* Return how many floats one prediction needs as memory.
    m  in */
 size_t fc_svm_room(const fc_svm *m);
@@ -61,9 +66,8 @@ const float *fc_svm_outputs(const fc_svm *m, float *room);
    channel  in, from 0
    first    in, number of the contact's first sample
    room     out, room for work, (fc_svm_room(m))
-   out      out, unit of the training: value, and ends of its interval. Without an interval, they
-            equal the value. Unchanged without a prediction. */
+   out      out, where without an interval all numbers are equal. Unchanged without a prediction. */
 int32_t fc_svm_predict(const fc_svm *m, const fc_past *past, int32_t channel, int64_t first,
-                       float *room, double out[3]);
+                       float *room, fc_svm_estimate *out);
 
 #endif

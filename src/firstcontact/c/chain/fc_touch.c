@@ -105,7 +105,7 @@ void fc_touch_take(fc_touch *t, float volts)
 
 double fc_touch_traits(const fc_touch *t, int32_t n, double *f)
 {
-    FC_ASSERT(t != NULL && f != NULL && n > 0 && n <= FC_POINTS);
+    FC_ASSERT(t != NULL && f != NULL && n > 1 && n <= t->samples);
     const double *const v = t->volts, level = t->rig->level, least = LEAST * level;
     double top = v[0], rise = 0.0, energy = 0.0, moment = 0.0, rough = 0.0, low = 1.0;
     int32_t at = 0, tenth = 0, half = 0, width = 0, flat = 0;
@@ -281,7 +281,6 @@ static bool is_unfamiliar(const fc_touch *t, int32_t stage, const double *traits
 bool fc_touch_predict(const fc_touch *t, int32_t n, fc_touch_room *room, fc_estimate *out)
 {
     FC_ASSERT(t != NULL && room != NULL && out != NULL);
-    FC_ASSERT(n > 0 && n <= FC_POINTS);
     const fc_model *const m = t->model;
     const int32_t stage = fc_touch_stage(m, n);
     const int32_t rank = m->network.layers[FC_RIG_LAYER].into.rows;

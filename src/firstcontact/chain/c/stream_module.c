@@ -48,9 +48,8 @@ static PyObject *make_image(PyObject *self, PyObject *object)
     return capsule;
 }
 
-static void append(held_chain *h, PyObject *list, PyObject *item)
+static void append(PyObject *list, PyObject *item)
 {
-    (void)h;
     if (item != NULL && list != NULL)
         PyList_Append(list, item);
     Py_XDECREF(item);
@@ -68,7 +67,7 @@ static void on_event(void *context, const fc_event *e)
     const fc_estimate *const s = &e->estimate;
     if (PyErr_Occurred())
         return;
-    append(h, h->events,
+    append(h->events,
            Py_BuildValue("(iiiiLLifffff)", e->kind, e->reason, e->flags, e->channel,
                          (long long)e->sample, (long long)e->known, e->samples, s->value, s->low,
                          s->high, s->half_width, s->spread));
@@ -93,7 +92,7 @@ static void on_window(void *context, int64_t end, const int64_t *onsets)
     PyTuple_SetItem(row, 0, PyLong_FromLongLong(end - 1));
     for (Py_ssize_t k = 0; k < channels; k++)
         PyTuple_SetItem(row, k + 1, PyLong_FromLongLong(onsets[k]));
-    append(h, h->windows, row);
+    append(h->windows, row);
 }
 
 static PyObject *doubles_of(const double *x, Py_ssize_t n)
@@ -385,8 +384,8 @@ static PyObject *hint(PyObject *self, PyObject *const *args, Py_ssize_t n)
     Py_RETURN_NONE;
 }
 
-/* state(chain, most): due, is_open, refused motor starts, is at rest, is confirmed, next sample,
-   runs (is_open, or a pinch is over but its motor does not rest yet) */
+/* state(chain, most): a dictionary. "runs" is true in a closing, and also if a pinch is over but its
+   motor does not rest yet. */
 static PyObject *state(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     (void)self;
@@ -397,9 +396,10 @@ static PyObject *state(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (h == NULL || PyErr_Occurred())
         return NULL;
     const fc_chain *const c = &h->chain;
-    return Py_BuildValue("(iiiiiLi)", fc_chain_due(c, (int32_t)most), c->is_open && !c->is_over,
-                         c->gate.refused, c->stream.has_floors && c->gate.state == FC_GATE_REST,
-                         c->is_confirmed, (long long)c->next, c->is_open);
+    return Py_BuildValue("{sisisisisisi}", "due", fc_chain_due(c, (int32_t)most),
+                         "is_open", c->is_open && !c->is_over, "refused", c->gate.refused,
+                         "is_resting", c->stream.has_floors && c->gate.state == FC_GATE_REST,
+                         "is_confirmed", c->is_confirmed, "runs", c->is_open);
 }
 
 /* memory(image, channels): bytes of work memory of a chain */

@@ -292,7 +292,7 @@ static PyObject *svm(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     Py_buffer view;
     float *room;
-    double out[3];
+    fc_svm_estimate out;
     (void)self;
     const long lead = has(n, 3) ? PyLong_AsLong(args[2]) : -1;
     const fc_svm *const m = PyErr_Occurred() ? NULL : take_svm(args[0], &room);
@@ -306,12 +306,12 @@ static PyObject *svm(PyObject *self, PyObject *const *args, Py_ssize_t n)
     const fc_past past = {view.buf, FC_CAPACITY_MOST, 1, 0, samples};
     const bool fits = lead >= 0 && samples <= past.capacity
                       && samples - lead >= m->samples + FC_SVM_LOOKAHEAD;
-    const int32_t reason = fits ? fc_svm_predict(m, &past, 0, lead, room, out) : FC_NO_SIGNAL;
+    const int32_t reason = fits ? fc_svm_predict(m, &past, 0, lead, room, &out) : FC_NO_SIGNAL;
     PyBuffer_Release(&view);
     PyMem_Free(room);
     if (reason != FC_DONE)
         Py_RETURN_NONE;
-    return Py_BuildValue("ddd", out[0], out[1], out[2]);
+    return Py_BuildValue("ddd", out.value, out.low, out.high);
 }
 
 /* svm_outputs(image, windows, out)

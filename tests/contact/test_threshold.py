@@ -26,6 +26,16 @@ def test_fires_above_three_sigmas(height, fires):
     assert verdicts.fired.any() == fires
 
 
+def test_a_contact_is_placed_in_its_window_however_short_its_steps_are():
+    class Short(ThresholdDetector):
+        name = "short"
+        step, reach = 0.0002, 1
+
+    verdicts = judge_windows(Short(), LAYOUT, stream(10.0, 400))
+    assert verdicts.fired.any()
+    assert np.abs(verdicts.onsets[verdicts.fired] - 400).max() <= 3
+
+
 def test_crossing_fires_in_one_window():
     verdicts = judge_windows(ThresholdDetector(), LAYOUT, stream(10.0, 400))
     row = (400 - STEADY) // STEP

@@ -35,6 +35,10 @@ def test_sketch_compiles_against_the_stub_and_fits(
     assert flash < 64 * 1024
     assert one < 384 * 1024  # of 512 KiB, as in RAM2: Teensyduino and the user's code need some
     assert two < 192 * 1024
+    page = (FIRMWARE.parent / "docs/reference/firmware.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (?:flash: code|RAM\d).* ([\d,]+) \|$", page, re.MULTILINE)
+    code, state, model, slots = (int(number.replace(",", "")) for number in rows)
+    assert [flash, one, two] == pytest.approx([code, state + model, slots], rel=0.02)
 
 
 def test_sketch_folder_has_all_files_for_the_arduino_ide(tmp_path: Path) -> None:

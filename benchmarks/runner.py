@@ -28,7 +28,6 @@ from firstcontact.models.training import (
     held_out,
     labelled_windows,
 )
-from firstcontact.recording import load_dataset
 from firstcontact.twin import simulate
 
 
@@ -79,8 +78,10 @@ def main() -> dict[str, float]:
     parser.add_argument("--pinches", type=int, default=100, help="pinches of each block")
     settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        simulate(Path(folder, "twin"), pinches_per_block=settings.pinches, pinches_per_object=0)
-        data = windows(load_dataset(Path(folder, "twin")))
+        made = simulate(
+            Path(folder, "twin"), pinches_per_block=settings.pinches, pinches_per_object=0
+        )
+        data = windows(made)
     ratios = {}
     for place, name in ((local, "this machine"), (cluster, "cluster")):
         spent = {}

@@ -22,13 +22,14 @@ from scipy.integrate import solve_ivp
 from firstcontact.core import Label
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.recording import load_dataset
-from firstcontact.twin import BLOCKS, CONDITIONS, TwinObject, draw_pinch, simulate
+from firstcontact.twin import BLOCKS, CONDITIONS, TwinObject, draw_pinch
 from firstcontact.twin import _run as run_module
 from firstcontact.twin import pinch as pinch_module
 from firstcontact.twin.draw import Condition, PinchDraw, draw_specimen
 from firstcontact.twin.mechanics import BUFFER
 from firstcontact.twin.objects import EVERYDAY_OBJECTS
 from firstcontact.twin.pinch import PinchJob, excerpt, integrate_pinch, simulate_pinches
+from firstcontact.twin.simulation import simulate_recordings
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "twin"))
 from reference import FINGER_STATES, Piece, derivative
@@ -104,7 +105,7 @@ def plain(draw: PinchDraw) -> np.ndarray:
 def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
     """Return the pinches simulated and written per second, and processor time of one pinch, s."""
     begin, busy = time.perf_counter(), time.process_time()
-    simulate(folder, "paper-rig", each, 0, 0, workers)
+    simulate_recordings(folder, "paper-rig", each, 0, 0, workers)
     pinches = 5 * each
     return pinches / (time.perf_counter() - begin), (time.process_time() - busy) / pinches
 
@@ -132,7 +133,7 @@ def main() -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         begin = time.perf_counter()
-        simulate(home / "warm", "paper-rig", 1, 1, 0, 1)
+        simulate_recordings(home / "warm", "paper-rig", 1, 1, 0, 1)
         ready = time.perf_counter() - begin
         print(f"loading the kernel, not included in the times below: {ready:.1f} s")
         step = 1e6 / FINGERTIP_RATE / run_module.SUBSTEPS
@@ -164,7 +165,7 @@ def main() -> dict[str, float]:
         )
         if options.paper_size:
             begin = time.perf_counter()
-            simulate(home / "paper")
+            simulate_recordings(home / "paper")
             made = time.perf_counter() - begin
             pinches = len(load_dataset(home / "paper"))
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6

@@ -12,7 +12,6 @@ import numpy as np
 
 from firstcontact.contact import Detector, ThresholdDetector, detect
 from firstcontact.core import Dataset
-from firstcontact.recording import load_dataset
 from firstcontact.twin import simulate
 
 
@@ -45,10 +44,9 @@ def count_correct(detector: Detector, dataset: Dataset, within: float = 0.003) -
 def main() -> None:
     """Compare the published threshold with EnergyDetector on a few pinches."""
     with TemporaryDirectory() as folder:
-        simulate(
-            Path(folder, "pinches"), "paper-rig", pinches_per_block=8, pinches_per_object=0, seed=1
+        dataset = simulate(
+            Path(folder, "pinches"), pinches_per_block=8, pinches_per_object=0, seed=1
         )
-        dataset = load_dataset(Path(folder, "pinches"))
     for detector in (ThresholdDetector(), EnergyDetector()):
         correct = count_correct(detector, dataset)
         print(f"{detector.name:12} {correct:3} of {len(dataset)} pinches right")

@@ -16,7 +16,7 @@ from scipy.io import wavfile
 
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.signal import resample
-from firstcontact.twin.strikes import NOISE, strike
+from firstcontact.twin.samples import NOISE, strike
 
 RATE = 48_000
 #: Rest before the first tap, and time between taps, s.

@@ -16,7 +16,6 @@ import numpy as np
 from firstcontact.contact import SvmDetector, detect
 from firstcontact.core import Contact, Dataset
 from firstcontact.models import Task, make_estimator
-from firstcontact.recording import load_dataset
 from firstcontact.signal import contact_windows
 from firstcontact.twin import simulate
 
@@ -26,10 +25,9 @@ DURATION = 0.015  # s after the contact
 def main() -> None:
     """Simulate pinches, train on the first sessions, and predict for the last session."""
     with TemporaryDirectory() as folder:
-        simulate(
-            Path(folder, "pinches"), "paper-rig", pinches_per_block=32, pinches_per_object=0, seed=1
+        dataset = simulate(
+            Path(folder, "pinches"), pinches_per_block=32, pinches_per_object=0, seed=1
         )
-        dataset = load_dataset(Path(folder, "pinches"))
     held_out = dataset.sessions == max(set(dataset.sessions))
     learning, unseen = dataset.take(~held_out), dataset.take(held_out)
 

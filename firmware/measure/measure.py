@@ -34,8 +34,9 @@ from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.training import labelled_windows, train_final_model
 from firstcontact.models.windows.window_predictor import WindowPredictor
 from firstcontact.recording import load_dataset
-from firstcontact.twin import TwinStream, simulate
+from firstcontact.twin import TwinStream
 from firstcontact.twin.sensor import DeviceFilter
+from firstcontact.twin.simulation import simulate_recordings
 from firstcontact_lab.report.tables import fill, markdown_table
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -58,7 +59,7 @@ def twin_sets(out: Path, quick: bool) -> list[Dataset]:
     for condition, seed in SETS:
         folder = out / f"pinches-{condition}"
         if not folder.exists():
-            simulate(folder, condition, blocks, objects, seed)
+            simulate_recordings(folder, condition, blocks, objects, seed)
         sets.append(load_dataset(folder))
     return sets
 

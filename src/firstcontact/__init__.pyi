@@ -1,14 +1,7 @@
 from . import plugins as plugins
-from ._data import detect as detect
-from ._data import import_recordings as import_recordings
-from ._data import load as load
-from ._data import plot as plot
-from ._data import sample as sample
-from ._data import simulate as simulate
-from ._sessions import live as live
-from ._sessions import open as open
 from .collect import calibrate as calibrate
 from .collect import record as record
+from .collect.importing import import_recordings as import_recordings
 from .core import ArgumentError as ArgumentError
 from .core import Calibration as Calibration
 from .core import ClosingSpeed as ClosingSpeed
@@ -25,6 +18,7 @@ from .core import ModelError as ModelError
 from .core import Pinch as Pinch
 from .device import Health as Health
 from .device import Source as Source
+from .device.opening import open as open
 from .export import export_model as export_model
 from .models import Evaluation as Evaluation
 from .models import Model as Model
@@ -34,6 +28,9 @@ from .models import evaluate as evaluate
 from .models import load_model as load_model
 from .models import train as train
 from .models._evaluate import GroupScores as GroupScores
+from .models.detection import detect as detect
+from .plots.notebook import plot as plot
+from .recording.dataset import load as load
 from .signal import closing_speed as closing_speed
 from .streaming import ClosingStart as ClosingStart
 from .streaming import ContactEvent as ContactEvent
@@ -47,5 +44,8 @@ from .streaming import ObjectEstimate as ObjectEstimate
 from .streaming import PinchDone as PinchDone
 from .streaming import PolicyCommand as PolicyCommand
 from .streaming import Verdict as Verdict
+from .streaming.live_session import live as live
+from .twin import simulate as simulate
+from .twin.samples import sample as sample
 
 __version__: str

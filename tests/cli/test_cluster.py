@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from dask_cluster import Cluster, cluster
-from firstcontact.twin import simulate
+from firstcontact.twin.simulation import simulate_recordings
 from processes import children, until
 
 
@@ -37,7 +37,7 @@ async def processing(address: str) -> dict[str, list[str]]:
 def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path) -> None:
     from firstcontact.jobs import use_cluster
 
-    simulate(tmp_path / "here", "everyday", 6, 1, 3)
+    simulate_recordings(tmp_path / "here", "everyday", 6, 1, 3)
     made = 0
 
     with cluster(tmp_path, 2) as two:
@@ -50,7 +50,7 @@ def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path)
                 two.workers[0].wait()
 
         with use_cluster(two.address):
-            simulate(tmp_path / "there", "everyday", 6, 1, 3, progress=progress)
+            simulate_recordings(tmp_path / "there", "everyday", 6, 1, 3, progress=progress)
         assert two.workers[1].poll() is None
     assert contents(tmp_path / "there") == contents(tmp_path / "here")
 

@@ -12,13 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from taps import RATE, taps, write_taps
 
+from firstcontact import import_recordings
 from firstcontact.cli.main import main
 from firstcontact.collect._label_marks import Action, Mark, Marks, Status
 from firstcontact.collect.label_result import Labeller
 from firstcontact.collect.label_session import Session, open_recordings
 from firstcontact.core import ClosingSpeed, InputError, Label, Role
 from firstcontact.core.quantity import QUANTITIES
-from firstcontact.recording import import_path, load_dataset, read_recording
+from firstcontact.recording import load_dataset, read_recording
 from processes import full_disk
 
 BY = Labeller("Ada", "2026-01-02", "a test")
@@ -341,7 +342,7 @@ def test_a_pinch_of_any_length_keeps_its_label(
         closing_speed_error=[0.01, 0.02],
         **columns,
     )
-    import_path(tmp_path / "x.npz", tmp_path / "original")
+    import_recordings(tmp_path / "x.npz", tmp_path / "original")
     labelling = Session(open_recordings([tmp_path / "original"]), tmp_path / "out", BY)
     assert len(labelling.marks) == 2 * taps_of_pinch
     for mark in labelling.marks.ordered():

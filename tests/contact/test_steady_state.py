@@ -11,8 +11,8 @@ from firstcontact.contact.closing_start import closing_starts, count_starts
 from firstcontact.core import ChannelKind, Dataset, Pinch
 from firstcontact.signal import ExponentialSmoothing
 from firstcontact.twin import draw_pinch, simulate_pinch
-from firstcontact.twin._simulate import plan_sessions
 from firstcontact.twin.draw import condition
+from firstcontact.twin.simulation import plan_sessions
 from firstcontact_lab.study.detection_scores import score_detector
 
 #: Share of windows or pinches that may differ: one or two of those here.

@@ -11,6 +11,7 @@ from import_files import as_hdf5
 from scipy.io import savemat
 
 import firstcontact as fc
+from firstcontact import import_recordings
 from firstcontact.core import (
     Channel,
     ChannelKind,
@@ -27,7 +28,6 @@ from firstcontact.recording import (
     EXPORTERS,
     Header,
     export,
-    import_path,
     load_dataset,
     write_dataset,
 )
@@ -63,7 +63,7 @@ def matlab(folder, *rows):
         folder.with_suffix(".mat"),
         {row.split(",")[0]: rng.integers(0, 4096, (SAMPLES, 1)).astype("u2") for row in rows},
     )
-    import_path(folder.with_suffix(".mat"), folder, channels=table, source="real")
+    import_recordings(folder.with_suffix(".mat"), folder, channels=table, source="real")
     return load_dataset(folder)
 
 
@@ -141,7 +141,7 @@ def test_every_recording_comes_back_equal_or_is_refused(tmp_path, name, to):
             export(dataset, EXPORTERS[to], path)
         return
     export(dataset, EXPORTERS[to], path)
-    import_path(path, tmp_path / "out")
+    import_recordings(path, tmp_path / "out")
     check_equal(dataset, load_dataset(tmp_path / "out"))
 
 
@@ -151,7 +151,7 @@ def test_labels_of_an_exported_table_may_have_units(tmp_path):
     export(dataset, EXPORTERS["csv"], path)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("shore_a", "modulus (kPa)", 1), encoding="utf-8")
-    import_path(path, tmp_path / "out")
+    import_recordings(path, tmp_path / "out")
     stated = [1e-3 * p.label.shore_a for p in dataset]
     assert [p.label.modulus_mpa for p in load_dataset(tmp_path / "out")] == pytest.approx(stated)
 
@@ -172,5 +172,5 @@ LAYOUT_OF_ONE = Layout((sensor(None),), 5000.0).to_json()
 def test_a_wrong_layout_is_refused(tmp_path, text):
     path = as_hdf5(tmp_path, np.zeros((1, SAMPLES, 1)), **{LAYOUT: text})
     with pytest.raises(InputError, match=rf"x\.h5.*{LAYOUT}"):
-        import_path(path, tmp_path / "out")
+        import_recordings(path, tmp_path / "out")
     assert not (tmp_path / "out").exists()

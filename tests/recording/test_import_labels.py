@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from import_files import MAKERS, RATE, as_npz
 
+from firstcontact import import_recordings
 from firstcontact.core import ClosingSpeed, Contact, Finger, InputError, fingertip_layout
 from firstcontact.recording import (
     EXPORTERS,
     Header,
     export,
     from_arrays,
-    import_path,
     load_dataset,
     read_recording,
 )
@@ -48,12 +48,12 @@ def check_labels(dataset):
 
 @EACH_FORMAT
 def test_labels_of_every_kind_of_file_survive_import_and_export(tmp_path, make):
-    import_path(make(tmp_path, DATA, LABELS), tmp_path / "out")
+    import_recordings(make(tmp_path, DATA, LABELS), tmp_path / "out")
     dataset = load_dataset(tmp_path / "out")
     check_labels(dataset)
     for to, name in (("hdf5", "y.h5"), ("csv", "y.csv")):
         export(dataset, EXPORTERS[to], tmp_path / name)
-        check_labels(import_path(tmp_path / name, tmp_path / to))
+        check_labels(import_recordings(tmp_path / name, tmp_path / to))
     resampled = resample_dataset(dataset, 2 * RATE)
     assert starts(resampled) == [24, -1, 60]
     assert [p.closing_speed for p in resampled] == SPEEDS
@@ -85,7 +85,7 @@ def test_labels_of_every_kind_of_file_survive_import_and_export(tmp_path, make):
 )
 def test_labels_out_of_range_are_refused(tmp_path, changes, field):
     with pytest.raises(InputError, match=rf"x\.npz.*'{field}'"):
-        import_path(as_npz(tmp_path, DATA, LABELS | changes), tmp_path / "out")
+        import_recordings(as_npz(tmp_path, DATA, LABELS | changes), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -156,7 +156,7 @@ def test_whole_numbers_of_any_type_are_equal_labels(number):
 )
 def test_source_comes_from_the_file_or_the_option(tmp_path, make, stated, option, source):
     settings = {} if stated is None else {"source": stated}
-    import_path(make(tmp_path, DATA, **settings), tmp_path / "o", source=option)
+    import_recordings(make(tmp_path, DATA, **settings), tmp_path / "o", source=option)
     dataset = load_dataset(tmp_path / "o")
     assert dataset.source == source
     assert any("source" in note for note in dataset.notes) == (source == "unknown")
@@ -166,18 +166,18 @@ def test_source_comes_from_the_file_or_the_option(tmp_path, make, stated, option
 def test_wrong_sources_are_refused(tmp_path, make):
     path = make(tmp_path, DATA, source="real")
     with pytest.raises(InputError, match=r"real.*twin") as refused:
-        import_path(path, tmp_path / "o", source="twin")
+        import_recordings(path, tmp_path / "o", source="twin")
     assert refused.value.parameter == "source"
     (tmp_path / "other").mkdir()
     with pytest.raises(InputError, match=r"'source' .*'martian'"):
-        import_path(make(tmp_path / "other", DATA, source="martian"), tmp_path / "o")
+        import_recordings(make(tmp_path / "other", DATA, source="martian"), tmp_path / "o")
     assert not (tmp_path / "o").exists()
 
 
 def test_assumed_sessions_are_known_from_the_header(tmp_path):
     for name, labels in (("a", {}), ("b", {"session": ["a"] * 3})):
         (tmp_path / name).mkdir()
-        import_path(as_npz(tmp_path / name, DATA, labels), tmp_path / name / "out")
+        import_recordings(as_npz(tmp_path / name, DATA, labels), tmp_path / name / "out")
         (file,) = (tmp_path / name / "out").iterdir()
         assert read_recording(file).header.session_assumed is (name == "a")
         dataset = load_dataset(file)

@@ -11,9 +11,10 @@ from import_files import npz
 from scipy.io import wavfile
 
 import firstcontact as fc
+from firstcontact import import_recordings
 from firstcontact.cli.main import main
 from firstcontact.core import Finger
-from firstcontact.recording import import_path, load_dataset
+from firstcontact.recording import load_dataset
 from firstcontact.recording.events import AFTER, BEFORE
 from firstcontact.recording.sound import import_events
 
@@ -207,8 +208,8 @@ LABELS = (
 @pytest.mark.parametrize("subtype", ["PCM_16", "PCM_24"])
 def test_flac_imports_like_its_wav(folder, tmp_path, subtype):
     events = track(tmp_path, LABELS)
-    from_wav = import_path(folder / "mono.wav", tmp_path / "wav", events=events)
-    from_flac = import_path(flac(tmp_path, subtype), tmp_path / "flac", events=events)
+    from_wav = import_recordings(folder / "mono.wav", tmp_path / "wav", events=events)
+    from_flac = import_recordings(flac(tmp_path, subtype), tmp_path / "flac", events=events)
     for a, b in zip(from_wav.pinches, from_flac.pinches, strict=True):
         assert np.array_equal(a.vibration(), b.vibration())
         assert a.truth == b.truth

@@ -7,8 +7,9 @@ import sys
 import numpy as np
 import pytest
 
+from firstcontact import import_recordings
 from firstcontact.core import InputError
-from firstcontact.recording import import_path, load_dataset
+from firstcontact.recording import load_dataset
 from firstcontact.recording.dataset import find_recordings
 from firstcontact_lab.study.run import recorded
 
@@ -16,13 +17,13 @@ from firstcontact_lab.study.run import recorded
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from firstcontact.recording import importing as importing
+from firstcontact.collect import importing as importing
 write = importing.write_dataset
 def die(*arguments):
     write(*arguments)
     os.kill(os.getpid(), signal.SIGKILL)
 importing.write_dataset = die
-importing.import_path(Path(sys.argv[1]), Path(sys.argv[2]))
+importing.import_recordings(Path(sys.argv[1]), Path(sys.argv[2]))
 """
 
 
@@ -48,11 +49,11 @@ def killed_folder(tmp_path, arrays):
 def test_leftovers_of_a_killed_import_are_not_read(killed_folder, arrays, tmp_path):
     with pytest.raises(InputError, match=killed_folder.name):
         find_recordings(killed_folder)
-    import_path(arrays, killed_folder / "other")
+    import_recordings(arrays, killed_folder / "other")
     assert len(load_dataset(killed_folder)) == 3
     assert len(recorded(killed_folder, tmp_path / "study")) == 3
     # The next import to the same place removes the leftovers.
-    import_path(arrays, killed_folder / "o")
+    import_recordings(arrays, killed_folder / "o")
     assert sorted(p.name for p in killed_folder.iterdir()) == ["o", "other"]
     with pytest.raises(InputError, match=str(killed_folder / "o")):
-        import_path(arrays, killed_folder / "o")
+        import_recordings(arrays, killed_folder / "o")

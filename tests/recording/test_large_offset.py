@@ -5,8 +5,8 @@ import pytest
 from import_files import MAKERS, as_npz
 from scipy.io import savemat
 
+from firstcontact import import_recordings
 from firstcontact.core import InputError
-from firstcontact.recording import import_path
 
 CHANNELS = "variable,sensor,finger,rate_hz\nx,piezo,index,5000\ny,piezo,thumb,5000\n"
 
@@ -19,7 +19,7 @@ def as_mat(folder, values):
 
 def import_values(folder, make, values):
     channels = folder / "channels.csv" if make is as_mat else None
-    return import_path(make(folder, values), folder / "out", channels=channels)
+    return import_recordings(make(folder, values), folder / "out", channels=channels)
 
 
 @pytest.mark.parametrize("make", [*MAKERS, as_mat])

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firstcontact import import_recordings
 from firstcontact.core import Contact, Dataset, Finger, InputError, Label, Pinch, Role
 from firstcontact.recording import (
     Header,
     PinchMark,
     RecordingWriter,
-    import_path,
     load_dataset,
     write_dataset,
 )
@@ -161,7 +161,7 @@ def test_imported_pinches_are_in_the_order_of_loading(sessions):
         volts = np.arange(len(sessions))[:, None, None] + np.zeros((1, 50, 1))
         labels = {"specimen": np.arange(len(sessions)), "session": [f"s{s}" for s in sessions]}
         np.savez(f"{folder}/x", piezo=volts, sample_rate_hz=8000, piezo_unit="V", **labels)
-        imported = import_path(f"{folder}/x.npz", f"{folder}/out")
+        imported = import_recordings(f"{folder}/x.npz", f"{folder}/out")
         loaded = load_dataset(f"{folder}/out")
     for one, other in zip(imported, loaded, strict=True):
         assert one.label == other.label

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from firstcontact import import_recordings
 from firstcontact.cli.main import main
 from firstcontact.core import Finger, InputError, VibrationSensor
-from firstcontact.recording import import_path, load_dataset
+from firstcontact.recording import load_dataset
 
 CHANNELS = """variable,sensor,finger,rate_hz,unit,scale,offset,column
 pac,hydrophone,index,2200,,0.5,2000,all
@@ -114,10 +115,10 @@ def test_signals_in_columns_are_not_pinches_of_a_sample(tmp_path, columns):
     path = tmp_path / "column.mat"
     savemat(path, ours(piezo=signals))
     with pytest.raises(InputError, match=r"'piezo'.* transpose"):
-        import_path(path, tmp_path / "out")
+        import_recordings(path, tmp_path / "out")
     assert not (tmp_path / "out").exists()
     savemat(path, ours(piezo=signals.T))
-    dataset = import_path(path, tmp_path / "out")
+    dataset = import_recordings(path, tmp_path / "out")
     assert np.allclose([p.vibration()[:, 0] for p in dataset], signals.T)
 
 
@@ -132,7 +133,7 @@ def test_arrays_and_cells_with_our_names_need_no_table(tmp_path):
     cells = {name: np.array(values, dtype=object) for name, values in CELLS.items()}
     labels = {"shore_a": [20, 40, 20], "first_contact": [100, -1, 120], "source": "synthetic"}
     savemat(tmp_path / "cells.mat", ours(**cells, **labels))
-    dataset = import_path(tmp_path / "cells.mat", tmp_path / "out")
+    dataset = import_recordings(tmp_path / "cells.mat", tmp_path / "out")
     assert dataset.source == "synthetic"
     assert dataset.shore_a.tolist() == [20, 40, 20]
     assert [p.first is None for p in dataset] == [False, True, False]

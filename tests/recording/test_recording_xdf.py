@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from import_files import imported
 
+from firstcontact import import_recordings
 from firstcontact.core import InputError, VibrationSensor
-from firstcontact.recording import import_path
 from firstcontact.recording.settings import LOWEST_RATE
 
 pytest.importorskip("pyxdf")
@@ -105,10 +105,10 @@ def test_a_table_names_the_stream_and_its_column(tmp_path):
     columns = np.stack([np.zeros(SAMPLES), np.arange(SAMPLES)], axis=1)
     path = xdf(tmp_path, vibration(values=columns), marks())
     with pytest.raises(InputError, match="channels"):
-        import_path(path, tmp_path / "out")
+        import_recordings(path, tmp_path / "out")
     table = tmp_path / "channels.csv"
     table.write_text("variable,sensor,column\nfinger,microphone,1\n")
-    pinch = import_path(path, tmp_path / "out", channels=table)[0]
+    pinch = import_recordings(path, tmp_path / "out", channels=table)[0]
     assert pinch.layout.vibration[0].sensor is VibrationSensor.MICROPHONE
     assert pinch.data[0, 0] > 0
 
@@ -127,7 +127,7 @@ def test_event_times_start_at_the_vibration(tmp_path, column, late):
     table = tmp_path / "events.csv"
     expected = SAMPLES // 2 + round(0.5 * RATE)
     table.write_text(f"{column}\n{behind + 0.5 if column == 'onset_s' else expected}\n")
-    (pinch,) = import_path(xdf(tmp_path, *streams), tmp_path / "out", events=table)
+    (pinch,) = import_recordings(xdf(tmp_path, *streams), tmp_path / "out", events=table)
     assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == pytest.approx(expected, abs=1)
 
 
@@ -138,25 +138,25 @@ def test_markers_outside_the_kept_samples_are_skipped_with_a_note(tmp_path):
     late = slow(stamps=times(200, SLOW, begin=float(stamps[SAMPLES // 2]) - 0.1))
     texts = ((0.5, "left out"), (2.5, "in the gap"), (4.5, "kept"))
     path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=texts))
-    dataset = import_path(path, tmp_path / "out")
+    dataset = import_recordings(path, tmp_path / "out")
     assert dataset.objects.tolist() == ["kept"]
     assert any("2 of 3 contacts" in note for note in dataset.notes)
     for lost in (texts[:2], ((9.0, "beyond"),)):
         path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=lost))
         with pytest.raises(InputError, match=path.name):
-            import_path(path, tmp_path / "none")
+            import_recordings(path, tmp_path / "none")
 
 
 def test_numbers_without_a_rate_are_left_out_with_a_note(tmp_path):
     codes = stream(4, "triggers", 0.0, "float32", [50.5, 51.0], [5.0, 6.0])
     seldom = stream(5, "seldom", 0.5, "float32", times(2, 0.5), np.zeros(2))
     path = xdf(tmp_path, vibration(), marks(), codes, seldom)
-    notes = import_path(path, tmp_path / "out").notes
+    notes = import_recordings(path, tmp_path / "out").notes
     assert any("triggers" in note and "seldom" in note for note in notes)
 
 
 def test_without_markers_the_file_is_one_pinch_to_label(tmp_path):
-    (pinch,) = import_path(xdf(tmp_path, vibration()), tmp_path / "out")
+    (pinch,) = import_recordings(xdf(tmp_path, vibration()), tmp_path / "out")
     assert pinch.first is None
     assert len(pinch.data) == SAMPLES
 
@@ -245,7 +245,7 @@ def test_truncated_file_is_refused_or_noted(tmp_path):
     for place, keep in enumerate((0, 3, 50, 3000, len(content) // 2, len(content) - 30)):
         path.write_bytes(content[:keep])
         try:
-            notes = import_path(path, tmp_path / f"out{place}").notes
+            notes = import_recordings(path, tmp_path / f"out{place}").notes
         except InputError:
             assert not (tmp_path / f"out{place}").exists()
         else:

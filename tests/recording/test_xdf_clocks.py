@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from test_recording_xdf import RATE, SLOW, marks, slow, stream, times, vibration, xdf
 
+from firstcontact import import_recordings
 from firstcontact.core import InputError
-from firstcontact.recording import import_path
 
 pytest.importorskip("pyxdf")
 SECONDS = 8.0
@@ -46,9 +46,9 @@ def test_contacts_and_samples_do_not_drift(tmp_path, share, gap, given):
     path = xdf(tmp_path, finger, marks(texts=[(touch, "foam") for touch in touches]))
     table = tmp_path / "events.csv"
     table.write_text("\n".join(["onset_s", *map(str, touches)]))
-    dataset = import_path(path, tmp_path / "out", events=table if given == "events" else None)
+    dataset = import_recordings(path, tmp_path / "out", events=table if given == "events" else None)
     assert contact_times(dataset) == pytest.approx(touches, abs=0.6 / RATE)
-    loaded = import_path(xdf(tmp_path, finger), tmp_path / "whole")
+    loaded = import_recordings(xdf(tmp_path, finger), tmp_path / "whole")
     assert np.concatenate([p.data[:, 0] for p in loaded]).tolist() == seconds.astype("f4").tolist()
 
 
@@ -61,7 +61,7 @@ def test_short_losses_move_no_contact(tmp_path, jitter, lost):
     touches = [0.5, 3.5, 4.0 + lost / 2, 4.5, 7.5]
     texts = [(touch, f"{touch}") for touch in touches]
     finger = vibration(stamps=stamps, values=seconds)
-    dataset = import_path(xdf(tmp_path, finger, marks(texts=texts)), tmp_path / "out")
+    dataset = import_recordings(xdf(tmp_path, finger, marks(texts=texts)), tmp_path / "out")
     assert contact_times(dataset) == pytest.approx(
         np.delete(touches, 2), abs=0.1 * jitter + 0.6 / RATE
     )
@@ -74,14 +74,14 @@ def test_many_losses_are_refused(tmp_path):
     lossy = np.delete(seconds, np.arange(3, len(seconds), 10))
     path = xdf(tmp_path, vibration(stamps=50.0 + lossy, values=lossy))
     with pytest.raises(InputError, match="finger"):
-        import_path(path, tmp_path / "out")
+        import_recordings(path, tmp_path / "out")
 
 
 @pytest.mark.parametrize("stated_share", [0.992, 1 - 6e-5, 1.0, 1 + 6e-5, 1.008])
 @pytest.mark.parametrize("slow_share", [0.992, 1.0, 1.008])
 def test_slower_samples_are_the_nearest_in_time(tmp_path, stated_share, slow_share):
     streams = [timed(RATE * stated_share), timed_slow((0.0, SECONDS), rate=SLOW * slow_share)]
-    (pinch,) = import_path(xdf(tmp_path, *streams), tmp_path / "out")
+    (pinch,) = import_recordings(xdf(tmp_path, *streams), tmp_path / "out")
     seconds, values = pinch.group("100_hz")
     beside = np.rint(seconds * RATE).astype(int)
     assert len(values) == np.ceil(len(pinch.data) / RATE * SLOW)
@@ -101,7 +101,7 @@ def test_slower_samples_are_the_nearest_in_time(tmp_path, stated_share, slow_sha
 )
 def test_vibration_is_kept_where_the_slower_stream_has_samples(tmp_path, stretches):
     path = xdf(tmp_path, timed(RATE), timed_slow(*stretches))
-    dataset = import_path(path, tmp_path / "out")
+    dataset = import_recordings(path, tmp_path / "out")
     assert len(dataset) == len(stretches)
     for pinch, (begin, end) in zip(dataset, stretches, strict=True):
         assert pinch.data[[0, -1], 0] == pytest.approx([begin, end], abs=3 / SLOW)
@@ -113,6 +113,6 @@ def test_vibration_is_kept_where_the_slower_stream_has_samples(tmp_path, stretch
 
 def test_streams_of_seconds_go_along(tmp_path):
     warmth = stream(2, "warmth", 1.0, "float32", times(8, 1.0), np.arange(8.0))
-    (pinch,) = import_path(xdf(tmp_path, timed(RATE), warmth), tmp_path / "out")
+    (pinch,) = import_recordings(xdf(tmp_path, timed(RATE), warmth), tmp_path / "out")
     _, values = pinch.group("1_hz")
     assert values[:, 0].tolist() == list(range(8))

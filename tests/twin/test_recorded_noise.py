@@ -17,8 +17,8 @@ from firstcontact.core import (
 )
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
 from firstcontact.signal import ExponentialSmoothing
-from firstcontact.twin import simulate
 from firstcontact.twin.noise import read_noise
+from firstcontact.twin.simulation import simulate_recordings
 
 
 def layout(rate: float = 4936.0, alpha: float = 1.0, unit: str = "V", channels: int = 1) -> Layout:
@@ -50,8 +50,8 @@ def line(x: np.ndarray, hertz: float) -> float:
 def test_recorded_noise_is_added_to_pinches_and_named_in_the_header(tmp_path: Path) -> None:
     path = write_quiet(tmp_path / "q.mcap", tone(700.0, 4936.0), layout())
     sizes = {"pinches_per_block": 1, "pinches_per_object": 0, "seed": 3, "workers": 1}
-    simulate(tmp_path / "with", noise=read_noise(path), **sizes)  # type: ignore[arg-type]
-    simulate(tmp_path / "without", **sizes)  # type: ignore[arg-type]
+    simulate_recordings(tmp_path / "with", noise=read_noise(path), **sizes)  # type: ignore[arg-type]
+    simulate_recordings(tmp_path / "without", **sizes)  # type: ignore[arg-type]
     noisy, silent = load_dataset(tmp_path / "with"), load_dataset(tmp_path / "without")
     columns = fingertip_layout().columns(ChannelKind.VIBRATION)
     for noisy_pinch, silent_pinch in zip(noisy.pinches, silent.pinches, strict=True):

@@ -11,9 +11,10 @@ from pinches import EVERYDAY
 from firstcontact.core import Command, Label
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.recording import load_dataset
-from firstcontact.twin import BLOCKS, draw_pinch, simulate, simulate_pinch
+from firstcontact.twin import BLOCKS, draw_pinch, simulate_pinch
 from firstcontact.twin.draw import draw_specimen
 from firstcontact.twin.drive import Drive, DriveReference, Positions
+from firstcontact.twin.simulation import simulate_recordings
 
 SPEEDS = st.floats(-0.25, 0.25)
 
@@ -61,8 +62,8 @@ def test_the_measured_speed_is_that_of_the_drives() -> None:
 
 
 def test_positions_leave_the_samples_alone(tmp_path: Path) -> None:
-    simulate(tmp_path / "with", "everyday", 1, 1, 3, 1, positions=True)
-    simulate(tmp_path / "without", "everyday", 1, 1, 3, 1)
+    simulate_recordings(tmp_path / "with", "everyday", 1, 1, 3, 1, positions=True)
+    simulate_recordings(tmp_path / "without", "everyday", 1, 1, 3, 1)
     measured, plain = load_dataset(tmp_path / "with"), load_dataset(tmp_path / "without")
     for one, other in zip(measured, plain, strict=True):
         np.testing.assert_array_equal(one.data, other.data)

@@ -9,7 +9,6 @@ from pinches import EVERYDAY, PAPER_RIG
 
 from firstcontact.core import physics as physics
 from firstcontact.twin import _run as run
-from firstcontact.twin import _simulate as sets
 from firstcontact.twin import _stream as stream
 from firstcontact.twin import draw as draw
 from firstcontact.twin import noise as noise
@@ -18,6 +17,7 @@ from firstcontact.twin import outcome as outcome
 from firstcontact.twin import pinch as pinch
 from firstcontact.twin import plant as plant
 from firstcontact.twin import sensor as sensor
+from firstcontact.twin import simulation as sets
 from firstcontact.twin.draw import Condition, Spread
 from firstcontact.twin.drive import Drive
 from firstcontact.twin.mechanics import FingerParameters, ObjectParameters, VelostatParameters

@@ -16,9 +16,9 @@ from pinches import simulated as simulated_pinch
 
 from firstcontact.core import InputError, Role
 from firstcontact.recording import load_dataset, read_recording
-from firstcontact.twin import BLOCKS, simulate
-from firstcontact.twin._simulate import plan_sessions
+from firstcontact.twin import BLOCKS
 from firstcontact.twin.draw import Condition
+from firstcontact.twin.simulation import plan_sessions, simulate_recordings
 from processes import full_disk
 
 
@@ -29,7 +29,7 @@ def digests(folder: Path) -> dict[str, str]:
 def simulate_set(
     folder: Path, seed: int = 3, workers: int = 1, condition: str = "everyday"
 ) -> Path:
-    simulate(folder, condition, 4, 2, seed, workers)
+    simulate_recordings(folder, condition, 4, 2, seed, workers)
     return folder
 
 
@@ -94,7 +94,7 @@ def test_invalid_numbers_are_refused_by_name_and_write_nothing(
     tmp_path: Path, name: str, value: Any
 ) -> None:
     with pytest.raises(InputError) as caught:
-        simulate(tmp_path / "out", **{name: value})
+        simulate_recordings(tmp_path / "out", **{name: value})
     assert caught.value.parameter == name
     assert not list(tmp_path.iterdir())
 
@@ -104,17 +104,17 @@ def test_an_unknown_condition_and_no_pinches_are_refused(
     tmp_path: Path, arguments: tuple[str, int, int]
 ) -> None:
     with pytest.raises(InputError):
-        simulate(tmp_path / "out", *arguments)
+        simulate_recordings(tmp_path / "out", *arguments)
     assert not list(tmp_path.iterdir())
 
 
 def test_folder_with_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     with pytest.raises(InputError, match=tmp_path.name):
-        simulate(tmp_path, "paper-rig", 1, 0)
+        simulate_recordings(tmp_path, "paper-rig", 1, 0)
     assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
     with pytest.raises(InputError, match=r"mine\.txt/out"):
-        simulate(tmp_path / "mine.txt" / "out", "paper-rig", 1, 0)
+        simulate_recordings(tmp_path / "mine.txt" / "out", "paper-rig", 1, 0)
 
 
 def test_error_leaves_no_partial_file(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_error_leaves_no_partial_file(tmp_path: Path) -> None:
         raise RuntimeError("stop")
 
     with pytest.raises(RuntimeError, match="stop"):
-        simulate(tmp_path / "out", "paper-rig", 4, 0, 0, 2, stop)
+        simulate_recordings(tmp_path / "out", "paper-rig", 4, 0, 0, 2, stop)
     assert not list(tmp_path.iterdir())
 
 
@@ -130,7 +130,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from typing import Any
-from firstcontact.twin._simulate import simulate
+from firstcontact.twin.simulation import simulate_recordings
 
 made = 0
 def progress(done):
@@ -139,7 +139,7 @@ def progress(done):
     if made > 4:  # the first recording is whole
         os.kill(os.getpid(), signal.SIGKILL)
 
-simulate(Path(sys.argv[1]), "everyday", 4, 2, 3, 1, progress)
+simulate_recordings(Path(sys.argv[1]), "everyday", 4, 2, 3, 1, progress)
 """
 
 
@@ -158,7 +158,7 @@ def test_killed_simulation_leaves_no_recordings(tmp_path: Path) -> None:
 def test_full_disk_is_refused_with_the_folder(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with full_disk(20_000), pytest.raises(InputError, match=str(out)):
-        simulate(out, "paper-rig", 4, 0)
+        simulate_recordings(out, "paper-rig", 4, 0)
     assert not list(tmp_path.iterdir())
 
 

@@ -177,8 +177,8 @@ def list_devices() -> list[tuple[str, str]]:
     return devices
 
 
-def open_source(
-    device: AnyPath,
+def open(
+    device: AnyPath = "twin",
     *,
     speed: float = 1.0,
     condition: str = "paper-rig",
@@ -186,10 +186,39 @@ def open_source(
     objects: str = "paper",
     fault: str = "",
 ) -> Source:
-    """Return a source of samples for a device name. A ``with`` statement opens it.
+    """Open a live source of samples. Use it in a ``with`` statement, which closes it.
 
-    The parameters are those of :func:`firstcontact.open`. ``fault`` names a defect to simulate in
-    the fingertips of the twin (simulated hand), from :data:`firstcontact.twin.faults.FAULTS`.
+    Parameters
+    ----------
+    device
+        "twin" for the simulated hand, the name of a serial port, "audio" for the sound input,
+        "lsl:NAME" for an LSL stream, "csv:PORT" for a serial port that sends lines of numbers, or
+        the path of a recording (.mcap) to replay.
+    speed
+        Speed of the simulated hand or of a replay, as a multiple of real time.
+    condition, seed
+        Variation of the simulated hand ("paper-rig" or "everyday"), and its random seed.
+    objects
+        Objects that the simulated hand grasps: "paper", "household", or the name of one object.
+    fault
+        Defect of the simulated fingertips, from ``firstcontact.twin.faults.FAULTS``.
+
+    Raises
+    ------
+    InputError
+        The device does not exist, or does not accept these parameters.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> def received(source: fc.Source) -> int:
+    ...     health: fc.Health = source.health
+    ...     return health.samples
+    >>> with fc.open("twin", speed=4.0) as source:
+    ...     arrivals = source.read(5.0, least=100)
+    ...     samples = received(source)
+    >>> samples >= sum(len(arrival.block.data) for arrival in arrivals) > 0
+    True
     """
     from firstcontact.device.source import Source
 
@@ -202,3 +231,7 @@ def open_source(
         if not isinstance(source, Source):
             raise TypeError(f"{type(source).__name__} is not a source")
     return source
+
+
+#: Name of :func:`open` in this room.
+open_source = open

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from firstcontact.core import Dataset, Pinch
+from firstcontact.core import ArgumentError, Dataset, Pinch
 from firstcontact.core.display import BLUE, GREY, ORANGE
-from firstcontact.core.installation import missing_modules
+from firstcontact.core.installation import missing_modules, require_modules
 from firstcontact.core.quantity import QUANTITIES, SHORE_A
 from firstcontact.models import Evaluation, Predictions
 from firstcontact.plots.recordings import draw_dataset, draw_pinch
@@ -79,6 +79,48 @@ DRAWINGS: dict[type, Callable[[Any, Any], Any]] = {
     Predictions: draw_predictions,
     Evaluation: draw_evaluation,
 }
+
+
+def plot(subject: Pinch | Dataset | Predictions | Evaluation) -> Any:
+    """Draw a pinch, a dataset, predictions or an evaluation with Matplotlib.
+
+    Parameters
+    ----------
+    subject
+        For a pinch, all its channels are drawn over time. For a dataset: the vibration after the
+        first contact, coloured by hardness. For predictions: each value with its interval. For an
+        evaluation: the error over the time after the contact.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Axes of a new figure; for a pinch an array of axes, one for each kind of channel.
+
+    Raises
+    ------
+    InputError
+        Matplotlib is not installed, or objects of this type cannot be drawn.
+
+    Examples
+    --------
+    >>> import matplotlib
+    >>> matplotlib.use("agg")
+    >>> import firstcontact as fc
+    >>> axes = fc.plot(fc.load("recordings"))
+    >>> axes.get_xlabel()
+    'time since first contact (ms)'
+    """
+    if type(subject) not in DRAWINGS:
+        raise ArgumentError(
+            f"an object of type {type(subject).__name__} cannot be drawn: give a Pinch, a Dataset, "
+            "Predictions or one Evaluation",
+            parameter="subject",
+        )
+    require_modules("plot", "matplotlib")
+    from matplotlib import pyplot, rc_context
+
+    with rc_context(PLAIN):
+        return DRAWINGS[type(subject)](subject, pyplot.figure(layout="constrained"))
 
 
 def notebook_html(subject: object) -> str:

@@ -11,7 +11,6 @@ from ._reader import read_recording as read_recording
 from ._writer import RecordingWriter as RecordingWriter
 from .dataset import load_dataset as load_dataset
 from .dataset import write_dataset as write_dataset
-from .importing import import_path as import_path
 from .messages import Header as Header
 from .messages import Marker as Marker
 from .messages import PinchMark as PinchMark

@@ -24,8 +24,34 @@ from firstcontact.recording._writer import RecordingWriter
 from firstcontact.recording.messages import Header, PinchMark
 
 
-def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
-    """Load the pinches of recordings and folders; see :func:`firstcontact.load`."""
+def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
+    """Load the pinches (closings of the hand) in recordings, with their labels.
+
+    Parameters
+    ----------
+    path
+        A recording (.mcap file); a folder, which is searched with all folders in it; or a list of
+        recordings and folders. A recording that is named twice is loaded once.
+
+    Returns
+    -------
+    Dataset
+        Pinches with their labels. Copies of recordings, and pinches with missing samples, are left
+        out and named in ``losses``.
+
+    Raises
+    ------
+    InputError
+        No recording exists or can be read, or two recordings differ in channels, sampling rate or
+        source (simulated or real).
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> data
+    Dataset(60 pinches, 5 objects, 10 sessions, 4936 Hz, source='twin')
+    """
     paths = [given_path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
     named = [file for p in paths for file in find_recordings(p)]
     files = list({os.path.realpath(file): file for file in named}.values())
@@ -77,6 +103,10 @@ def load_dataset(path: AnyPath | Iterable[AnyPath]) -> Dataset:
         losses=tuple(losses),
         sessions_assumed=assumed,
     )
+
+
+#: Name of :func:`load` in this room.
+load_dataset = load
 
 
 def _in_volts(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:

@@ -20,17 +20,21 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.core.calibration import given_calibration
-from firstcontact.core.files import AnyPath
+from firstcontact.core.files import AnyPath, given_path
 from firstcontact.core.physics import is_same_rate
 from firstcontact.device import Source
 from firstcontact.device.descriptor import DevicePredictor, skipped_model
 from firstcontact.device.noise_floor import measure_noise
 from firstcontact.device.replay import ReplaySource
 from firstcontact.device.resampled import ResampledSource
-from firstcontact.grasp import HandError
+from firstcontact.device.source import require_source
+from firstcontact.grasp import Hand, HandError, Policy
+from firstcontact.grasp.hand import Begins
+from firstcontact.grasp.registry import find_hand
 from firstcontact.models import Model, load_model
 from firstcontact.models.anytime import Predictor
 from firstcontact.streaming._pipeline import MeasureSpeed, Pipeline
+from firstcontact.streaming.events import Event
 from firstcontact.streaming.grasping import Grasping
 from firstcontact.streaming.hand_plan import HandPlan
 from firstcontact.streaming.session import LiveSession
@@ -252,3 +256,109 @@ def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpee
     hand, rate = grasping.hand, source.descriptor.layout.rate
     hand.closing_speed(0.0, math.nan)  # imports what it needs before the first contact
     return lambda sample, epoch, host: hand.closing_speed(sample / rate, host)
+
+
+def check_limits(seconds: float | None, pinches: int | None) -> None:
+    """Raise InputError if the limits of a live session are not above 0."""
+    for name, noun, bound in (
+        ("seconds", "the duration", seconds),
+        ("pinches", "the number of pinches", pinches),
+    ):
+        if bound is not None and not bound > 0:
+            raise ArgumentError(f"{noun} is {bound:g}: give a number above 0", parameter=name)
+
+
+def live(
+    source: Source,
+    model: Model | AnyPath | None = None,
+    *,
+    calibration: Calibration | AnyPath | None = None,
+    shape: str | float | None = None,
+    estimator: str | None = None,
+    hand: str | Hand | None = None,
+    hand_port: str | None = None,
+    policy: str | type[Policy] | Policy | None = None,
+    record: AnyPath | None = None,
+    seconds: float | None = None,
+    pinches: int | None = None,
+    real_time: bool | None = None,
+) -> Iterator[Event]:
+    """Read samples from a source, and yield contacts, stiffness estimates and finished pinches.
+
+    Parameters
+    ----------
+    source
+        A source from :func:`open`. It is closed when the iteration ends. Its samples are resampled
+        if the model needs another rate.
+    model
+        Model or its folder. By default a model for the simulated hand, no model for a device that
+        predicts by itself, and for other sources the package's model. That one is not adapted to
+        your hand and sensors, so its prediction intervals are wide.
+    calibration
+        Calibration with the sensors' noise at rest, or its file. By default the noise is measured
+        when the session starts; keep the hand still meanwhile.
+    shape
+        Shape of the touched surface if all objects share it: "flat", or its radius in mm.
+    estimator
+        Name of the estimator in the model that predicts, such as "svm". By default the first of
+        ``model.estimators``.
+    hand, hand_port, policy
+        Hand to drive, its port, and the grasp policy (code that decides how the hand closes). The
+        hand is a name, or an instance of your own subclass of :class:`firstcontact.grasp.Hand`,
+        not open yet. The policy is a name, your own subclass of
+        :class:`firstcontact.grasp.Policy`, or an instance of it. The hand is always released at
+        the end, also after an error (see :class:`firstcontact.grasp.SafeHand`).
+    record
+        Folder in which a recording of all samples is written.
+    seconds, pinches
+        Stop after this time, s, or after this number of pinches. By default do not stop.
+    real_time
+        Set False for a source that runs faster or slower than real time without reporting it.
+        ``Estimate.in_time`` is then None.
+
+    Yields
+    ------
+    Event
+        An event, such as :class:`ContactEvent`, :class:`Estimate` or :class:`PinchDone`.
+
+    Raises
+    ------
+    InputError
+        The model does not fit the source, the source fails, or the recording cannot be written.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> with fc.open("twin", speed=8.0) as source:
+    ...     events: list[fc.Event] = list(fc.live(source, pinches=1))
+    >>> finals = [event for event in events if isinstance(event, fc.Estimate) and event.final]
+    >>> pinches = [event for event in events if isinstance(event, fc.PinchDone)]
+    >>> len(pinches)
+    1
+    """
+    require_source(source)
+    check_limits(seconds, pinches)
+    if hand is not None and (kind := find_hand(hand)).begins is Begins.US:
+        raise ArgumentError(
+            f"{kind.name} closes only on request, and this function cannot send requests: run "
+            f"`firstcontact live --hand {kind.name}` instead",
+            parameter="hand",
+        )
+    plan = SessionPlan(
+        model=model,
+        estimator=estimator,
+        calibration=calibration,
+        real_time=real_time,
+        hand=HandPlan(hand, hand_port, policy),
+        recordings=Path() if record is None else given_path(record, "record"),
+        shape="" if shape is None else str(shape),
+    )
+    with live_session(source, plan) as session:
+        if record is not None:
+            session.start_recording()
+        for event in session.events(seconds=seconds, pinches=pinches):
+            if session.recording.failed:
+                break
+            yield event
+        if session.recording.failed:
+            raise ArgumentError(session.recording.failed, parameter="record")

@@ -19,9 +19,6 @@ SHIPPED = Path(__file__).parents[1] / "twin" / "pretrained"
 SHIPPED_HAND = "paper-rig", 0
 #: Number of training pinches of each block: few, to simulate and train in half a minute.
 PINCHES = 60
-#: Version of the twin, the training and the model format; a new one replaces cached models and
-#: sample data.
-RECIPE = 7
 
 
 def default_model(source: Source) -> Model:
@@ -36,6 +33,7 @@ def default_model(source: Source) -> Model:
 def twin_model(condition: str, seed: int) -> Path:
     """Return the folder of a model for the twin. Train one if there is none."""
     from firstcontact.models import ESTIMATORS
+    from firstcontact.twin.samples import RECIPE
 
     if (condition, seed) == SHIPPED_HAND:
         return SHIPPED
@@ -44,16 +42,16 @@ def twin_model(condition: str, seed: int) -> Path:
 
     def make(making: Path) -> None:
         from firstcontact.models import train
-        from firstcontact.recording import load_dataset
-        from firstcontact.twin import simulate
+        from firstcontact.recording.dataset import load
+        from firstcontact.twin.simulation import simulate_recordings
 
         print(
             f"no model was given; training one on the twin, saved in {folder} for the next start",
             file=sys.stderr,
         )
         pinches = making.with_name("pinches")
-        simulate(pinches, condition, PINCHES, pinches_per_object=0, seed=seed)
-        model = train(load_dataset(pinches))
+        simulate_recordings(pinches, condition, PINCHES, pinches_per_object=0, seed=seed)
+        model = train(load(pinches))
         model.save(making)
         for line in model.notes:
             print(line, file=sys.stderr)

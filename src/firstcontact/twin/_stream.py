@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from firstcontact.core import ArgumentError, Command, Contact, Label
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.twin._run import PinchRun
-from firstcontact.twin._simulate import PlannedPinch, planned_pinch
 from firstcontact.twin.draw import condition, draw_pinch, generator
 from firstcontact.twin.drive import LATENCY, Drive, Positions
 from firstcontact.twin.household import (
@@ -26,6 +25,7 @@ from firstcontact.twin.mechanics import CONTACT_FORCE, INDENTATION, OUTPUTS, Fin
 from firstcontact.twin.objects import TwinObject
 from firstcontact.twin.outcome import DROPPED, Lift, slide
 from firstcontact.twin.sensor import ScanStream, StreamFingertips, strip_contacts
+from firstcontact.twin.simulation import PlannedPinch, planned_pinch
 
 #: Time for a change of the motor's speed, s.
 RAMP = 0.06
@@ -142,7 +142,7 @@ class TwinStream(ScanStream):
 
     A scan holds one reading of each channel. In each cycle the hand rests, closes, squeezes, holds
     and opens. The same arguments and commands give the same scans. The hand is that of
-    :func:`firstcontact.twin._simulate.simulate` with the same condition and seed.
+    :func:`firstcontact.twin.simulate` with the same condition and seed.
 
     Parameters
     ----------

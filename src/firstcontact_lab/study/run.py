@@ -9,14 +9,14 @@ from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 
+from firstcontact.collect.importing import find_importer, import_recordings
 from firstcontact.core import Dataset, FileError, InputError
 from firstcontact.core.files import files_below
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.jobs import Runner
-from firstcontact.recording import import_path, load_dataset
-from firstcontact.recording.importing import find_importer
+from firstcontact.recording import load_dataset
 from firstcontact.signal import resample_dataset
-from firstcontact.twin import simulate
+from firstcontact.twin.simulation import simulate_recordings
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.page import State
 from firstcontact_lab.report.run import MARK, Job, check_fresh, fresh, run_steps
@@ -90,7 +90,7 @@ def _set_name(recordings: Path | None) -> str:
 
 def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner) -> Dataset:
     directory = fresh(out / _RECORDINGS / condition, {"twin": condition, "seed": settings.seed})
-    simulate(
+    simulate_recordings(
         directory / "pinches",
         condition,
         settings.block_pinches,
@@ -143,7 +143,7 @@ def _search(path: Path) -> tuple[list[Path], list[Path]]:
 def _imported(path: Path, out: Path) -> Dataset:
     directory = fresh(out / _RECORDINGS / _IMPORTED, {"imported": path.name})
     try:
-        assumed = import_path(path, directory / "pinches").notes
+        assumed = import_recordings(path, directory / "pinches").notes
     except InputError:
         shutil.rmtree(directory)
         with suppress(OSError):  # a folder with other recordings stays

@@ -153,11 +153,9 @@ class Live:
 
     def _check(self) -> None:
         from firstcontact.core.physics import parse_radius
+        from firstcontact.streaming.live_session import check_limits
 
-        if self.seconds is not None and not self.seconds > 0:
-            raise InputError(f"--seconds is {self.seconds:g}: give a number above 0")
-        if self.pinches is not None and self.pinches < 1:
-            raise InputError(f"--pinches is {self.pinches}: give 1 or more, or leave it out")
+        check_limits(self.seconds, self.pinches)
         parse_radius(self.shape)
 
     def _report(self, session: LiveSession, began: int, cpu: float) -> None:

@@ -34,14 +34,14 @@ class Simulate:
     """Dask cluster that simulates the pinches: tcp://HOST:PORT."""
 
     def run(self) -> None:
-        # fc.simulate also loads what it wrote, which may be larger than the memory.
-        from firstcontact.twin import simulate
+        # The public function also loads what it wrote, which may be larger than the memory.
         from firstcontact.twin.noise import read_noise
+        from firstcontact.twin.simulation import simulate_recordings
 
         noise = None if self.noise is None else read_noise(self.noise)
         sizes = self.pinches_per_block, self.pinches_per_object
         with on_cluster(self.cluster):
-            paths = simulate(
+            paths = simulate_recordings(
                 self.out,
                 self.condition,
                 *sizes,

@@ -1,13 +1,17 @@
-"""Simulated strikes: one finger taps a block, without a motor."""
+"""Example data: simulated pinches, and strikes of one finger on a block, without a motor."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import (
+    ArgumentError,
     Channel,
     ChannelKind,
     Contact,
@@ -17,12 +21,19 @@ from firstcontact.core import (
     Pinch,
     VibrationSensor,
 )
+from firstcontact.core.files import cache_path, make_once
 from firstcontact.core.layout import FINGERTIP_RATE, PIEZO_OFFSET_VOLTS
-from firstcontact.twin.draw import condition, draw_pinch
+from firstcontact.recording import Header, write_dataset
+from firstcontact.recording.dataset import load
+from firstcontact.twin.draw import CONDITIONS, condition, draw_pinch
 from firstcontact.twin.mechanics import BUFFER, INDENTATION
 from firstcontact.twin.objects import BLOCKS, block
 from firstcontact.twin.pinch import integrate_pinch
+from firstcontact.twin.simulation import simulate_recordings
 
+#: Version of the twin, the training and the model format; a new one replaces cached models and
+#: sample data.
+RECIPE = 7
 #: Length of a strike before and after its contact, s.
 BEFORE, AFTER = 0.06, 0.09
 #: Noise of a cheap sound input, as a share of full scale.
@@ -61,3 +72,45 @@ def strikes(each: int, seed: int) -> Dataset:
             truth = (Contact(None, start + contact, start + contact),)
             pinches.append(Pinch(data, layout, label, start, truth))
     return Dataset(tuple(pinches), "twin")
+
+
+def sample(name: Literal["paper-rig", "everyday", "strikes"] = "paper-rig") -> Dataset:
+    """Return simulated example data. The first call simulates them and stores them on disk.
+
+    Parameters
+    ----------
+    name
+        "paper-rig" or "everyday": 190 labelled pinches as :func:`simulate` makes them with that
+        ``condition``. "strikes": 60 strikes on five blocks, heard by one piezo at a sound input.
+
+    Returns
+    -------
+    Dataset
+        Simulated pinches or strikes. Their recordings are in ``~/.cache/firstcontact``.
+
+    Raises
+    ------
+    InputError
+        No example data have that name.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> fc.sample("strikes")
+    Dataset(60 pinches, 5 objects, 1 session, 4936 Hz, source='twin')
+    """
+    names = (*CONDITIONS, "strikes")
+    if name not in names:
+        raise ArgumentError(f"{name!r} must be one of {', '.join(names)}", parameter="name")
+    folder = cache_path(f"sample-{version('firstcontact')}.{RECIPE}-{name}")
+
+    def make(making: Path) -> None:
+        if name == "strikes":
+            made = strikes(12, seed=0)
+            making.mkdir()
+            write_dataset(made, making, Header(made.layout, source="twin", dtype="float32"))
+        else:
+            simulate_recordings(making, name, 30, 5, seed=0)
+
+    make_once(folder, make)
+    return load(folder)

@@ -9,9 +9,11 @@ from dataclasses import dataclass, replace
 from itertools import chain, islice
 from operator import index
 from pathlib import Path
+from typing import Literal
 
 from firstcontact.core import (
     ArgumentError,
+    Dataset,
     FileError,
     InputError,
     Label,
@@ -20,13 +22,14 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.core.display import Progress, progress_steps
-from firstcontact.core.files import resolved, temporary_path
+from firstcontact.core.files import AnyPath, given_path, resolved, temporary_path
 from firstcontact.core.layout import FINGERTIP_RATE
 from firstcontact.jobs.runners import MOST_WORKERS, Runner, cores, parallel
 from firstcontact.recording import Header, RecordingWriter
+from firstcontact.recording.dataset import load
 from firstcontact.twin.draw import Condition, condition, draw_pinch, draw_specimen, generator
 from firstcontact.twin.drive import Positions
-from firstcontact.twin.noise import RecordedNoise
+from firstcontact.twin.noise import RecordedNoise, read_noise
 from firstcontact.twin.objects import BLOCKS, EVERYDAY_OBJECTS, TwinObject
 from firstcontact.twin.pinch import DURATION, PinchJob, simulate_pinches
 
@@ -100,6 +103,66 @@ _BATCH = 8
 
 
 def simulate(
+    out: AnyPath,
+    *,
+    condition: Literal["paper-rig", "everyday"] = "paper-rig",
+    pinches_per_block: int = 500,
+    pinches_per_object: int = 50,
+    seed: int = 0,
+    workers: int | None = None,
+    noise: AnyPath | None = None,
+    positions: bool = False,
+    progress: Progress = None,
+) -> Dataset:
+    """Simulate labelled pinches of five flat blocks and eight other objects with a simulated hand.
+
+    Parameters
+    ----------
+    out
+        Folder for the recordings; it must be empty or new.
+    condition
+        Variation between pinches: "paper-rig" as in the published set-up, "everyday" as outside a
+        lab.
+    pinches_per_block, pinches_per_object
+        Number of pinches with each of the five blocks, and with each of the eight other objects.
+    seed
+        Random seed. The same seed gives files with the same bytes.
+    workers
+        Number of threads; all cores by default. It does not change the result.
+    noise
+        Path of a recording of a real sensor at rest. Its noise replaces the simulated noise of the
+        electronics and the simulated hum.
+    positions
+        True to simulate a hand that reports its positions, so that each pinch has a measured
+        ``closing_speed``.
+    progress
+        True to show a bar, or a function that is called with the number of pinches just finished.
+
+    Returns
+    -------
+    Dataset
+        The simulated pinches.
+
+    Raises
+    ------
+    InputError
+        A parameter is out of range, or ``out`` is not empty.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.simulate("few", pinches_per_block=2, pinches_per_object=0)
+    >>> len(data), data.source
+    (10, 'twin')
+    """
+    folder = given_path(out, "out")
+    recorded = None if noise is None else read_noise(given_path(noise, "noise"))
+    sizes = pinches_per_block, pinches_per_object
+    simulate_recordings(folder, condition, *sizes, seed, workers, progress, recorded, positions)
+    return load(folder)
+
+
+def simulate_recordings(
     directory: Path,
     condition_name: str = "paper-rig",
     pinches_per_block: int = 500,
@@ -111,7 +174,7 @@ def simulate(
     positions: bool = False,
     runner: Runner | None = None,
 ) -> list[Path]:
-    """Simulate pinches as :func:`firstcontact.simulate` does. Return the paths of the recordings.
+    """Simulate pinches as :func:`simulate` does. Return the paths of the recordings.
 
     ``noise`` is recorded noise of a real sensor at rest. ``runner`` simulates the pinches; by
     default threads of this process do, or the backend of ``joblib.parallel_config``.

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from firstcontact.contact.finder import find_onsets
 from firstcontact.core import (
     ArgumentError,
     ChannelKind,
@@ -21,10 +22,8 @@ from firstcontact.core import (
 from firstcontact.core.files import AnyPath, given_path, resolved, temporary_path
 from firstcontact.core.installation import require_extra
 from firstcontact.core.plausible import alike_note, clock_note
-from firstcontact.recording._formats import IMPORTERS, Importer
-from firstcontact.recording.dataset import pinches_by_session, write_dataset
-from firstcontact.recording.messages import Header
-from firstcontact.recording.sound import Find
+from firstcontact.recording import IMPORTERS, Header, Importer, write_dataset
+from firstcontact.recording.dataset import pinches_by_session
 
 _log = logging.getLogger("firstcontact.recording")
 
@@ -32,20 +31,62 @@ _log = logging.getLogger("firstcontact.recording")
 MOST_COMPARED = 20
 
 
-def import_path(
+def import_recordings(
     path: AnyPath,
     out: AnyPath,
+    *,
     rate: float | None = None,
     source: str | None = None,
     sensor: str | None = None,
     events: AnyPath | None = None,
     channels: AnyPath | None = None,
     labels: AnyPath | None = None,
-    find: Find | None = None,
+    find: bool = False,
 ) -> Dataset:
-    """Convert a file or folder to recordings, as :func:`firstcontact.import_recordings` does.
+    """Convert sensor data in other file formats into recordings (.mcap files).
 
-    Here, ``find`` is a function that detects the contacts in sound files.
+    Parameters
+    ----------
+    path
+        File or folder: WAV, FLAC, XDF, MATLAB, HDF5, NPZ, CSV, or a format that a plug-in reads.
+    out
+        Folder for the recordings; it must be empty or new.
+    rate
+        Sampling rate, Hz, for a format that does not store it.
+    source
+        Origin of the data, "real", "twin" (simulated) or "synthetic", for a format that does not
+        store it.
+    sensor
+        "piezo", "accelerometer", "microphone" or "hydrophone", for a format that does not store it.
+    events, channels, labels
+        Paths of CSV tables: ``events`` lists the contacts in long files (columns file, onset_s and
+        labels), ``channels`` names the signals, and ``labels`` labels the files (columns file,
+        object, shore_a, session and others). ``labels.csv`` in the folder is read by default.
+    find
+        True to detect the contacts in WAV and FLAC files, and cut out one pinch for each.
+
+    Returns
+    -------
+    Dataset
+        Pinches in the new recordings, in the order in which :func:`load` returns them: session by
+        session, in the order of the sessions' first pinches. ``notes`` lists every assumption.
+
+    Raises
+    ------
+    InputError
+        The input cannot be used, or ``out`` is not empty. Nothing is written then.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import firstcontact as fc
+    >>> rng = np.random.default_rng(0)
+    >>> signals = rng.normal(0, 0.002, (4, 3000, 2))  # shape (pinches, samples, fingers)
+    >>> labels = {"shore_a": [10.0, 10.0, 60.0, 60.0]}
+    >>> np.savez("taps.npz", piezo=signals, piezo_unit="V", sample_rate_hz=4936.0, **labels)
+    >>> data = fc.import_recordings("taps.npz", "imported", source="synthetic")
+    >>> len(data), data.source
+    (4, 'synthetic')
     """
     if sensor is not None and sensor not in tuple(VibrationSensor):
         raise ArgumentError(
@@ -65,14 +106,14 @@ def import_path(
     importer = find_importer(path, rate, tables)
     if sensor is not None and "sensor" not in importer.options:
         raise ArgumentError(f"{path} already states the sensor: do not give it", parameter="sensor")
-    if find is not None and "find" not in importer.options:
+    if find and "find" not in importer.options:
         raise ArgumentError(
             f"{path} is not a sound file: contacts are detected only in sound", parameter="find"
         )
     require_extra(importer)
     given = {
         "sensor": sensor and VibrationSensor(sensor),
-        "find": find,
+        "find": find_onsets if find else None,
         **dict.fromkeys(named),
         **tables,
     }

@@ -29,6 +29,7 @@ PARTS: Registry[Part] = Registry(
         "in_force": f"{_HERE}.in_force:PART",
         "generalise": f"{_HERE}.generalise:PART",
         "structure": f"{_HERE}.structure:PART",
+        "whole_grasp": f"{_HERE}.whole_grasp:PART",
         "continuum": f"{_HERE}.continuum:PART",
         "random_rigs": f"{_HERE}.random_rigs:PART",
         "closing_speed": f"{_HERE}.random_rigs:SPEED_PART",

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import building
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from test_model_parity import learned
 
+from firstcontact import sample
 from firstcontact.chain import Image
 from firstcontact.core import InputError
 from firstcontact.export import MODEL_EXPORTERS
@@ -32,7 +34,7 @@ def library(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 def test_it_is_a_library(library: Path) -> None:
     properties = (library / "library.properties").read_text(encoding="utf-8")
     conditioned_on = dict(line.split("=", 1) for line in properties.splitlines())
-    assert {"name", "version", "architectures"} <= set(conditioned_on)
+    assert {"name", "version", "architectures", "url"} <= set(conditioned_on)
     names = {path.name for path in (library / "src").iterdir()}
     for path in (library / "src").iterdir():
         assert set(re.findall(r'#include "(.*)"', path.read_text(encoding="utf-8"))) <= names
@@ -58,6 +60,19 @@ def test_its_example_compiles_against_the_stub(
     called = re.findall(r"U (\w*fc_\w+)", building.run([f"{building.ARM}nm", "-u", str(made)]))
     assert called
     assert all(name.startswith("fc_") for name in called)
+
+
+def test_its_main_loop_finds_the_contact_and_predicts(library: Path, tmp_path: Path) -> None:
+    command = re.search(r"`(cc .*)`", (library / "README.md").read_text(encoding="utf-8"))
+    assert command is not None
+    subprocess.run(f"{command[1]} -Wall -Wextra -Werror", shell=True, cwd=library, check=True)
+    pinch = sample("paper-rig")[0]
+    lines = "\n".join(f"{index:.6f} {thumb:.6f}" for index, thumb in pinch.vibration())
+    process = subprocess.run(
+        [library / "loop"], input=lines, capture_output=True, text=True, check=True
+    )
+    assert re.search(r"^contact \d+\n", process.stdout)
+    assert re.search(r"^estimate [\d.]+ \([\d.-]+ to [\d.]+\)$", process.stdout, re.MULTILINE)
 
 
 @pytest.mark.parametrize("header", ["fc_chain.h", "fc_image.h"])

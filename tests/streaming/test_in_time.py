@@ -109,7 +109,7 @@ def test_the_summary_counts_each_pinch_once(finished_pinch: list[PinchDone]) -> 
     cases = [truth(d) for d in finished_pinch]
     for name in ("in_time", "too_late", "none"):
         assert figures[name] == cases.count(name)
-    text = "\n".join(ledger_lines(figures, 1.0, 0.1))
+    text = "\n".join(ledger_lines(figures))
     numbers = re.search(r"(\d+) of (\d+) pinches.*; (\d+) too late, (\d+) without", text)
     assert numbers is not None
     if None not in cases:
@@ -176,5 +176,5 @@ def test_closings_without_any_contact_are_explained(closings: int, is_told: bool
     ledger = Ledger(RATE)
     ledger.closings = closings
     for speed in (1.0, 8.0):
-        text = "\n".join(ledger_lines(ledger.summary(), 1.0, 0.1, speed=speed))
+        text = "\n".join(ledger_lines(ledger.summary(), speed=speed))
         assert ("firstcontact check" in text) == is_told

@@ -55,6 +55,17 @@ def test_another_object_begins_where_somebody_says_so(how: str) -> None:
     assert pinched.name == {"asked": "", "marker": "pear"}[how]
 
 
+@pytest.mark.parametrize("texts", [["sponge", "twin: apple"], ["twin: apple", "sponge"]])
+def test_a_name_from_the_user_replaces_that_of_the_twin(texts: list[str]) -> None:
+    pinched = ObjectCombiner()
+    pinched.add_markers([Marker(5 + n, text) for n, text in enumerate(texts)])
+    pinched.pool(pinch(0))
+    assert pinched.name == "sponge"
+    pinched.add_markers([Marker(1005, "twin: orange")])
+    pinched.pool(pinch(1))
+    assert pinched.name == "orange"
+
+
 @pytest.mark.parametrize("has_markers", [True, False])
 def test_labels_name_the_objects_of_a_replay(has_markers: bool) -> None:
     """A block of 43 Shore A must not be pooled with one of 10, whatever markers say."""

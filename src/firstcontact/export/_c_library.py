@@ -1,4 +1,4 @@
-"""``--to c``: an Arduino and PlatformIO library in C99 with an example that counts its cycles."""
+"""``--to c``: an Arduino and PlatformIO library in C99 with a main loop as an example."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ maintainer=firstcontact
 sentence=Contact and stiffness on the hand's microcontroller.
 paragraph=Written by firstcontact export-model: {parts}.
 category=Sensors
+url=README.md
 architectures=*
 includes=fc_model_image.h
 """
@@ -71,9 +72,8 @@ def write(model: Model, out: Path) -> list[str]:
     rate = detector.rate or FINGERTIP_RATE if predictor is None else predictor.rate
     constants = None if predictor is None else predictor_in_c(predictor)
     image = build_image(rate, detector_in_c(detector, rate), constants)
-    source, example = out / "src", out / "examples" / "cycles"
+    source = out / "src"
     source.mkdir()
-    example.mkdir(parents=True)
     own, code = files("firstcontact.export") / "c", files("firstcontact") / "c"
     shared = [code / "wire" / f"fc_crc32.{suffix}" for suffix in "ch"]
     shared += [entry for entry in (code / "chain").iterdir() if entry.name.startswith("fc_")]
@@ -91,8 +91,10 @@ def write(model: Model, out: Path) -> list[str]:
     (source / "fc_model_image.c").write_text(text, encoding="utf-8")
     properties = _PROPERTIES.format(version=__version__, parts=parts)
     (out / "library.properties").write_text(properties, encoding="utf-8")
-    sketch = (own / "cycles.ino").read_text(encoding="utf-8")
-    (example / "cycles.ino").write_text(sketch, encoding="utf-8")
+    for place in ("README.md", "extras/main.c", "examples/cycles/cycles.ino"):
+        (out / place).parent.mkdir(parents=True, exist_ok=True)
+        text = (own / Path(place).name).read_text(encoding="utf-8")
+        (out / place).write_text(text, encoding="utf-8")
     return [f"{parts}: {size} bytes of constants, {memory} of memory, for {rate:g} Hz"]
 
 

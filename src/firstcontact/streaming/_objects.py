@@ -34,10 +34,14 @@ class ObjectNames:
         self._pinches.append(pinch)
 
     def markers(self, pinch: PinchDone) -> list[str]:
-        """Return the texts of the markers since the previous pinch ended, until this one ended."""
+        """Return the texts of the markers since the previous pinch ended, until this one ended.
+
+        If a user sent some of these, the twin's own are left out.
+        """
         end = pinch.epoch, pinch.end
         since = max((e for p in self._pinches if (e := (p.epoch, p.end)) < end), default=(0, 0))
-        return [m.text for m in self._markers if since <= (m.epoch, m.sample) < end]
+        texts = [m.text for m in self._markers if since <= (m.epoch, m.sample) < end]
+        return [text for text in texts if held_object(text) is None] or texts
 
     def label(self, pinch: PinchDone) -> Label | None:
         return next((m.label for m in reversed(self._marks) if pinch.overlaps(m)), None)

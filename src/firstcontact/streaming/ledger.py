@@ -105,13 +105,11 @@ class Ledger:
 
 def ledger_lines(
     figures: Mapping[str, float],
-    samples: float,
-    cpu: float,
     *,
     alone: bool = False,
     speed: float = 1.0,
 ) -> Iterator[str]:
-    """Yield lines of text about the times of a session, from :meth:`Ledger.summary`."""
+    """Yield lines of text about the estimates of a session, from :meth:`Ledger.summary`."""
     with_estimate = figures["pinches"] - figures["none"]
     if speed != 1.0:
         yield (
@@ -128,6 +126,15 @@ def ledger_lines(
         yield f"{with_estimate:.0f} of {figures['pinches']:.0f} pinches had an estimate"
     else:
         yield from _verdict_lines(figures)
+
+
+def detail_lines(
+    figures: Mapping[str, float], samples: float, cpu: float, *, speed: float = 1.0
+) -> Iterator[str]:
+    """Yield lines of text about the times of a session of ``samples`` seconds.
+
+    ``cpu`` is the processor time in s.
+    """
     if speed == 1.0:
         yield from _time_lines(figures)
     yield (
@@ -136,6 +143,10 @@ def ledger_lines(
     )
     if samples > 0:
         yield f"processor time {percent(cpu / samples)} of one core"
+    yield (
+        "in force: the last estimate that was available before the second contact, with waiting, "
+        "transport and computing"
+    )
 
 
 def _time_lines(figures: Mapping[str, float]) -> Iterator[str]:
@@ -160,12 +171,5 @@ def _verdict_lines(figures: Mapping[str, float]) -> Iterator[str]:
         used = figures["hand_used"]
         share = f" ({percent(used / figures['pinches'])})" if figures["pinches"] else ""
         yield f"the hand used it: {used:.0f} of {figures['pinches']:.0f} pinches{share}"
-    unheard = (
-        f"; in {figures['unheard']:.0f} of these pinches no second contact was detected"
-        if figures["unheard"]
-        else ""
-    )
-    yield (
-        "in force: the last estimate that was available before the second contact, with waiting, "
-        f"transport and computing{unheard}"
-    )
+    if unheard := figures["unheard"]:
+        yield f"in {unheard:.0f} of these pinches no second contact was detected"

@@ -134,15 +134,13 @@ def run_steps(
 ) -> Path:
     from tqdm import tqdm
 
-    # In a log, which is no terminal, a line every ten seconds is enough.
-    often = 0.1 if sys.stderr.isatty() else 10.0
     with ExitStack() as opened:
         opened.enter_context(sole_use(out, state.options))
         opened.enter_context(warnings.catch_warnings())
         # Other workers take the jobs of a worker that ended early.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         check()
-        bar = opened.enter_context(tqdm(bar_format=_BAR, miniters=0, mininterval=often))
+        bar = opened.enter_context(tqdm(bar_format=_BAR, miniters=0, disable=None))
         finished = step_cost = 0.0
 
         def within(count: int, total: int) -> None:
@@ -157,6 +155,8 @@ def run_steps(
                 finished = bar.n = sum(done.cost for done in jobs[: state.completed])
                 step_cost = job.cost
                 bar.set_description(job.name)
+                if bar.disable:
+                    print(f"{100 * finished / bar.total:3.0f} % {job.name}", file=sys.stderr)
 
             run_jobs(jobs, state, out, tick)
             bar.n = bar.total

@@ -58,11 +58,9 @@ def test_subjects_that_differ_are_named() -> None:
 
 
 @pytest.mark.parametrize("busy", [{}, {"preempted": 5181, "calls": 100_000}, {"load": 8.2}])
-def test_times_of_other_computers_are_never_called_better(busy: dict[str, float]) -> None:
+def test_times_of_other_computers_are_not_among_the_claims(busy: dict[str, float]) -> None:
     timed = {"p99": 90.0, "preempted": 0, "calls": 1000, "load": 1.0, "cores": 2}
-    (verdict,) = verdicts(A=results(inference_us={"svm": timed | busy})).values()
-    assert verdict.startswith("not comparable")
-    assert ("busy" in verdict) == bool(busy)
+    assert not verdicts(A=results(inference_us={"svm": timed | busy}))
 
 
 def windows(share: float, count: int, quiet: int) -> SubjectResults:

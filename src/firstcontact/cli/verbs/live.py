@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 import time
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from firstcontact.core import Calibration
     from firstcontact.device import Source
     from firstcontact.streaming.session import LiveSession
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -160,14 +163,16 @@ class Live:
 
     def _report(self, session: LiveSession, began: int, cpu: float) -> None:
         from firstcontact.device.source import clock_line
-        from firstcontact.streaming.ledger import ledger_lines
+        from firstcontact.streaming.ledger import detail_lines, ledger_lines
 
         health, layout = session.source.health, session.source.descriptor.layout
         seconds = (health.samples - began) / layout.rate
         figures = session.pipeline.ledger.summary()
         alone = len(layout.vibration_fingers) < 2
-        for line in ledger_lines(figures, seconds, cpu, alone=alone, speed=self.speed):
+        for line in ledger_lines(figures, alone=alone, speed=self.speed):
             _say(line)
+        for line in detail_lines(figures, seconds, cpu, speed=self.speed):
+            _log.info(line)  # shown with --verbose
         _say(health.link)
         if health.lost_samples:
             _say("link: lost samples leave gaps, also in a recording; a gap ends its pinch")

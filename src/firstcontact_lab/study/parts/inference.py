@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Record
 from firstcontact.core.installation import missing_modules
 from firstcontact.core.physics import is_same_rate
+from firstcontact.core.text import counted
 from firstcontact.jobs import Runner
 from firstcontact.jobs.runners import one_thread
 from firstcontact.models import ESTIMATORS, Task, Touches, WindowModel
@@ -172,10 +173,6 @@ INFERENCE = Field.optional("inference_us", dict[str, InferenceTimes])
 ANYTIME_TIME = Field.optional("anytime_us", InferenceTime)
 #: Time of one window on a computer that the paper does not name (section IV).
 PUBLISHED = {"svm": "< 1 ms", "cnn": "1.4 ms"}
-#: Largest share of preempted calls, and largest load per core, at which times count. The
-#: study's own workers make a load of one per core in the minute before.
-MOST_PREEMPTED = 0.01
-MOST_LOAD = 2.0
 
 _P99 = Row[InferenceTime]("p99", lambda t: t.p99, "us")
 _MEDIAN = Row[InferenceTime]("median", lambda t: t.p50, "us")
@@ -205,8 +202,9 @@ def inference_table(results: SubjectResults) -> Table | None:
     busiest = max(times_shown, key=lambda time: time.load)
     fewest = min(time.calls for time in times_shown)
     caption = (
-        f"One window at a time, one thread, this machine; {fewest:,} calls or "
-        "more each. Calls that another process interrupted are not included, except where stated. "
+        f"One window at a time, one thread, this machine; {counted(fewest, 'call')} or more each. "
+        "Calls that another process interrupted are not included, except where stated. The paper "
+        "does not name its computer, so its times are not comparable. "
         f"Load of the machine: {busiest.load:.1f} on {busiest.cores} cores."
     )
     return matrix(caption, (_MEDIAN, _P99), entries)
@@ -214,7 +212,7 @@ def inference_table(results: SubjectResults) -> Table | None:
 
 def _remarks(time: InferenceTime) -> str:
     vectors = "" if time.support_vectors is None else f"{time.support_vectors:,} support vectors"
-    preempted = f"{time.preempted:,} calls preempted" if time.preempted else ""
+    preempted = f"{counted(time.preempted, 'call')} preempted" if time.preempted else ""
     return "; ".join(filter(None, (vectors, preempted)))
 
 
@@ -232,8 +230,6 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         times = next(iter((results[INFERENCE] or {}).values()), None)
         return None if times is None else times.load
 
-    times = [t for results in subjects.values() for t in (results[INFERENCE] or {}).values()]
-    note = "not comparable: machine too busy" if _busy(times) else "not comparable: other computer"
     rows = [Row("Load of the machine meanwhile", load, "rate")]
     scored = distinct(name for r in subjects.values() for name in r[INFERENCE] or {})
     for name in names.estimators(distinct([*ESTIMATORS.names, *scored]), True):
@@ -244,20 +240,11 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
                 f"{title}, one window: ",
                 _find_times(name),
                 PUBLISHED.get(name, ABSENT) if row is _P99 else ABSENT,
-                note=(lambda results: note) if row is _P99 and name in PUBLISHED else None,
             )
             for row in _TIMES
         ]
         rows.append(lifted(_P99, f"{title} classifier, one window: ", _find_classifier(name)))
     return rows
-
-
-def _busy(times: Sequence[InferenceTimes]) -> bool:
-    """Return True if other programs interrupted too many calls or the load was too high."""
-    preempted, calls = sum(t.preempted for t in times), sum(t.calls for t in times)
-    return preempted > MOST_PREEMPTED * calls or any(
-        time.load > MOST_LOAD * time.cores for time in times
-    )
 
 
 PART = Part(

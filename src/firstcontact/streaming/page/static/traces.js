@@ -30,7 +30,9 @@ export class Traces {
     this.ring = new Ring(Math.ceil(this.shown * 1.25), hello.fingers.length);
     this.marks = [];
     this.head = null;
-    this.range = 0.05;
+    // The noise of a fingertip at rest stays small on the scale.
+    this.least = this.unit === "V" ? 0.1 : 0.02;
+    this.range = this.least;
     this.came = 0;
   }
 
@@ -93,7 +95,7 @@ export class Traces {
         if (high > peak) peak = high;
       }
     }
-    const wanted = niceAbove(Math.max(peak, 0.02));
+    const wanted = niceAbove(Math.max(peak, this.least));
     if (wanted >= this.range) this.range = wanted;
     else if (peak < 0.9 * wanted) this.range = wanted;
   }

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firstcontact.chain.touch import touch_constants
 from firstcontact.core.layout import FINGERTIP_RATE as RATE
 from firstcontact.models import Touches
-from firstcontact.models.rig.rigs import BELIEVED, STEP, MotorPitch, spectra
+from firstcontact.models.rig.rigs import STEP, MotorPitch, spectra
 from firstcontact.signal import samples_in
 
 BEFORE_SAMPLES = samples_in(Touches.BEFORE, RATE)
@@ -42,7 +43,7 @@ def test_the_ratio_of_speeds_is_heard_within_two_per_cent(
     pitch = MotorPitch.fit(heard(motor(own_values, seed, rotor)))
     requests = np.linspace(0.8, 1.25, 9)
     speed, alike = pitch.listen(heard(motor(requests, seed + 1, rotor)))
-    assert (alike > BELIEVED).all()
+    assert (alike > touch_constants().believed).all()
     assert np.exp(speed) * np.median(own_values) == pytest.approx(requests, rel=0.02)
 
 
@@ -66,7 +67,7 @@ def test_noise_is_not_believed() -> None:
     pitch = MotorPitch.fit(heard(motor(np.exp(np.linspace(-0.1, 0.1, 20)), 2)))
     rng = np.random.default_rng(5)
     silent = (0.003 * rng.standard_normal((40, WIDTH))).astype(np.float32)
-    assert np.mean(pitch.listen(heard(silent))[1] > BELIEVED) < 0.1
+    assert np.mean(pitch.listen(heard(silent))[1] > touch_constants().believed) < 0.1
 
 
 def test_silence_and_shifts_beyond_what_is_looked_for_stay_finite() -> None:

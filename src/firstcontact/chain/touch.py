@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,23 @@ from firstcontact.chain.image import LINES, Image, chain_extension
 Array = NDArray[Any]
 #: Number of the network's inputs, of a contact's traits, and of the hints among the inputs.
 INPUTS, TRAITS, HINTS = 241, 16, 5
+
+
+class TouchConstants(NamedTuple):
+    """Numbers of ``fc_touch.h`` that the training reads, too."""
+
+    believed: float
+    tip: float
+    largest: float
+    length: float
+    linear: float
+    noise: float
+
+
+@cache
+def touch_constants() -> TouchConstants:
+    """Return the numbers of the compiled chain."""
+    return TouchConstants(**chain_extension().constants())
 
 
 def _doubles(values: Any) -> NDArray[np.float64]:

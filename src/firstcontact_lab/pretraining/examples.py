@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from safetensors.numpy import load_file, save
 
-from firstcontact.chain.touch import HINTS
+from firstcontact.chain.touch import HINTS, touch_constants
 from firstcontact.core.files import replacing
 from firstcontact.core.layout import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
 from firstcontact.core.physics import MOST
@@ -48,8 +48,6 @@ THINGS, ASKED = 24, 2
 CONTEXTS = 2
 #: Share of rigs whose blocks have the Shore A of the paper's blocks.
 PAPER = 0.6
-#: Confidence above which a closing speed is believed, and radius of a fingertip, m.
-BELIEVED, TIP = 0.5, 0.010
 _RATE = FINGERTIP_RATE
 _BEFORE, _AFTER = samples_in(Touches.BEFORE, _RATE), samples_in(Touches.LONGEST, _RATE)
 
@@ -250,10 +248,10 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
     ``speed`` is ln(speed / the rig's usual speed), ``alike`` the confidence in it, and ``radii``
     are in m; NaN if unknown.
     """
-    believed = alike > BELIEVED
+    believed = alike > touch_constants().believed
     has_radius = ~np.isnan(radii)
     with np.errstate(divide="ignore"):
-        curvature = np.log1p(TIP / np.where(has_radius, radii, np.inf))
+        curvature = np.log1p(touch_constants().tip / np.where(has_radius, radii, np.inf))
     return np.stack(
         [
             np.where(believed, np.clip(speed, -1.0, 1.0), 0.0) * 4,

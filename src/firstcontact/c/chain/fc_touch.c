@@ -5,16 +5,10 @@
 
 /* Smallest amplitude, as a share of the level. Smaller ones are raised to it. */
 static const double LEAST = 1e-4;
-/* Correlation above which a pitch is trusted. */
-static const double BELIEVED = 0.5;
-/* Radius of a fingertip, m. */
-static const double TIP = 0.010;
 /* Smallest relative error of a measured speed. */
 static const double LEAST_ERROR = 0.01;
 /* Share of repeated samples above which a converter counts as dead or saturated. */
 static const double STILL = 0.5;
-/* Regression: limit of its inputs, length scale, and variances of the linear part and the noise. */
-static const double LARGEST = 10.0, LENGTH = 2.0, LINEAR = 1.0, NOISE = 0.3;
 
 const fc_rig *fc_touch_rig(const fc_model *m, int32_t finger)
 {
@@ -74,7 +68,7 @@ void fc_touch_hint(fc_touch *t, const fc_hints *hints)
         /* Posterior mean of ln(speed / usual): measurement, pitch and spread of the rig's speeds. */
         const double error = hints->error > LEAST_ERROR ? hints->error : LEAST_ERROR;
         const double precision = 1.0 / (error * error);
-        const double pitch_precision = alike > BELIEVED && rig->heard_error > 0.0
+        const double pitch_precision = alike > FC_BELIEVED && rig->heard_error > 0.0
                                            ? 1.0 / (rig->heard_error * rig->heard_error) : 0.0;
         const double measured = hints->speed > 1e-6 ? hints->speed : 1e-6;
         const double weighted
@@ -84,11 +78,11 @@ void fc_touch_hint(fc_touch *t, const fc_hints *hints)
         alike = 1.0;
     }
     const bool has_radius = !isnan(hints->radius);
-    t->hints[FC_HINT_SPEED] = alike > BELIEVED ? fc_bounded(speed, -1.0, 1.0) * 4.0 : 0.0;
-    t->hints[FC_HINT_HAS_SPEED] = alike > BELIEVED;
+    t->hints[FC_HINT_SPEED] = alike > FC_BELIEVED ? fc_bounded(speed, -1.0, 1.0) * 4.0 : 0.0;
+    t->hints[FC_HINT_HAS_SPEED] = alike > FC_BELIEVED;
     t->hints[FC_HINT_ALIKE] = alike;
     t->hints[FC_HINT_HAS_RADIUS] = has_radius;
-    t->hints[FC_HINT_CURVATURE] = has_radius ? fc_log(1.0 + TIP / hints->radius) : 0.0;
+    t->hints[FC_HINT_CURVATURE] = has_radius ? fc_log(1.0 + FC_TIP / hints->radius) : 0.0;
 }
 
 void fc_touch_take(fc_touch *t, float volts)
@@ -204,8 +198,8 @@ FC_WIDE static void kernel(const fc_process *p, const double *restrict x, int32_
             apart[i] += away * away;
         }
     for (int32_t i = 0; i < n; i++)
-        inner[i] = 1.0 + inner[i] * (LINEAR / FC_KNOWN)
-                   + fc_exp(apart[i] * (-1.0 / (2.0 * LENGTH * LENGTH * FC_KNOWN)));
+        inner[i] = 1.0 + inner[i] * (FC_LINEAR / FC_KNOWN)
+                   + fc_exp(apart[i] * (-1.0 / (2.0 * FC_LENGTH * FC_LENGTH * FC_KNOWN)));
 }
 
 void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, double *value,
@@ -217,7 +211,7 @@ void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, 
     double x[FC_KNOWN], covariance[FC_PINCHES_MOST], apart[FC_PINCHES_MOST];
     double square = 0.0, sum = 0.0, explained = 0.0;
     for (int32_t k = 0; k < FC_KNOWN; k++) {
-        const double y = fc_bounded(k < FC_FEATURES ? traits[k] : t->hints[FC_HINT_SPEED], -LARGEST, LARGEST);
+        const double y = fc_bounded(k < FC_FEATURES ? traits[k] : t->hints[FC_HINT_SPEED], -FC_LARGEST, FC_LARGEST);
         x[k] = (y - p.mean[k]) * p.each[k];
         square += x[k] * x[k];
     }
@@ -229,9 +223,9 @@ void fc_process_predict(const fc_touch *t, int32_t stage, const double *traits, 
         explained += y * y;
         sum += covariance[i] * p.weights[i];
     }
-    const double left = 2.0 + LINEAR * square / FC_KNOWN - explained;
+    const double left = 2.0 + FC_LINEAR * square / FC_KNOWN - explained;
     *value = fc_bounded(t->rig->centre + t->rig->unit * sum, 0.0, 100.0);
-    *spread = t->rig->unit * sqrt((left > 0.0 ? left : 0.0) + NOISE) * p.scale;
+    *spread = t->rig->unit * sqrt((left > 0.0 ? left : 0.0) + FC_NOISE) * p.scale;
 }
 
 /* Average a prediction with that of the regression, weighted by the inverse variances. */

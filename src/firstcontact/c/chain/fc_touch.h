@@ -29,6 +29,14 @@ enum {
     FC_RIGS_MOST = 6
 };
 
+/* Numbers that the training in Python reads, too, through `constants` of touch_module.c. */
+#define FC_BELIEVED 0.5     /* correlation of the motor's spectrum above which its pitch is trusted */
+#define FC_TIP 0.010        /* radius of a fingertip, m */
+#define FC_LARGEST 10.0     /* largest magnitude of the regression's inputs, in which 1 is usual */
+#define FC_LENGTH 2.0       /* length scale of its smooth part, standard deviations of an input */
+#define FC_LINEAR 1.0       /* variances of its linear part and of the noise; the others are 1 */
+#define FC_NOISE 0.3
+
 /* Traits of a contact. The first FC_FEATURES are inputs of the network. Times count samples. */
 enum {
     FC_TRAIT_PEAK, FC_TRAIT_RISE,   /* largest sample and largest step, ln(relative to the level) */

@@ -347,7 +347,17 @@ static PyObject *svm_outputs(PyObject *self, PyObject *const *args, Py_ssize_t n
     Py_RETURN_NONE;
 }
 
+/* constants(): numbers of fc_touch.h by name. */
+static PyObject *constants(PyObject *self, PyObject *none)
+{
+    (void)self;
+    (void)none;
+    return Py_BuildValue("{sdsdsdsdsdsd}", "believed", FC_BELIEVED, "tip", FC_TIP, "largest", FC_LARGEST,
+                         "length", FC_LENGTH, "linear", FC_LINEAR, "noise", FC_NOISE);
+}
+
 PyMethodDef TOUCH_FUNCTIONS[] = {
+    {"constants", constants, METH_NOARGS, "Return the numbers that the training reads, too."},
     {"svm", FAST(svm), METH_FASTCALL, "Predict from a signal with an SVM."},
     {"svm_outputs", FAST(svm_outputs), METH_FASTCALL, "Write the outputs of an SVM."},
     {"predict", FAST(predict), METH_FASTCALL, "Predict from contacts."},

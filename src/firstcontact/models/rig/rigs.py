@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.chain import touch
 from firstcontact.chain.image import LINES, TURN, ProcessConstants
-from firstcontact.chain.touch import HINTS, INPUTS, TRAITS, touch_inputs
+from firstcontact.chain.touch import HINTS, INPUTS, TRAITS, touch_constants, touch_inputs
 from firstcontact.core import ArgumentError, ModelError
 from firstcontact.core.weights import take_array
 from firstcontact.models.touches import Signals, Touches
@@ -24,8 +24,6 @@ from firstcontact.signal.windowing import BASELINE_GUARD
 LOWEST, HIGHEST = 100.0, 2300.0
 #: Distance between two points in ln(frequency).
 STEP = float(np.log(HIGHEST / LOWEST)) / (LINES - 1)
-#: Correlation between spectrum and reference above which a shift is trusted.
-BELIEVED = 0.5
 #: One count of the converter, V.
 COUNT = 3.2e-3
 _ROUNDS = 4
@@ -187,7 +185,7 @@ class Rig:
         loudness_level = level_groups(shore_a)
         groups = [np.flatnonzero(loudness_level == g) for g in np.unique(loudness_level)]
         level = float(np.exp(np.mean([np.median(peaks[g]) for g in groups])))
-        believed = alike > BELIEVED
+        believed = alike > touch_constants().believed
         speeds = RigSpeeds.fit(touches.speeds, touches.speed_errors, speed, believed)
         noise = touches.signals[:, : touches.lead // 2].std(axis=1).mean()
         general = np.array(
@@ -322,23 +320,21 @@ def _spread(values: Values, noise: Values) -> float:
 #: Positions of the regression's inputs in those of the network: the features and the closing speed.
 REGRESSED = slice(INPUTS - HINTS - FEATURES, INPUTS - HINTS + 1)
 WIDTH = FEATURES + 1
-#: Length scale in standard deviations of an input, and variances of the linear part and of the
-#: noise. The smooth part and the constant have variance 1. All rigs have the same values. Values
-#: that were chosen on held-out pinches of each rig scored no better on rigs whose structure differs
-#: from that of the network's training rigs.
-LENGTH, LINEAR, NOISE = 2.0, 1.0, 0.3
 #: Added to the standard deviation of each input.
 _LEAST_DEVIATION = 0.1
 #: Largest number of pinches. With more, the regression is surer of itself but not better on objects
 #: unlike the rig's blocks.
 MOST_PINCHES = 32
-#: Limit to which inputs (about 1 in size) are clipped. A contact without a first swing has inputs a
-#: thousand times as large.
-LARGEST_INPUT = 10.0
 
 
 class RigRegression:
-    """Regression from signal features to Shore A, fitted to the pinches of one rig."""
+    """Regression from signal features to Shore A, fitted to the pinches of one rig.
+
+    All rigs have the same length scale and variances (:func:`touch_constants`). Values that were
+    chosen on held-out pinches of each rig scored no better on rigs whose structure differs from
+    that of the network's training rigs. Inputs are clipped, because a contact without a first swing
+    has inputs a thousand times as large as usual.
+    """
 
     def __init__(
         self, inputs: NDArray[np.float64], shore_a: Values, scale: NDArray[np.float64]
@@ -349,20 +345,23 @@ class RigRegression:
                 f"the model's regression must have 2 to {MOST_PINCHES} pinches, and a scale above "
                 "0 for each input: adapt the model again"
             )
-        inputs = np.clip(inputs, -LARGEST_INPUT, LARGEST_INPUT)
+        largest = touch_constants().largest
+        inputs = np.clip(inputs, -largest, largest)
         self._inputs, self._shore_a, self._scale = inputs, shore_a, scale
 
     def chain_constants(self) -> ProcessConstants:
         """Return what the chain needs to predict."""
-        inputs, shore_a = self._inputs, self._shore_a
+        inputs, shore_a, fixed = self._inputs, self._shore_a, touch_constants()
         mean, sd = inputs.mean(axis=1), inputs.std(axis=1) + _LEAST_DEVIATION
         centre, unit = float(shore_a.mean()), max(float(shore_a.std()), 1.0)
         known = (inputs - mean[:, None]) / sd[:, None]
         inner = known @ known.transpose(0, 2, 1)
         squares = np.einsum("sii->si", inner)
         distances = np.maximum(squares[:, :, None] + squares[:, None] - 2.0 * inner, 0.0)
-        smooth = np.exp(distances * (-1.0 / (2.0 * LENGTH * LENGTH * WIDTH)))
-        covariance = 1.0 + inner * (LINEAR / WIDTH) + smooth + NOISE * np.eye(len(shore_a))
+        smooth = np.exp(distances * (-1.0 / (2.0 * fixed.length * fixed.length * WIDTH)))
+        covariance = (
+            1.0 + inner * (fixed.linear / WIDTH) + smooth + fixed.noise * np.eye(len(shore_a))
+        )
         factor = np.linalg.inv(np.linalg.cholesky(covariance))
         weights = factor.transpose(0, 2, 1) @ (factor @ ((shore_a - centre) / unit)[:, None])
         return ProcessConstants(

@@ -310,7 +310,7 @@ def _block(
 
 
 def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
-    """Return the object with other relaxation: random times, and a varied share of the fastest."""
+    """Return the object with random times and strengths of its relaxation."""
     return target._replace(
         arm_share=target.arm_share * _between(rng, 0.75, 1.33),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),

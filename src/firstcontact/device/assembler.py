@@ -37,7 +37,7 @@ FARTHEST = 60.0
 
 @dataclass(slots=True)
 class Counts:
-    """Numbers of received and lost data, as in ``Health``, and of frames without valid content."""
+    """Numbers of received and lost data, as in :class:`Health`, and of meaningless frames."""
 
     samples: int = 0
     lost_samples: int = 0
@@ -61,7 +61,7 @@ class Assembled:
 
 
 class Assembler:
-    """Assembler of a device's bytes into blocks of samples.
+    """Assembler of a device's bytes into blocks of samples with continuous numbers.
 
     A new boot number in a descriptor proves a restart of the device, and so does a frame counter
     that has gone back in a requested descriptor. A restart begins an epoch that counts from 0, and
@@ -141,7 +141,7 @@ class Assembler:
         return assembled
 
     def _greeting(self, frame: Frame) -> bool:
-        """Process a descriptor. Return False if it is late or repeated, and thus ignored."""
+        """Process a device's description of itself. Return False if it is late or repeated."""
         boot, descriptor = read_greeting(frame.payload)
         if self.descriptor is None:
             self.descriptor = descriptor

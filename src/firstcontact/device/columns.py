@@ -83,7 +83,7 @@ def select_signals(
 def vibration_channels(
     columns: Sequence[Mapping[str, str]], units: Sequence[Unit]
 ) -> tuple[Channel, ...]:
-    """Return channels for one or two columns that are described by label, finger and sensor."""
+    """Return layout channels for one or two printed columns, with their finger and sensor."""
     by_name = {finger_name(f): f for f in Finger}
     fingers = [by_name.get(column.get("finger", "")) for column in columns]
     if len(set(fingers)) < len(fingers):
@@ -166,6 +166,6 @@ def _counter(
 
 
 def counts_up(lines: list[tuple[float, ...]], column: int) -> bool:
-    """Return True if a column rises in most lines, by at most ``LEAP`` each time."""
+    """Return True if a column rises in most lines, by a small step."""
     steps = [b[column] - a[column] for a, b in itertools.pairwise(lines)]
     return sum(0 < step <= LEAP for step in steps) >= 0.8 * len(steps)

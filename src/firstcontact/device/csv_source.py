@@ -103,7 +103,7 @@ class SteadyArrivals:
 
     @property
     def steady(self) -> list[tuple[float, int]]:
-        """Pairs (age, s; number of lines) since the last pause; empty if too short a time."""
+        """Arrivals since the last pause, as (age in s, number of lines); [] if too short a time."""
         steady = self._arrivals[bisect_left(self._arrivals, (self._begin, 0)) :]
         return steady if steady and steady[-1][0] - steady[0][0] >= 2.0 * self._lead else []
 

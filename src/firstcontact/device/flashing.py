@@ -78,7 +78,7 @@ class _Link:
         return answer
 
     def send(self, data: bytes) -> int:
-        """Send a model in pieces. Return :data:`KEPT` if the device stored it, else its state."""
+        """Send a model in pieces. Return the device's last state, :data:`KEPT` if it stored it."""
         head = _BEGIN.pack(*_FORMAT.unpack_from(data), len(data), zlib.crc32(data))
         _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
         for _ in range(2 * (len(data) // CHUNK + MORE_PIECES)):

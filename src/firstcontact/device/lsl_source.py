@@ -71,7 +71,7 @@ class _Epoch:
         self._steps = self._backward = 0  # number of steps between stamps, and of steps back
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the samples whose ages, s, are plausible after earlier samples."""
+        """Return a mask of samples that arrive with a plausible delay, given their ages in s."""
         good = usable_stamps(ago)
         if math.isinf(self._least) and good.any():
             self._least = float(np.sort(ago[good])[good.sum() // 2])

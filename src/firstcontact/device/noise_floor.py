@@ -144,9 +144,10 @@ class RestMeter:
         )
 
     def _faults(self) -> NDArray[np.bool_]:
-        """Return masks of parts that are constant, or have a closed strip, force, or loud noise.
+        """Return for each part of the stream which reasons forbid to measure the noise in it.
 
-        The shape is (4, parts, fingers).
+        The reasons are: constant signal, closed strip, force, loud noise. The shape is (4, parts,
+        fingers).
         """
         flat = self._rms == 0.0
         if not len(flat):
@@ -160,7 +161,7 @@ class RestMeter:
         return np.stack([flat, self._closed, loaded, is_loud])
 
     def _level(self, rms: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return for each sensor the lowest RMS that several parts share. ``rms`` is sorted."""
+        """Return the typical quiet RMS of each sensor, from the sorted RMS of all parts."""
         others = min(AGREEING, len(rms)) - 1
         is_shared = rms[others:] <= STEADY * rms[: len(rms) - others]
         # If no level is shared, the lowest counts.

@@ -221,7 +221,7 @@ class Decoder:
         self._too_long = False
 
     def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
-        """Add bytes, and decode the samples frames that follow ``expected`` without a loss.
+        """Add bytes. Decode the samples frames at their start that follow without a loss.
 
         Return the number of frames, and the bytes of their samples.
         """

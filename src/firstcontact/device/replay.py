@@ -175,7 +175,7 @@ class ReplaySource(Source):
 
 
 def _pieces(recording: Recording, length: int, epoch: int | None = None) -> Iterator[_Piece]:
-    """Yield blocks of a recording with their markers and pinch marks, if given of one epoch."""
+    """Yield the blocks of a recording with their markers and pinches, of one epoch if given."""
     stretches = [s for s in recording.stretches if epoch in (None, s.epoch)]
     wanted = [m for m in recording.markers if epoch in (None, m.epoch)]
     markers = deque(sorted(wanted, key=lambda m: (m.epoch, m.sample)))

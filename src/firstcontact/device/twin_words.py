@@ -39,7 +39,7 @@ def is_accepted(marker: str, order: str) -> bool:
 
 
 def read_order(text: str) -> Command | None:
-    """Return the command in an order that begins with :data:`HAND`; None if it opens the hand."""
+    """Return the command that an order to the twin's hand holds; None for the order to open."""
     words = text.removeprefix(HAND).split()
     if words == ["release"]:
         return None

@@ -373,7 +373,7 @@ def _group(
     dataset: Dataset,
     rows: NDArray[np.bool_],
 ) -> GroupScores:
-    """Score the predictions for the pinches where ``rows`` is true."""
+    """Score the predictions for one group of pinches, those where ``rows`` is True."""
     specimens, quantity = distinct_specimens(dataset)[rows], predictor.quantity
     scaled = (lambda values: values) if predictor.classes else quantity.scaled
     truth = scaled(truth[rows])

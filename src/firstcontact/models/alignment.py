@@ -136,7 +136,7 @@ def choose_detector(
 
 
 def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
-    """Return a mask of the pinches with a true contact: True if detected within ``TOLERANCE``."""
+    """Return True for each labelled contact that is detected on its finger within 3 ms."""
     return np.array(
         [
             contact is not None
@@ -149,7 +149,7 @@ def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
-    """Return the contact of each pinch from a detector that was fitted to other sessions."""
+    """Return contacts as a live session would: from a detector fitted to other sessions."""
     if not detector.learns or is_pretrained(detector):
         return detect_alignment(dataset, detector)
     starts = closing_starts(dataset)

@@ -130,7 +130,7 @@ class Predictor(ABC):
         """
 
     def chain_constants(self) -> Constants:
-        """Return what the chain needs. By default, it calls :meth:`predict` in Python."""
+        """Return the constants with which the C chain predicts, or calls :meth:`predict`."""
         return WindowConstants(self.before, self.lengths, self.lookahead)
 
     def check(self, layout: Layout) -> None:
@@ -239,7 +239,7 @@ class PredictorLadder(Predictor):
         return self._steps[samples].predict(signal, samples, finger, hints)
 
     def chain_constants(self) -> Constants:
-        """Return what the chain needs: the constants of SVMs, or those of models in Python."""
+        """Return the constants with which the C chain predicts, or calls models in Python."""
         each = [self._steps[n].chain_constants() for n in self.lengths]
         svms = [svm for c in each if isinstance(c, WindowConstants) for svm in c.svms]
         constants = WindowConstants(self.before, self.lengths, self.lookahead)

@@ -85,7 +85,7 @@ class Estimator(EstimatorInfo, ABC):
         """
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
-        """Fit a model to each set, a tuple (X, y, groups); by default one after the other."""
+        """Fit a model to each training set (X, y, groups), by default one after the other."""
         return [self.fit(*each, seed=seed) for each in sets]
 
 

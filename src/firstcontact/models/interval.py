@@ -143,7 +143,7 @@ def held_out_coverage(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> dict[str, float]:
-    """Return the coverage and mean width of intervals that are made without the tested fold."""
+    """Return coverage and mean width of intervals, each made from the other folds' predictions."""
     inside, widths = [], []
     for fold in np.unique(folds):
         asked, other = folds == fold, folds != fold

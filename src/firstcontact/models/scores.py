@@ -80,7 +80,7 @@ def _sums(clusters: NDArray[Any], columns: Values) -> Values:
 
 
 def resampled_sums(sums: Values, seed: int) -> Values:
-    """Return sums over bootstrap resamples of the rows of ``sums``, shape (RESAMPLES, ...)."""
+    """Return the sum of ``sums`` over its rows for each bootstrap resample of these rows."""
     rng, clusters = np.random.default_rng(seed), len(sums)
     return np.array([sums[rng.integers(clusters, size=clusters)].sum(0) for _ in range(RESAMPLES)])
 

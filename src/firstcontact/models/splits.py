@@ -106,7 +106,7 @@ def inner_folds(
 
 
 def _strata(y: NDArray[Any], k: int) -> Index:
-    """Return the class number of each target, or zeros if a class is too rare for ``k`` folds."""
+    """Return the class number of each target for stratified folds; zeros if a class is too rare."""
     values, numbers = np.unique(y, return_inverse=True)
     if len(values) > RANGES:
         edges = np.quantile(y, np.arange(1, RANGES) / RANGES)

@@ -135,7 +135,7 @@ class Touches:
 
     @classmethod
     def lengths(cls, rate: float) -> tuple[int, int]:
-        """Return the smallest and the largest number of samples that a prediction uses."""
+        """Return the smallest and largest number of samples after the contact for a prediction."""
         return samples_in(cls.SHORTEST, rate), samples_in(cls.LONGEST, rate)
 
     @classmethod
@@ -160,7 +160,7 @@ class Touches:
 
     @property
     def arrays(self) -> tuple[NDArray[Any], ...]:
-        """Input of the compiled code: all arrays of the contacts in the order of the fields."""
+        """All arrays of the contacts, in the order in which the compiled code takes them."""
         hints = self.speeds, self.speed_errors, self.radii
         return self.signals, self.valid, self.fingers, *hints
 

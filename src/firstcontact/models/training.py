@@ -92,7 +92,7 @@ class LabelledWindows:
 def resampling_clusters(
     sessions: NDArray[np.str_], specimens: NDArray[np.str_]
 ) -> NDArray[np.str_]:
-    """Return the name of each pinch's bootstrap cluster, which is drawn as a whole.
+    """Return for each pinch the name of the group with which the bootstrap draws it.
 
     It is a session, a specimen or a single pinch, see :attr:`LabelledWindows.bootstrap_clusters`.
     """
@@ -288,7 +288,7 @@ def held_out_with_spread(
 def _held_out(
     job: tuple[int, range], questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
-    """Return predictions for the test sides of some splits of a question."""
+    """Return predictions for the pinches that some splits of a question hold out."""
     question = questions[job[0]]
     splits, data = [question.splits[place] for place in job[1]], question.data
     sets = [data.take(split.train) for split in splits]

@@ -50,7 +50,7 @@ class Plan:
         return self.rate
 
     def check_sizes(self, rate: float) -> None:
-        """Raise InputError if two windows have the same number of samples at this rate, Hz."""
+        """Raise InputError if two windows have equally many samples at this rate, Hz."""
         sizes = [samples_in(length, rate) for length in self.durations]
         if len(set(sizes)) < len(sizes):
             raise ArgumentError(

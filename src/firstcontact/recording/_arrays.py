@@ -158,7 +158,7 @@ def from_signals(
     given: Mapping[str, Any],
     notes: Sequence[str],
 ) -> Dataset:
-    """Make a dataset from signals with this package's names, and settings.
+    """Make a dataset from named signals and settings, with the rows of each pinch in ``bounds``.
 
     ``signals`` have the shape (samples of all pinches, ...), and ``bounds`` the first and the end
     row of each pinch.

@@ -181,7 +181,7 @@ def find_chunks(data: FileBytes | bytes, start: int = len(MAGIC)) -> Iterator[tu
 
 
 def _is_framed(data: FileBytes | bytes, position: int, stop: int) -> bool:
-    """Return True if ``position`` to ``stop`` holds complete records, and no chunk among them."""
+    """Return True if these bytes are complete records, and none of them is a chunk."""
     while position < stop:
         if stop - position < FRAME.size:
             return False

@@ -119,7 +119,7 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Signals:
 
 
 def _from_named(path: Path) -> Dataset:
-    """Return the dataset of a file whose arrays have this package's names."""
+    """Return the dataset of a MATLAB file whose variables have the names that are documented."""
     arrays, unread = read_mat(path, NAMES)
     if not any(name in arrays for name in VibrationSensor):
         raise FileError(

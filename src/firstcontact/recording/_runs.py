@@ -43,7 +43,10 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Evenly spaced samples ``first`` to ``end`` (exclusive), at times ``begin`` to ``last``, s."""
+    """Samples ``first`` to ``end`` (exclusive) of a stream, evenly spaced in time.
+
+    They span the times ``begin`` to ``last``, s.
+    """
 
     first: int
     end: int
@@ -61,7 +64,7 @@ class Run:
         return (self.end - self.first) / self.seconds
 
     def times(self, pace: float) -> Values:
-        """Return the times, s, of a signal with ``pace`` samples for each one of this run."""
+        """Return evenly spaced times over this run, s, with ``pace`` of them per sample."""
         samples = np.arange(math.ceil((self.end - self.first) * pace)) / pace
         # The small shift keeps rounding errors from deciding between two equally near samples.
         times: Values = self.begin + (samples + 1e-3) / self.rate
@@ -80,7 +83,7 @@ class Run:
 
 
 def even_runs(origin: str, stamps: Values, rate: float) -> list[Run]:
-    """Split time stamps, s, at gaps and lost samples. Return an even run for each piece."""
+    """Split the time stamps of a stream, s, at gaps. Return evenly spaced times for each piece."""
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < -BACK)
     if len(back):
@@ -104,7 +107,7 @@ def even_runs(origin: str, stamps: Values, rate: float) -> list[Run]:
 
 
 def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
-    """Return the even run that fits these time stamps best, because single stamps jitter."""
+    """Return evenly spaced times for a piece of time stamps, fitted since single stamps jitter."""
     n = len(stamps)
     count = np.arange(n) - (n - 1) / 2
     middle = float(stamps.mean())
@@ -124,7 +127,7 @@ def _fitted(origin: str, stamps: Values, first: int, rate: float) -> Run:
 
 
 def overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:
-    """Return the parts of ``runs`` in whose time another stream, ``others``, has samples."""
+    """Return the parts of ``runs`` during which another stream has samples, too."""
     spans: list[tuple[float, float]] = []
     for run in others:
         margin = _FARTHEST / run.rate
@@ -156,7 +159,7 @@ class Nearest:
 
 
 def lost_samples(stamps: Values, rate: float) -> list[int]:
-    """Return the indices of the samples that follow a loss."""
+    """Return the indices of samples before which others were lost."""
     errors = np.diff(stamps) * rate - 1.0  # of the steps, in samples
     if len(errors) and errors.min() > -_STEADY and np.mean(errors < _STEADY) > _MOST:
         after_loss: list[int] = (np.flatnonzero(errors > 1 - _STEADY) + 1).tolist()
@@ -190,7 +193,7 @@ def lost_samples(stamps: Values, rate: float) -> list[int]:
 
 
 def _pace(levels: Values) -> float:
-    """Return the median slope of time stamps from block to block, which jumps hardly change."""
+    """Return the typical rise of time stamps per block, which single jumps hardly change."""
     rises = [(levels[lag:] - levels[:-lag]) / lag for lag in _LAGS]
     return float(np.median(np.concatenate(rises)))
 

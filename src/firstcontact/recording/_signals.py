@@ -165,7 +165,7 @@ def select_samples(
 
 
 def _in_known_unit(origin: str, signal: Signal, values: NDArray[np.generic]) -> Signal:
-    """Return the signal with a unit in V, m/s2 or Pa, if its unit can be converted."""
+    """Convert the unit of a signal to V, m/s2 or Pa, if it is one of these kinds."""
     unit = known_unit(signal.unit)
     if (signal.scale, signal.offset) != (1.0, 0.0):
         scale, offset = signal.scale * unit.scale, signal.offset + unit.offset / signal.scale
@@ -188,7 +188,7 @@ class Signals:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Return the samples ``start`` to ``stop``, and each group's samples of the same time."""
+        """Return the samples ``start`` to ``stop``, and those of each slower group at that time."""
         blocks = {}
         for group in self.layout.groups:
             pace = group.layout.rate / self.layout.rate
@@ -199,7 +199,7 @@ class Signals:
 
 
 def combine(origin: str, parts: Sequence[SignalSamples]) -> Signals:
-    """Combine signals to main columns and slower groups, cut to the shortest signal."""
+    """Combine the signals of a file: main columns, and groups of slower ones, cut to equal end."""
     rate = next(part.rate for part in parts if part.signal.sensor is not None)
     end = min(len(part.values) / part.rate for part in parts)
     slowest = min(part.rate for part in parts)

@@ -220,7 +220,7 @@ def _guess_signals(
 def _unbroken_parts(
     path: Path, streams: Mapping[str, Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return the parts in which no signal has a gap, and one run over the whole vibration."""
+    """Return the time spans in which no signal has a gap, with the vibration's sample times."""
     used = {signal.variable: _find_stream(path, streams, signal) for signal in signals}
     origins = {name: f"{path}: stream {quote(name)}" for name in used}
     main = next(used[signal.variable] for signal in signals if signal.sensor is not None)
@@ -306,7 +306,7 @@ def _markers(
 def _placed(
     table: Table, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Table]:
-    """Return for each contact the number of its part, and a table with onsets within parts."""
+    """Return the span in which each contact lies, and a table with times within the spans."""
     name = onset_column(table)
 
     def bounds(run: Run) -> tuple[float, float]:

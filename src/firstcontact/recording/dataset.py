@@ -175,7 +175,7 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
 
 
 def _within(stretches: Sequence[Block], epoch: int, first: int, end: int) -> NDArray[Any] | None:
-    """Return the samples ``first`` to ``end`` of an epoch, or None if any of them is missing."""
+    """Return the samples ``first`` to ``end`` (exclusive) of an epoch; None if any is missing."""
     place = bisect_right(stretches, (epoch, first), key=lambda s: (s.epoch, s.first_sample))
     stretch = stretches[place - 1] if place else None
     if stretch is None or stretch.epoch != epoch or end > stretch.end:

@@ -133,7 +133,7 @@ def event_labels(
 def spans(
     events: Sequence[Event], lengths: Sequence[int], rate: float
 ) -> tuple[list[int], list[int]]:
-    """Return the first samples and the ends of the pinches to cut around each contact."""
+    """Return the first sample and the end of the pinch to cut out around each contact."""
     lead, tail = round(BEFORE * rate), round(AFTER * rate)
     starts = [max(0, event.sample - lead) for event in events]
     stops = [min(lengths[event.file], event.sample + tail) for event in events]

@@ -104,9 +104,10 @@ def read_settings(
     vibration: NDArray[Any],
     force: NDArray[Any],
 ) -> FileSettings:
-    """Return the settings of an imported file from values with the names in ``SETTINGS``.
+    """Return the settings of an imported file, such as its rate, units and smoothing.
 
-    Raise InputError if its vibration or force cannot have the stated units.
+    ``given`` has them under the names in ``SETTINGS``. Raise InputError if vibration or force
+    cannot have the stated units.
     """
     unit_name = f"{sensor}_unit"
     for name in ("sample_rate_hz", unit_name):

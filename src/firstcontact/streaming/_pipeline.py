@@ -190,9 +190,9 @@ class Pipeline:
             self._has_warned = True
 
     def _parts(self, block: Block) -> Iterator[tuple[int, Block]]:
-        """Yield the parts of a block that lie in closings, each with a number that joins parts.
+        """Yield the parts of a block that lie within closings, with the number of the closing.
 
-        Without marked closings it is the whole block.
+        Without marked closings it is the whole block, with its epoch.
         """
         if not self._closings:
             yield block.epoch, block
@@ -322,7 +322,7 @@ class Pipeline:
         )
 
     def _live(self, e: ChainEvent) -> Iterator[Event]:
-        """Yield the live events that follow from an event of the compiled chain."""
+        """Yield the live events for one event that the C chain reported."""
         if e.kind == EventKind.CLOSING_BEGAN:
             self._pinch = OpenClosing(e.sample, self._block.epoch, e.sample)
             self._strips.begin()

@@ -57,7 +57,7 @@ class Ledger:
         self._times["compute"].append(estimate.compute)
 
     def use(self, *, is_used: bool) -> None:
-        """Count a pinch by a hand that uses estimates, and whether it used one."""
+        """Count a pinch by a hand that uses estimates, as used or not used."""
         self.used = (self.used or 0) + is_used
 
     def close(self, pinch: PinchDone) -> None:

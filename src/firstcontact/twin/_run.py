@@ -136,7 +136,7 @@ class PinchRun:
 
     @property
     def touched(self) -> tuple[bool, bool]:
-        """Contact state of index and thumb: True after the first contact."""
+        """Tuple for index finger and thumb: True after its first contact."""
         index, thumb = self._touched if self._placed else self._gap
         return not math.isnan(index), not math.isnan(thumb)
 
@@ -243,7 +243,7 @@ class PinchRun:
 
 
 def whole_motions(runs: Sequence[PinchRun]) -> list[NDArray[np.float64]]:
-    """Return the whole motion of several simulations, which must not have begun."""
+    """Return the whole motion of each simulated pinch, none of which may have begun."""
     pieces = [run._piece(0, run.times.size) for run in runs]
     taken = integrate_all(pieces)
     return [run._keep(0, piece, n) for run, piece, n in zip(runs, pieces, taken, strict=True)]

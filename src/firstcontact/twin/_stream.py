@@ -45,7 +45,7 @@ PIECE = 25
 
 
 def pieces(duration: float) -> int:
-    """Return how many pieces of ``PIECE`` samples are nearest to ``duration`` s."""
+    """Return the number of simulation pieces nearest to a duration, s."""
     return round(duration * FINGERTIP_RATE / PIECE)
 
 
@@ -101,7 +101,7 @@ def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
 
 
 def _piece(run: PinchRun) -> NDArray[np.float64]:
-    """Return the fingers' motion in the next ``PIECE`` samples, with the motor's noise."""
+    """Return the fingers' motion for the next short piece, with the motor's noise."""
     run.loudness = min(abs(run.drive_speed) / run.nominal_speed, 1.0)
     return run.advance(PIECE)
 

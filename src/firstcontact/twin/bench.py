@@ -72,7 +72,7 @@ class Tester:
             yield float(self._rng.uniform(0.4, 0.9)), self._tap_speed()
 
     def presses(self) -> Iterator[tuple[float, float, NDArray[np.float64]]]:
-        """Yield the wait, s, force, N, and each force cell's share of it, for all six places."""
+        """Yield wait, s, force, N, and share of each force cell, for presses on six places."""
         for taxel in self._rng.permutation(TAXELS):
             if self._rng.random() < MISSED:
                 continue

@@ -142,7 +142,7 @@ class PinchDraw:
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:
-    """Return a random generator that depends only on the seed and on ``key``, a name."""
+    """Return the random generator for ``key``, such as a session, which fixes all its numbers."""
     words = [zlib.crc32(repr(part).encode()) for part in key]
     return np.random.default_rng([seed, *words])
 

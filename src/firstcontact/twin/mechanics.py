@@ -245,10 +245,11 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 
 
 def contact_arms(p: FingerParameters, o: ObjectParameters) -> ObjectParameters:
-    """Return the object with the relaxation of its contact, as shares of the contact's stiffness.
+    """Return the object with the relaxation of the contact between it and the pad.
 
     The pad gives way at the contact, too. Its silicone relaxes as that of a block. So a contact
-    relaxes less than fruit, and as a block does.
+    relaxes less than fruit, and as a block does. The strengths are shares of the contact's
+    stiffness.
     """
 
     def stiffness(pad: float, target: float) -> float:

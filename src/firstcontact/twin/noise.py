@@ -80,7 +80,7 @@ class MotorNoise:
 
 @lru_cache(maxsize=8)
 def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the last knot before each of ``n`` points, and the share of the way to the next."""
+    """Return for interpolation the index of the knot before each point, and the share beyond it."""
     place = np.arange(n, dtype=np.float64) * dt / 0.02
     cell = place.astype(np.int64)
     return cell, np.asarray(place - cell)
@@ -138,7 +138,7 @@ class PhalanxNoise:
         self._shaped = 0  # number of points with their loudness applied
 
     def shape(self, until: float) -> None:
-        """Multiply the forces up to the time ``until``, s, by the motor's loudness."""
+        """Scale the noise forces before the time ``until``, s, by the motor's loudness."""
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:
             slope = np.linspace(self._reached, self.loudness, stop - self._shaped + 1)[1:]

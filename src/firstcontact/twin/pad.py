@@ -35,5 +35,5 @@ class PadParameters(NamedTuple):
 
 
 def confinement(modulus: float, thickness: float) -> float:
-    """Return by how much a rigid back lowers the compliance of a thin layer, m/N."""
+    """Return the decrease of a thin layer's compliance due to its rigid back, m/N."""
     return 0.11 / (modulus / (2 * (1 + POISSON)) * thickness)

@@ -46,7 +46,7 @@ def force_readings(
     state: NDArray[np.float64],
     first: int,
 ) -> NDArray[np.uint16]:
-    """Return the readings of one force array, which measures one force cell per sample."""
+    """Return the readings of a force array, of which one force cell is measured per sample."""
     out = np.empty(force.size, np.uint16)
     _kernels.force_counts(
         np.ascontiguousarray(force), np.ascontiguousarray(shares), p,
@@ -209,7 +209,7 @@ class StreamFingertips(Fingertips):
         self._phases = rng.uniform(0, 2 * math.pi, 2)
 
     def take(self, draw: PinchDraw) -> None:
-        """Continue with the parameters of another pinch of the same hand and session."""
+        """Use the sensor parameters of another pinch of the same session from now on."""
         for f, (old, new) in enumerate(zip(self._draw.velostat, draw.velostat, strict=True)):
             self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
         self._draw = draw

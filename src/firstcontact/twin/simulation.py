@@ -85,7 +85,7 @@ def _sessions(
 def planned_pinch(
     seed: int, condition: Condition, kind: TwinObject, session: str, copy: int, number: int
 ) -> PlannedPinch:
-    """Return one planned pinch of an object. ``copy`` is the specimen, modulo their number."""
+    """Return the plan of one pinch. ``copy`` chooses the specimen; large numbers wrap around."""
     copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
     copy %= copies
     one = draw_specimen(seed, condition, kind, copy)

@@ -67,9 +67,10 @@ class Body:
 
     @cached_property
     def _slopes(self) -> tuple[Values, Values]:
-        """Strains per displacement, shape (elements, 4 points, 4 strains, 8), and volumes, m³.
+        """Strains of each element per node displacement, and volumes of its 4 points, m³.
 
-        The strains are radial, axial, hoop and shear. The volumes have the shape (elements, 4).
+        The strains (elements, 4 points, 4 strains, 8) are radial, axial, hoop and shear. The
+        volumes have the shape (elements, 4).
         """
         corners = self.nodes[self.quads]
         x, y = _POINTS.T[:, :, None]
@@ -88,7 +89,7 @@ class Body:
 
     @cached_property
     def stiffness(self) -> tuple[csr_matrix, csr_matrix]:
-        """Stiffness matrices, N/m: of volume changes, and of shear after its relaxation.
+        """Two stiffness matrices, N/m: for changes of volume, and for shear after relaxation.
 
         Rows and columns are the displacements r and z of node 0, then those of node 1, and so on.
         """

@@ -41,7 +41,7 @@ class Comparison:
 
     @property
     def peak(self) -> float:
-        """Peak voltage of the twin relative to that of the elements, minus 1."""
+        """Relative difference of the twin's peak voltage from that of the elements."""
         return float(self.twin.max() / self.elements.max()) - 1
 
     @property
@@ -100,7 +100,7 @@ def pad_body(finger: FingerParameters, size: float = SIZE) -> Body:
 
 
 def whole_pad(finger: FingerParameters) -> FingerParameters:
-    """Return the finger with the stiffness of all dimples of its pad, not of those near a touch."""
+    """Return the finger with a pad as stiff as all its dimples together, not only those touched."""
     names = ("pad_stiffness", "pad_stiffening", "pad_arm_stiffness", "pad_damping")
     factor = ON_DIMPLES / finger.pad_stiffness
     return finger._replace(**{name: factor * getattr(finger, name) for name in names})

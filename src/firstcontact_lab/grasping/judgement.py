@@ -56,7 +56,7 @@ SettingsOf = Callable[[str], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """Outcomes for tuning and for judging: same objects, but different hands and specimens."""
+    """Simulated outcomes for tuning and for judging policies, of different hands and objects."""
 
     tuning: ClosingTable
     judged: ClosingTable
@@ -173,14 +173,14 @@ class Judgement:
 
     @property
     def everyone(self) -> dict[str, Judged]:
-        """Outcomes by policy name. Policies with a slip reflex are judged in condition ``FULL``."""
+        """Outcomes by policy name. Those with a slip reflex are for the condition ``FULL``."""
         place = (list(LIFTS).index(FULL[0]), DETECTION.index(FULL[1]))
         full = next(name for name, at in conditions().items() if at == place)
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[full], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Return by policy name a function from an object to the settings tuned without it."""
+        """Return for each policy a function from an object to settings tuned without it."""
 
         def of_policy(policy: Judged) -> SettingsOf:
             return lambda kind: policy.chosen[self.fold_of[kind]].settings
@@ -205,7 +205,7 @@ def judgement(tables: Tables) -> Judgement:
 
 
 def conditions() -> dict[str, tuple[int, int]]:
-    """Return table indices (lift, detection latency) by condition, such as "abrupt, 100 ms"."""
+    """Return indices (lift, latency of slip detection) by name, such as "abrupt, 100 ms"."""
     return {
         f"{lift}, {1e3 * wait:g} ms": (a, b)
         for a, lift in enumerate(LIFTS)
@@ -214,7 +214,7 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def ceiling(table: ClosingTable) -> Front:
-    """Return the shares of drops and damage if each pick has its best speed, force and reflex."""
+    """Return the shares of drops and damage if speed, force and reflex suit each object best."""
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
     reflexes = product(range(len(LIFTS)), range(len(DETECTION)), range(len(table.how.boosts)))
@@ -231,7 +231,10 @@ def ceiling(table: ClosingTable) -> Front:
 
 
 def resample_weights(table: ClosingTable, seed: int) -> Values:
-    """Return bootstrap weights, shape (picks, resamples), over kinds of object and over hands."""
+    """Return bootstrap weights of simulated picks: objects and hands are drawn with replacement.
+
+    The shape is (picks, resamples).
+    """
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
 
@@ -243,7 +246,7 @@ def between(value: float, drawn: Values) -> Between:
 
 
 def drops(policy: Judged, weights: Values) -> Between:
-    """Return the share of drops of a policy that damages 10 %, with its bootstrap interval."""
+    """Return the share of objects that a policy drops if it damages 10 %, with its interval."""
     return between(float(policy.front.drop_share()), front(policy.outcomes, weights).drop_share())
 
 
@@ -269,7 +272,7 @@ def fewer(ours: Judged, theirs: Judged, weights: Values | None = None) -> Betwee
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: Values) -> Between:
-    """Return the reduction of drops as :func:`fewer`, but scale forces once for all resamples."""
+    """Return the reduction of drops as :func:`fewer`, with forces scaled once for all resamples."""
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, others = front(ours.outcomes, weights), front(theirs.outcomes, weights)
     # Over all picks both policies damage a tenth, apart from the steps between scales.
@@ -326,7 +329,7 @@ def _pressed(
 def _given(
     table: ClosingTable, by_mass: Mapping[str, str], by_limit: Mapping[str, str]
 ) -> ClosingTable:
-    """Return the table after objects exchanged the forces that hold them, or that damage them.
+    """Return the table with the holding and breaking forces of some objects exchanged.
 
     ``by_mass`` and ``by_limit`` map the name of an object to the object whose force it gets.
     """
@@ -339,7 +342,7 @@ def _given(
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the reduction of drops for other values of each estimated (not measured) property."""
+    """Return the reduction of drops if estimated properties of objects had other values."""
     gains = {}
     names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
     for title, of, factors in (
@@ -362,9 +365,9 @@ def sensitivity(tables: Tables) -> dict[str, Between]:
 
 
 def _gain(tables: Tables, of: str, factors: Mapping[str, float], *, intervals: bool) -> Between:
-    """Return the reduction of drops after property ``of`` was multiplied by a factor per object.
+    """Return the reduction of drops if the estimated values of one property were different.
 
-    Only properties that were estimated, not measured, change.
+    ``factors`` multiply the property ``of`` by object. Measured values stay.
     """
     tuning, judging = (_changed(t, of, factors) for t in (tables.tuning, tables.judged))
     other = replace(tables, tuning=tuning, judged=judging)

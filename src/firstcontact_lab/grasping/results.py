@@ -33,7 +33,7 @@ class FrontPoints(Record, frozen=True, kw_only=True):
 
 
 class ChosenSettings(Record, frozen=True, kw_only=True):
-    """Best settings on the tuning picks of one fold, and their shares of drops and damage."""
+    """Settings of a policy, tuned on other objects, and their shares of drops and damage."""
 
     left_out: list[str]
     settings: dict[str, float]
@@ -43,7 +43,7 @@ class ChosenSettings(Record, frozen=True, kw_only=True):
 
 
 class TunedOn(Record, frozen=True, kw_only=True):
-    """Picks for tuning or for judging: seeds of hands, numbers of specimens, and counts."""
+    """Which picks were used for tuning or judging: seeds of hands, numbers of specimens, counts."""
 
     hands: list[int]
     specimens: list[int]

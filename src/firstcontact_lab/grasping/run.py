@@ -156,7 +156,7 @@ class HouseholdStudy:
         self.judgement = judgement(self.tables)
 
     def close(self) -> None:
-        """Simulate whole closings of all judged picks, to check the results from the table."""
+        """Simulate whole closings of all judged picks, to check interpolated results."""
         chosen = self.judgement.chosen()
         jobs = [
             FullJob(
@@ -288,7 +288,7 @@ class HouseholdStudy:
         )  # fmt: skip
 
     def _by_object(self) -> dict[str, ObjectErrors]:
-        """Return for each object the errors of its estimates, and its share of drops and damage."""
+        """Return for each object the errors of its Shore A, and its shares of drops and damage."""
         policies = {baseline().name: self.judgement.blind, candidate().name: self.judgement.ours}
         by_kind: dict[str, list[Branches]] = {}
         for row in self._approaches():
@@ -318,9 +318,9 @@ def _label(row: Branches) -> float:
 
 
 def _errors_by_window(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return errors of the estimates, Shore A, by window length in ms, and of those that were used.
+    """Return the errors of the estimates by window length in ms, Shore A.
 
-    The key of the used ones is ``USED``.
+    The key ``USED`` has the errors of the estimates that policies used.
     """
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []

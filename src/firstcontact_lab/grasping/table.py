@@ -28,7 +28,7 @@ LOT = 100
 
 @dataclass(frozen=True, slots=True)
 class Branching:
-    """Approach speeds, m/s, grip forces, N, and slip boosts that are simulated in combination."""
+    """Approach speeds, m/s, grip forces, N, and slip boosts to simulate in all combinations."""
 
     speeds: tuple[float, ...]
     forces: tuple[float, ...]
@@ -139,7 +139,7 @@ class ClosingTable:
 
     @classmethod
     def from_branches(cls, rows: Sequence[Branches], how: Branching) -> ClosingTable:
-        """Return the table from simulations of each pick at each speed, in any order."""
+        """Return the table from simulations of each pick at each approach speed, in any order."""
         by = {(row.speed, row.pick): row for row in rows}
         picks = tuple(sorted({row.pick for row in rows}))
         first = [by[how.speeds[0], pick] for pick in picks]

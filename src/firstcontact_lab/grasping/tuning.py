@@ -65,7 +65,10 @@ def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of drops and damage by scale of the forces: (scales,) or (scales, resamples)."""
+    """Shares of dropped and damaged objects, for each factor on a policy's forces.
+
+    The shape is (scales,) or (scales, resamples).
+    """
 
     dropped: Values
     damaged: Values
@@ -110,7 +113,10 @@ def resampled(
     count: int,
     seed: int,
 ) -> Values:
-    """Return bootstrap weights, (picks, ``count``), over hands, and over kinds within a group."""
+    """Return ``count`` bootstrap resamples as weights of picks: objects and hands are drawn again.
+
+    Objects are drawn within their group. The shape is (picks, ``count``).
+    """
     rng = np.random.default_rng(seed)
     weights = np.ones((len(kinds), count))
     for of, within in ((kinds, groups), (hands, np.full(len(kinds), ""))):

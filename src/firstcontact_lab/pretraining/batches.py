@@ -49,7 +49,7 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Return a batch of contacts with random errors of placement, signal lengths and contexts."""
+    """Return training inputs of some contacts, with random errors of placement and lengths."""
     n = len(indices)
     shortest, longest = Touches.lengths(_RATE)
     valid = rng.integers(shortest, longest + 1, n) if samples is None else np.full(n, samples)
@@ -99,9 +99,9 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return features of block pinches, one row per rig, context and stage, and a mask.
+    """Return the features of all rigs' block pinches as rows, and a mask of missing ones.
 
-    The mask is 1 for each Shore A that the rig's blocks have.
+    There is a row per rig, context and stage. The mask is 1 for each Shore A that the blocks have.
     """
     present = np.arange(Rig.LEVELS) < examples.levels.reshape(-1, 1)
     return (

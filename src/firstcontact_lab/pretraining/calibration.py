@@ -62,7 +62,7 @@ def answers(
 
 
 def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel:
-    """Return a model of the trained network with calibrated intervals and no rig's context."""
+    """Return the trained network as a model with calibrated intervals, for any rig."""
     familiar = _familiar([_traits(examples, stage, seed) for stage in Rig.STAGES])
     ones = np.ones(len(Rig.STAGES))
     plain = RigModel(network, familiar, ones, LEVEL, {Rig.ANY: Rig.unknown()}, ones)
@@ -70,7 +70,7 @@ def finished(network: ContextNetwork, examples: Examples, seed: int) -> RigModel
 
 
 def calibrated(model: RigModel, numbers: Sequence[int], seed: int, runner: Runner) -> RigModel:
-    """Return the model with a second calibration: of averages of network and regression."""
+    """Return the model with calibrated intervals for averages of network and regression, too."""
     errors, spreads = object_errors(model, numbers, seed, runner)[1]
     factors = np.array([_quantile(of_stage) for of_stage in np.abs(errors) / spreads])
     return RigModel(model.network, model.familiar, model.factors, model.level, model.rigs, factors)
@@ -104,7 +104,7 @@ def _object_errors(number: int, seed: int, model: RigModel, family: str) -> NDAr
 
 
 def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
-    """Return the centre, covariance and limit of signal features. Contacts beyond it are unusual.
+    """Return centre, covariance and largest distance of signal features in training.
 
     ``traits`` has an array (contacts, features) for each number of samples after the contact.
     """
@@ -122,7 +122,7 @@ def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
 
 
 def _factor(model: RigModel, examples: Examples, samples: int, seed: int) -> float:
-    """Return the factor on predicted spreads with which intervals hold the share ``LEVEL``."""
+    """Return the factor from spreads to half widths of intervals with coverage ``LEVEL``."""
     values, spreads = answers(model, examples, samples, seed)
     is_object = examples.object_ids >= 0
     return _quantile((np.abs(values - examples.shore_a) / spreads)[is_object])
@@ -192,9 +192,9 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return how much of the error pinches of an object share, and the coverage of pooled ones.
+    """Return by time the share of errors that an object's pinches have in common, and coverages.
 
-    Both are given by the time after the contact.
+    The coverages are those of the pooled interval of 1 to ``PINCHES`` pinches.
     """
     out = {}
     for time, length in samples.items():

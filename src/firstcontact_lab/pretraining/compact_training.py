@@ -103,9 +103,10 @@ class _Lots:
             )
 
     def draw(self, rng: np.random.Generator) -> Lot:
-        """Return network inputs, codes of the rig's blocks and their mask, general features, truth.
+        """Return random network inputs with the true Shore A of each contact.
 
-        The truth is the scaled Shore A of each contact.
+        These are: inputs, codes of the rig's blocks and their mask, general features, scaled Shore
+        A.
         """
         indices = rng.permutation(len(self._examples))[:PREPARED]
         batch = draw_batch(self._examples, indices, rng)
@@ -120,7 +121,7 @@ class _Lots:
 
 
 def _targets(full: TorchNetwork, lot: Lot) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return three points and weights for each normal distribution that the full network gives."""
+    """Return three weighted points of each normal distribution that the full network predicts."""
     with torch.no_grad():
         parts = [
             full.predict(*part)
@@ -232,9 +233,10 @@ def _heard(full: TorchNetwork, lot: Lot) -> dict[str, tuple[torch.Tensor, torch.
 def _thin(
     layer: nn.Linear, outputs: torch.Tensor, gradients: torch.Tensor, directions: int
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Return two thin matrices that replace a layer's matrix, and the bias.
+    """Return two thin matrices and a bias that approximate a layer.
 
-    The first leads into ``directions`` main directions of the outputs, the second out of them.
+    The first matrix leads into ``directions`` main directions of the outputs, the second out of
+    them.
     """
     weight, bias = (p.detach().double() for p in (layer.weight, layer.bias))
     y, g = outputs.double(), gradients.double()
@@ -252,7 +254,7 @@ def _thin(
 
 
 def integers(name: str, weight: NDArray[np.floating]) -> dict[str, NDArray[np.generic]]:
-    """Return a matrix as 16-bit integers with a scale for each row, as two arrays by name."""
+    """Return a matrix as named arrays: 16-bit integers, and a scale for each row."""
     least = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
     scale = np.maximum(least, 1e-30).astype(np.float32)
     return {

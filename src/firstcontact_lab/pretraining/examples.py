@@ -110,7 +110,7 @@ def rig_examples(number: int, seed: int, family: str = "", again: int = 0) -> Ex
 def labelled_touches(
     number: int, seed: int, family: str = ""
 ) -> tuple[Touches, Values, Touches, Values]:
-    """Simulate a rig. Return contacts with blocks, their Shore A, and the same for its objects."""
+    """Simulate a rig's contacts with blocks and with objects. Return both, each with Shore A."""
     d = _drawn(number, seed, family, 0)
     is_object = d.numbers >= 0
     shore_a = np.array([specimen.shore_a for specimen in d.objects])
@@ -170,7 +170,7 @@ def _touch(
 def _context(
     rig: RandomRig, blocks: list[float], days: list[Day], rng: Rng
 ) -> tuple[tuple[NDArray[np.int16], Values], Values]:
-    """Simulate a rig's block pinches. Return (signals, closing speeds, m/s), and their Shore A."""
+    """Simulate block pinches of a rig. Return their signals, closing speeds, m/s, and Shore A."""
     each = int(rng.integers(*CONTEXT))
     signals, speeds, levels = [], [], []
     for shore_a in blocks:
@@ -243,7 +243,7 @@ def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
 
 
 def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
-    """Return the hints of speed and radius as inputs of the network, shape (n, HINTS).
+    """Return closing speeds and object radii as inputs of the network, shape (n, HINTS).
 
     ``speed`` is ln(speed / the rig's usual speed), ``alike`` the confidence in it, and ``radii``
     are in m; NaN if unknown.

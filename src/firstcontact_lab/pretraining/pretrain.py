@@ -92,7 +92,7 @@ def pretrain(
 def all_scores(
     model: RigModel, work: Path, size: Size, seed: int, runner: Runner
 ) -> Mapping[str, Mapping[str, Any]]:
-    """Return scores on other random rigs, on rigs of other structure, and of pooled pinches."""
+    """Return scores on other random rigs, on rigs with other mechanics, and of pooled pinches."""
     scores: dict[str, Mapping[str, Any]] = {}
 
     def judge(title: str, first: int, rigs: int, family: str = "") -> None:
@@ -111,7 +111,10 @@ def all_scores(
 
 
 def judged(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping[str, Any]:
-    """Return RMSE, bias, coverage and interval width by time, from :func:`object_errors`."""
+    """Return RMSE, bias, coverage and interval width at each time, from errors and spreads.
+
+    They come from :func:`object_errors`.
+    """
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():
         stage = int(Rig.stage_index(samples))

@@ -47,7 +47,7 @@ class SubjectResults(Record, frozen=True, kw_only=True):
         return value
 
     def replace(self, entries: Iterable[Entry]) -> SubjectResults:
-        """Return the results with added entries. Mappings are joined with those that exist."""
+        """Return the results with these entries added. Mappings in both are joined."""
         values = {name: getattr(self, name) for name in self.__struct_fields__}
         for name, value in entries:
             existing = values.get(name)
@@ -90,7 +90,7 @@ def read_results(path: Path, kind: type[T]) -> T:
 
 
 def read_options(path: Path, remedy: str) -> dict[str, Any]:
-    """Read the settings in a ``results.json`` that its results depend on."""
+    """Return the settings of a study that its results depend on, from its ``results.json``."""
     return read_record(
         read_regular(path, LONGEST), _Options, str(path), remedy, LONGEST
     ).study.options

@@ -36,7 +36,7 @@ _REMEDY = "choose another --out, or move it away"
 
 @contextmanager
 def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
-    """Make and lock the folder of a study until the end of the ``with`` statement."""
+    """Make a study's folder, and lock it until the ``with`` block ends."""
     made = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)

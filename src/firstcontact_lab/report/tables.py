@@ -16,7 +16,7 @@ S = TypeVar("S")
 
 
 class Scores(Protocol):
-    """Interface of records of scores that have intervals."""
+    """Interface of score records that have intervals."""
 
     @property
     def intervals(self) -> dict[str, Ends]:
@@ -83,7 +83,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Row(Generic[R]):
-    """Definition of one number, which reports, docs tables and the README show as a row."""
+    """Definition of a table row: one number of the results, and how to show it."""
 
     label: str
     value: Callable[[R], Value]
@@ -272,7 +272,7 @@ def lifted(
     claim: Claim | None = None,
     note: Callable[[R], str] | None = None,
 ) -> Row[R]:
-    """Return a row for whole results, made from a row for a record that they contain."""
+    """Return a row for results, made from a row for one of the records in them."""
     value = optional(find, row.value)
     return Row(prefix + row.label, value, row.unit, published, headline, claim, note)
 

@@ -89,7 +89,7 @@ class Query:
 
 
 def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
-    """Train a competitor, and return its predicted Shore A of each pinch in ``query.ask``."""
+    """Train the query's estimator, and return its predicted Shore A for each queried pinch."""
     competitor, rigs, learn, ask = query.competitor, sets[query.place], query.learn, query.ask
     if competitor.method == "window":
         options = dict(competitor.options)

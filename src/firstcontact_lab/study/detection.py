@@ -21,7 +21,7 @@ FOLDS = 3
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
-    """Return splits that together test each pinch once. Only pinches of role ``train`` train."""
+    """Return splits that together test each pinch once and train on role ``train`` only."""
     if len(dataset) < 2:
         return []
     sessions, test = dataset.sessions, dataset.test

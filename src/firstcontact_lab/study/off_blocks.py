@@ -39,7 +39,7 @@ class OffBlocks(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answered:
-    """Shore A that one competitor predicted for the pinches ``queries`` of rig set ``place``."""
+    """Predicted Shore A of pinches by one estimator, on one simulated pair of hands (``place``)."""
 
     question: str
     place: int
@@ -104,7 +104,7 @@ def _together(answered: Answered, seed: int) -> Values:
 
 
 def _nearest(answered: Answered) -> Values:
-    """Return 1 where the true Shore A is the block's nearest to the prediction, else 0."""
+    """Return 1 for predictions that are nearest to the true one of the blocks' Shore A, else 0."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -114,7 +114,7 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return a function from sums of errors to the RMSE, averaged over ``groups`` groups."""
+    """Return a function that computes the RMSE from sums, averaged over ``groups`` groups."""
 
     def statistic(sums: Values) -> Values:
         by_group = sums.reshape(*sums.shape[:-1], groups, 3)
@@ -152,7 +152,7 @@ class _ErrorSums:
             of_group[place] = of_group.get(place, np.zeros(3)) + sums
 
     def _columns(self, name: str) -> tuple[Values, Callable[[Values], Values]]:
-        """Return the sums of one score by rig set, and the function that turns sums into the score.
+        """Return one score's sums of errors by rig set, and the function from sums to the score.
 
         The sums have the shape (sets, 3 · groups).
         """

@@ -66,7 +66,7 @@ def outcome(subjects: Subjects) -> list[str]:
 
 
 def _sentence(topic: str, subjects: Subjects, describe: Callable[[SubjectResults], str]) -> str:
-    """Return ``topic`` and the description of each subject that has one, as a sentence, or ""."""
+    """Return a sentence on one topic that describes every dataset with such results, or ""."""
     texts = {title: text for title, results in subjects.items() if (text := describe(results))}
     several = len(subjects) > 1
     listed = "; ".join(f"{title.lower()} {t}" if several else t for title, t in texts.items())
@@ -101,7 +101,10 @@ def _compared(
 
 
 def _left_out(results: SubjectResults) -> str:
-    """Return the errors with a Shore A left out: of the default, of peaks, and the least one."""
+    """Return text on errors for a block's Shore A that was left out of training.
+
+    It states those of the default estimator, of peak amplitudes, and the least.
+    """
     splits = {name: scores.split(LEVEL) for name, scores in results[BLOCKS].items()}
     errors = {name: s.rmse for name, s in splits.items() if s and s.rmse is not None}
     if ESTIMATORS.default not in errors:

@@ -91,7 +91,7 @@ class Subject:
 
     @property
     def starts(self) -> Contacts:
-        """Contact of each pinch at which windows start: detected, or true if none was detected."""
+        """Contact at which each pinch's window starts: detected, or labelled if none was."""
         return self.detections or self.truth
 
     @property

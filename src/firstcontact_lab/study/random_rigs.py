@@ -123,14 +123,14 @@ _MATERIALS = ("lossy", "slow_material", "several")
 
 
 class RigScores(Record, frozen=True, kw_only=True):
-    """Scores of a method over rigs, by key: RMSE in Shore A, coverage and width of intervals."""
+    """Scores of one method over random rigs: RMSE, coverage and width of intervals, by key."""
 
     scores: dict[str, float]
     intervals: dict[str, Ends]
     gains: dict[str, Ends]
 
     def cell(self, key: str, unit: str) -> Cell:
-        """Return a table cell: the score with its interval, and the gain over the reference."""
+        """Return a score with its interval as a table cell, with the gain over the reference."""
         if key not in self.scores:  # results of an older version
             return format_cell(None, unit)
         cell = format_cell(Bounded(self.scores[key], self.intervals[key]), unit)
@@ -141,9 +141,10 @@ class RigScores(Record, frozen=True, kw_only=True):
 
 
 def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigScores]]:
-    """Average the scores of all rigs, shape (rigs, groups, methods, keys), with intervals.
+    """Return mean scores over rigs, with intervals and gains, for each group and method.
 
-    Returned is a list of methods for each group. Gains are over the first method of a group.
+    ``rows`` has the shape (rigs, groups, methods, keys). Gains are over the first method of a
+    group.
     """
     is_error = np.array([key.split()[-1] not in ("bias", "coverage", "width") for key in keys])
 
@@ -171,7 +172,7 @@ def rig_scores(rows: Values, keys: Sequence[str], seed: int) -> list[list[RigSco
 
 
 def families_and_jobs(brief: bool, rigs: int) -> tuple[list[str], int, list[tuple[str, int]]]:
-    """Return the families' names, the number of rigs of each, and a (family, number) per rig."""
+    """Return names of families, number of rigs of each, and a job (family, number) for each rig."""
     names, count = (["linear_pad", "several"], 1) if brief else (list(STRUCTURES), rigs)
     return names, count, [(name, number) for number in range(count) for name in names]
 

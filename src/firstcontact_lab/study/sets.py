@@ -201,7 +201,7 @@ def score_set(recorded_set: RealSet, twin: Dataset) -> tuple[SetResults, list[st
 def _judged(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
-    """Return the first detected contact of each pinch, and the detectors that were trained.
+    """Return the first contact detected in each pinch, and the detectors trained for that.
 
     No detector was trained on pinches of the same specimen.
     """
@@ -266,7 +266,7 @@ def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -
 
 
 def _description(recorded_set: RealSet) -> SetResults:
-    """Return a set's sensor, size and scores of an earlier study, without scores of detectors."""
+    """Return the description of a set: sensor, sizes, and scores of an earlier study."""
     order = real = None
     if recorded_set.study:
         order = recorded_set.study[HARDNESS]
@@ -496,7 +496,7 @@ _STIFFNESS = (
 
 
 def stiffness_curves(subjects: Subjects) -> Figure | None:
-    """Return a figure of errors over time: sets with a stiffness label, and the twin's; or None."""
+    """Return a figure of errors over time for sets with a stiffness and for the twin, or None."""
     found = {name: s for name, results in subjects.items() if (s := results[STIFFNESS])}
     return time_figure(found, YARDSTICKS) if set(found) - {TWIN_CURVE} else None
 

@@ -41,7 +41,7 @@ class _Rung:
 
 
 class LadderModel:
-    """Models of several window lengths. The longest window before the second contact decides."""
+    """Models of several window lengths, of which the longest before the second contact predicts."""
 
     def __init__(self, rungs: Sequence[_Rung]) -> None:
         self._rungs = tuple(rungs)

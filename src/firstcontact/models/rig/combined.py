@@ -89,9 +89,9 @@ class CombinedEstimator(NetworkEstimator):
 def spread_scale(
     base: RigModel, touches: Touches, shore_a: Values, seed: int
 ) -> NDArray[np.float64]:
-    """Return the factor that makes a regression's spreads as reliable as the network's.
+    """Return the factor that calibrates a regression's predicted spreads, for each signal length.
 
-    It is estimated from blocks left out of the pinches, for each of ``Rig.STAGES``, (stages,).
+    It makes these as reliable as the network's, on blocks left out of the pinches. Shape (stages,).
     """
     ones = np.ones(len(Rig.STAGES))
     squares = np.zeros((2, len(Touches.SCORED_MS)))
@@ -132,6 +132,6 @@ def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
 
 
 def _stage_inputs(model: RigModel, touches: Touches) -> NDArray[np.float64]:
-    """Return the regression's inputs for n contacts at each signal length, (stages, n, inputs)."""
+    """Return the regression's inputs from signals of several lengths, (lengths, n, inputs)."""
     cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in Rig.STAGES]
     return np.stack(cuts).astype(np.float64)

@@ -81,7 +81,7 @@ class ContextNetwork:
 
     @property
     def directions(self) -> int:
-        """Number of values through which the description of a rig enters the network."""
+        """Size of the vector that describes a rig within the network."""
         return len(self["body1.into.weight"])
 
     @property
@@ -96,9 +96,10 @@ class ContextNetwork:
         ]
 
     def rig_term(self, tokens: NDArray[Any], general: NDArray[Any]) -> NDArray[np.float32]:
-        """Return what a rig adds in the second layer, for each signal length, (stages, directions).
+        """Return the vector with which a rig shifts the network's second layer, per signal length.
 
-        ``tokens`` are the rig's features for each Shore A, ``general`` those of the whole rig.
+        ``tokens`` are the rig's features for each Shore A, ``general`` those of the whole rig. The
+        shape is (stages, directions).
         """
         with np.errstate(over="ignore", invalid="ignore"):
             e = self._scaled("token", tokens)

@@ -121,7 +121,10 @@ Condition = Callable[[Touches, Values], RigModel]
 def known_rigs(
     touches: Touches, shore_a: Values, seed: int
 ) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
-    """Return by finger number the summary of its contacts, and their indices; -1 is all fingers."""
+    """Return the summaries of the whole hand and of each finger, with the contacts' indices.
+
+    Keys are finger numbers; -1 is the whole hand.
+    """
 
     def rig(members: NDArray[np.intp]) -> tuple[Rig, NDArray[np.intp]]:
         chosen = members[_choose_pinches(shore_a[members], seed)]
@@ -136,7 +139,7 @@ def known_rigs(
 
 
 def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
-    """Return ascending indices of at most ``MOST_OF_LEVEL`` random pinches of each Shore A."""
+    """Return indices of random pinches, at most ``MOST_OF_LEVEL`` for each Shore A, ascending."""
     rng = np.random.default_rng(seed)
     chosen = []
     for level in np.unique(shore_a):
@@ -196,7 +199,7 @@ def root_mean_square(errors: Values) -> float:
 
 @dataclass(frozen=True)
 class NetworkEstimator(AnytimeEstimator):
-    """Network that was trained on simulated rigs and is conditioned on one rig.
+    """Estimator that adapts the package's network to one rig (hand with its sensors).
 
     It learns from whole contacts instead of windows, and no weights are trained: the pinches of the
     rig become an input of the network.

@@ -133,11 +133,14 @@ class RigModel(AnytimeModel):
 
     @cached_property
     def image(self) -> Image:
-        """Constants of the model, without a detector, as the chain reads them."""
+        """Constants of the model as bytes for the C chain, without a contact detector."""
         return build_image(self.rate, model=self.chain_constants())
 
     def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
-        """Return half widths of intervals from predicted ``spreads`` and lengths in ``samples``."""
+        """Return half widths of intervals from predicted standard deviations.
+
+        ``samples`` is the length of the signal that each prediction used.
+        """
         return spreads * self.factors[Rig.stage_index(samples)]
 
     def network_alone(self) -> Self:
@@ -158,7 +161,7 @@ class RigModel(AnytimeModel):
         return self._changed(regressions=dict(regressions), factors=factors)
 
     def widened(self, scales: NDArray[np.float64]) -> Self:
-        """Return the model with intervals widened by a factor for each stage, shape (stages,)."""
+        """Return the model with wider intervals, by a factor for each signal length, (stages,)."""
         factors = self.factors * scales
         alone = self.network_factors if self.regressions else factors
         return self._changed(factors=factors, network_factors=alone)

@@ -72,7 +72,7 @@ class MotorPitch:
 
     @classmethod
     def fit(cls, heard: Spectra) -> MotorPitch:
-        """Compute the usual spectrum from the spectra before a rig's contacts, shape (n, LINES)."""
+        """Return the usual spectrum of a motor, from those before several contacts, (n, LINES)."""
         reference = heard[np.argmax(heard.std(axis=1))]
         for _ in range(_ROUNDS):
             shift, alike = touch.shifts(heard, reference)
@@ -147,13 +147,19 @@ class Rig:
 
     @staticmethod
     def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
-        """Return the index of the first value in ``STAGES`` from ``valid`` on, or the last one."""
+        """Return the index in ``STAGES`` of the first signal length that is at least ``valid``.
+
+        Longer signals get the last index.
+        """
         stages = Rig.STAGES
         return np.minimum(np.searchsorted(stages, valid), len(stages) - 1).astype(np.intp)
 
     @classmethod
     def stages_at_scored_times(cls, rate: float) -> list[int]:
-        """Return the value of ``STAGES`` for each time in ``Touches.SCORED_MS``; rate in Hz."""
+        """Return the entry of ``STAGES`` that serves each scored time after the contact.
+
+        The times are ``Touches.SCORED_MS``, and ``rate`` is in Hz.
+        """
         samples = [samples_in(1e-3 * ms, rate) for ms in Touches.SCORED_MS]
         return [cls.STAGES[int(cls.stage_index(n))] for n in samples]
 
@@ -218,7 +224,10 @@ def _tokens(
     shore_a: Values,
     groups: list[NDArray[np.intp]],
 ) -> NDArray[np.float64]:
-    """Return the features of each Shore A from ``stage`` samples, shape (levels, Rig.TOKEN)."""
+    """Return features of the contacts with each Shore A, cut after ``stage`` samples.
+
+    The shape is (levels, Rig.TOKEN).
+    """
     n = len(touches)
     valid = np.minimum(touches.valid, stage)
     scales = np.full(n, level), np.full(n, sign)
@@ -305,7 +314,7 @@ def _log_ratio(speeds: Values, usual: float) -> Values:
 
 
 def _bounded(errors: Values) -> Values:
-    """Return relative errors, at least ``LEAST_SPREAD``. NaN stands for an exact measurement."""
+    """Return relative errors of closing speeds, raised to a least error. NaN counts as exact."""
     return np.maximum(np.where(np.isnan(errors), 0.0, errors), LEAST_SPREAD)
 
 
@@ -350,7 +359,7 @@ class RigRegression:
         self._inputs, self._shore_a, self._scale = inputs, shore_a, scale
 
     def chain_constants(self) -> ProcessConstants:
-        """Return what the chain needs to predict."""
+        """Return the constants with which the C chain predicts by this regression."""
         inputs, shore_a, fixed = self._inputs, self._shore_a, touch_constants()
         mean, sd = inputs.mean(axis=1), inputs.std(axis=1) + _LEAST_DEVIATION
         centre, unit = float(shore_a.mean()), max(float(shore_a.std()), 1.0)

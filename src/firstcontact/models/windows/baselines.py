@@ -89,7 +89,7 @@ class PeakModel(ModelFromArrays):
         return {}
 
     def outputs(self, X: Windows) -> Values:
-        """Return the value of a parabola, or negative distances to the classes, (n, outputs)."""
+        """Return predictions, or minus the distances to the class means, shape (n, outputs)."""
         peak = _log_peak(X)[:, None]
         if self.spec.task is Task.REGRESSION:
             low, high = self.weights[3:]

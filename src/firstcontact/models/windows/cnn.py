@@ -38,7 +38,7 @@ GRAPH = files("firstcontact.models.windows").joinpath("efficientnet.onnx")
 
 
 def filled_graph(samples: int, channels: int, outputs: int, weights: NDArray[np.float32]) -> bytes:
-    """Return the ONNX graph of the package with these weights.
+    """Return the package's ONNX graph with these weights in it, as bytes.
 
     Its input has the shape (n, channels, 1, samples).
     """
@@ -205,7 +205,10 @@ class Cnn(Estimator):
     def _prepared(
         self, X: Windows, y: Values, groups: NDArray[Any] | None
     ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
-        """Return specification, scales of windows and targets, scaled windows, scaled targets."""
+        """Return the model's specification, scales, and scaled windows and targets for training.
+
+        The scales are those of windows and of targets.
+        """
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         target = target_scale(self.task, y)
@@ -222,7 +225,7 @@ def _batch(n: int) -> int:
 
 
 def _one_cycle(step: int, steps: int) -> float:
-    """Return the learning rate of a step relative to the largest: it rises, then falls."""
+    """Return the learning rate at a step, relative to the largest: it rises, then falls."""
     rise = max(1, round(RISE * steps))
     if step < rise:
         return (step + 1) / rise

@@ -44,7 +44,7 @@ Features = Callable[[Values, float], Values]
 
 
 def features(kind: str, X: Windows, rate: float) -> Values:
-    """Return features (n, inputs) of windows (n, samples, channels). ``kind`` is a key of KINDS."""
+    """Return the features of windows (n, samples, channels) that ``kind`` names, (n, inputs)."""
     waves = X.astype(np.float64)
     # Then the squares of any finite floats stay within range.
     waves /= np.maximum(np.abs(waves).max(axis=(1, 2), keepdims=True), _TINY)

@@ -88,7 +88,7 @@ class SvmModel(ModelFromArrays):
         return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
-        """Return values, or votes for each class, computed in C; see :func:`svm_outputs`."""
+        """Return predictions, or votes for each class, computed in C, shape (n, outputs)."""
         return svm_outputs(self._image, X, len(self.spec.classes) or 1)
 
     @cached_property
@@ -209,7 +209,7 @@ class Svm(Estimator):
 
 
 def _sample(task: Task, y: Values) -> NDArray[np.intp]:
-    """Return the ascending indices of the windows that the model is fitted to."""
+    """Return ascending indices of the windows used to fit the model, if there are too many."""
     if len(y) <= MOST_WINDOWS:
         return np.arange(len(y))
     order = np.random.default_rng(0).permutation(len(y))
@@ -237,7 +237,10 @@ def search(
     seed: int,
     most: int = SEARCH_WINDOWS,
 ) -> tuple[float, float, float]:
-    """Choose C, gamma and epsilon on three folds that hold out groups, of ``most`` windows."""
+    """Choose C, gamma and epsilon by cross-validation on at most ``most`` windows.
+
+    Three folds hold out whole groups.
+    """
     from sklearn import config_context
 
     rng = np.random.default_rng(seed)

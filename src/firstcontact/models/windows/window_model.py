@@ -229,7 +229,7 @@ class ModelFromArrays(WindowModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """Return the axis lengths that follow from the spec, by their names in :class:`ArrayCheck`.
+        """Return the lengths of array axes that depend on the windows and classes, by name.
 
         ``inputs`` is the number of values in a window; ``outputs`` is the number of classes, or 1.
         """

@@ -53,7 +53,7 @@ FORCE_SECONDS = 0.02
 
 
 class Row(msgspec.Struct, frozen=True):
-    """Row of the table: a pinch, the name of its object, and "dropped" or "broken" on the twin."""
+    """Row of the page's table: a pinch, its object's name, and whether the twin lost the object."""
 
     pinch: PinchDone
     name: str = ""
@@ -116,7 +116,7 @@ class PinchRows:
 
 
 def brief(pinch: PinchDone) -> PinchDone:
-    """Return the pinch with only two estimates: the last one in time, and the final one."""
+    """Return a pinch with only two of its estimates: the last one in time, and the final one."""
     in_force, final = pinch.in_force, pinch.final
     estimates = tuple(e for e in (None if in_force is final else in_force, final) if e is not None)
     return msgspec.structs.replace(pinch, estimates=estimates)
@@ -214,7 +214,7 @@ class State:
         return new
 
     def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
-        """Return the traces' minima and maxima from column ``since`` on: :meth:`Columns.since`."""
+        """Return minima and maxima of the plotted signals from number ``since`` on."""
         with self._lock:
             self._settle()
             return self._columns.since(since)
@@ -265,7 +265,7 @@ class State:
             self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
-        """Return the mean force of each cell of the 3×2 array, row by row."""
+        """Return the mean force of each force cell, row by row of the 3×2 array."""
         ordered = sorted(columns, key=lambda c: self._layout.column_channels[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
         return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []

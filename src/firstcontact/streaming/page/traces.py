@@ -29,7 +29,7 @@ def finger_place(finger: Finger | None) -> int:
 
 
 class Columns:
-    """Ring buffer for drawing: minimum and maximum of every few samples, so no peak is lost."""
+    """Ring buffer of plotted columns: minimum and maximum of every few samples of each signal."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
@@ -89,14 +89,14 @@ class Columns:
         self._top = max(self._top, top)
 
     def place(self, sample: int, epoch: int) -> float | None:
-        """Return the column in which a sample lies, as a fraction; None if it is too old."""
+        """Return in which plotted column a sample lies, as a fraction; None if it is too old."""
         if epoch not in self._epochs:
             return None
         origin, base = self._epochs[epoch]
         return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
-        """Return the number of the first complete column from ``column`` on, and all from there."""
+        """Return all complete columns from number ``column`` on, and the number of the first."""
         first = min(max(column, self.first), self.end)
         return first, self._ring[np.arange(first, self.end) % self._size]
 

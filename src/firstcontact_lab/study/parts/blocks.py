@@ -316,7 +316,7 @@ _CAPTIONS = {
 
 
 def able(slow: bool) -> list[str]:
-    """Return the installed estimators that train slowly (``slow``), or those that do not."""
+    """Return the names of installed estimators that train slowly, or of those that do not."""
     entries = window_estimators().items()
     return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
 

@@ -43,10 +43,7 @@ class TouchScores(Record, frozen=True, kw_only=True):
 
 
 class LossBias(Record, frozen=True, kw_only=True):
-    """Error of an object's hardness if its peak voltage is compared with those of blocks.
-
-    Shore A of the block with the same peak minus Shore A of the object, with and without damping.
-    """
+    """How much too hard an object seems by its peak voltage, with and without damping, Shore A."""
 
     none: float
     fast: float
@@ -54,9 +51,9 @@ class LossBias(Record, frozen=True, kw_only=True):
 
 
 class Continuum(Record, frozen=True, kw_only=True):
-    """Scores by fingertip and object; power of Shore A in the blocks' peaks, and R² of a line.
+    """Results of the comparison of the twin with finite elements.
 
-    ``waveforms`` has the scores of the touches of a file, by their names.
+    Scores by fingertip and object; power of Shore A in the blocks' peaks, and R² of a line.
     """
 
     tips: dict[str, dict[str, TouchScores]]
@@ -116,7 +113,7 @@ def _scores(comparison: Comparison) -> TouchScores:
 
 
 def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
-    """Return the exponent with which the blocks' peaks grow with Shore A, and R² of a line."""
+    """Return the exponent with which peaks of blocks grow with Shore A, and R² of a line."""
     shore = np.array([BLOCKS[name] for name in peaks if name in BLOCKS])
     volts = np.array([peak for name, peak in peaks.items() if name in BLOCKS])
     power = np.polyfit(np.log(shore), np.log(volts), 1)[0]
@@ -124,7 +121,7 @@ def fits(peaks: Mapping[str, float]) -> tuple[float, float]:
 
 
 def loss_biases(names: Sequence[str]) -> dict[str, LossBias]:
-    """Return for each object how much harder than it is one touch makes it look, Shore A."""
+    """Return how much too hard each object seems by the peak voltage of one touch, Shore A."""
     finger = FingerParameters()
     times = np.arange(0.0, DURATION, INTERVAL)
 

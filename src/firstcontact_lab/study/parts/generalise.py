@@ -171,7 +171,7 @@ def _table(
 
 
 def _remark(scores: OffBlocks, sets: int) -> str:
-    """Return a remark on an estimator's own settings and on missing rigs, or ""."""
+    """Return text on settings that differ from the defaults, and on missing rigs; or ""."""
     options = [f"{key} {value}" for key, value in (scores.options or {}).items()]
     return ", ".join([*options, f"{scores.sets} of {sets} rigs"] if scores.sets < sets else options)
 

@@ -69,13 +69,13 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
 
     @property
     def rho_left_out(self) -> float | None:
-        """Spearman's rho of ranks predicted for materials left out of training; None if missing."""
+        """Spearman's rho between true ranks and those predicted for left-out materials, or None."""
         left_out = self.leave_one_material_out
         regression = left_out.rank_regression if left_out else None
         return regression.rho if regression else None
 
     def classes_left_out(self) -> dict[str, ClassificationScores]:
-        """Return the scores of the hardness class of left-out materials, by estimator; or {}."""
+        """Return by estimator the scores of hardness classes predicted for left-out materials."""
         left_out = self.leave_one_material_out
         return (left_out.classification if left_out else None) or {}
 
@@ -157,7 +157,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """Return what can be predicted from these pinches, and reasons why other things cannot."""
+    """Return the predictions to score with these pinches, and reasons why others are impossible."""
     out: dict[tuple[str, str], Question] = {}
     left_out = []
     reference = ESTIMATORS.default

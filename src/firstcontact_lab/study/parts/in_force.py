@@ -36,7 +36,7 @@ class LiveDelays(msgspec.Struct, frozen=True):
     later_ms: _Ascending
 
     def quantiles(self, shares: Values, *, is_first: bool) -> Values:
-        """Return quantiles of the delays of the first or of later estimates, s."""
+        """Return quantiles of the delay of a closing's first estimate, or of later ones, s."""
         delays = self.first_ms if is_first else self.later_ms
         return np.asarray(1e-3 * np.quantile(delays, shares))
 

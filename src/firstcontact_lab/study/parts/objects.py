@@ -114,7 +114,7 @@ def objects(
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
-    """Return the split by roles in a list, or an empty list if it is impossible."""
+    """Return [the split into training and unseen objects], or [] if it is impossible."""
     if why_not_unseen(subject) or not data.test.any() or data.test.all():
         return []
     split = unseen_objects(data.test, [Group.SESSION] if _sessions_unknown(subject) else [])

@@ -96,7 +96,10 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
-    """Return the scores of one rig, shape (methods, ``KEYS``): squared errors, coverage, width."""
+    """Return squared errors, coverages and interval widths of all methods on one rig.
+
+    The shape is (methods, ``KEYS``).
+    """
     rig = judged_rig(*job, seed)
     told = _measured(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
     exact, quiet = judged_rig(*job, seed, is_exact=True), judged_rig(*job, seed, is_quiet=True)
@@ -215,7 +218,7 @@ Columns = Sequence[tuple[str, str, str]]
 def score_table(
     judged: RandomRigs | ClosingSpeeds, title: str, other: str, columns: Columns, lines: list[Line]
 ) -> Table:
-    """Return a table of scores on random rigs, and of the gains over the method ``other``."""
+    """Return a table of scores on random rigs, and of the differences from one of the methods."""
     caption = (
         f"{title}, {judged.rigs} rigs of each of {len(judged.families)} families "
         f"(seed {judged.seed}). After each value: its 95 % bootstrap interval over rigs; in "
@@ -312,7 +315,10 @@ def measure_speed(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _speed_scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
-    """Return the scores of one rig, shape (models, speed measurements, ``SPEED_KEYS``)."""
+    """Return each model's scores with several errors of measured closing speeds, on one rig.
+
+    The shape is (models, speed measurements, ``SPEED_KEYS``).
+    """
     rig = judged_rig(*job, seed, free_speed=free)
     rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
     scores = [_speed_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]

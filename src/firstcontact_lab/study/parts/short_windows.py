@@ -133,7 +133,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _ways(subject: Subject) -> list[_Variant]:
-    """Return the combinations of estimator and windows to score. The first is the main one."""
+    """Return all pairs of an estimator and a kind of windows to score, the main pair first."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
     ]

@@ -99,7 +99,7 @@ class Layer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProcessConstants:
-    """Gaussian process fitted to a rig's pinches. The first axis of arrays is the signal length."""
+    """Gaussian process fitted to a rig's pinches: arrays with the signal length as first axis."""
 
     #: Mean and scale of the Shore A of the pinches.
     centre: float

@@ -128,7 +128,7 @@ class Chain:
         )
 
     def take(self, block: Block) -> list[ChainEvent]:
-        """Process the next block of samples. Return the events in it, in time order."""
+        """Process the next block of samples. Return the chain's events in it, in time order."""
         data = np.ascontiguousarray(block.data)
         if data.dtype.char not in "hHidf":
             data = data.astype(np.float64)

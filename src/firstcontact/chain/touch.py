@@ -91,7 +91,7 @@ def predict_window(
 
 
 def svm_outputs(image: Image, windows: Array, outputs: int) -> NDArray[np.float32]:
-    """Return one number per window for a regression, or votes per class, shape (n, outputs).
+    """Return an SVM's prediction for each window, or its votes for each class, (n, outputs).
 
     The windows must vary. NaN stands for numbers that are not finite.
     """
@@ -153,9 +153,9 @@ def fit_predictions(quiet: Array) -> NDArray[np.float64]:
 def look_features(
     looks: Array, weights: Array, lengths: Sequence[int], floor: float
 ) -> NDArray[np.float64]:
-    """Return the loudness in several spans of each window: of the signal, then of what is left.
+    """Return the loudness of windows in several spans, before and after noise is predicted away.
 
-    What is left is the signal minus the prediction by the filter ``weights``.
+    ``weights`` are the filters that predict the noise.
     """
     rows = _doubles(looks)
     out = np.empty((len(rows), FEATURES))

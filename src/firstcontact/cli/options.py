@@ -74,7 +74,7 @@ class Argument:
 
     @property
     def metavar(self) -> str:
-        """Placeholder of the value in the help; for a positional argument, its name."""
+        """Placeholder of an option's value in the help; the name of a positional argument."""
         if self.option.positional:
             return self.field.name.upper()
         if self.choices:

@@ -61,10 +61,7 @@ class Output:
 
 @contextmanager
 def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
-    """Replace standard output and error by :class:`Output` within the ``with`` block.
-
-    ``raises`` lets the loss of standard output raise its error.
-    """
+    """Replace standard output and error by :class:`Output` within the ``with`` block."""
     former = sys.stdin, sys.stdout, sys.stderr
     # The next files that are opened would get the numbers of closed descriptors.
     stdin, stdout, stderr = (s or _nowhere(mode) for s, mode in zip(former, "rww", strict=True))

@@ -59,10 +59,7 @@ class TapMeasures(NamedTuple):
 
 
 def find_taps(layout: Layout, x: Volts, rest: Volts) -> list[Tap]:
-    """Return all complete taps on any finger in vibration columns.
-
-    ``rest`` holds the same columns without touch.
-    """
+    """Return all complete taps on any finger, given the vibration columns and these at rest."""
     offset = np.median(rest, axis=0)
     limit = np.maximum(LEAST, FACTOR * rest.std(axis=0))
     before, after, apart = (round(t * layout.rate) for t in (BEFORE, AFTER, APART))
@@ -82,7 +79,7 @@ def find_taps(layout: Layout, x: Volts, rest: Volts) -> list[Tap]:
 
 
 def measure_taps(layout: Layout, taps: Sequence[Tap], rest: Volts) -> TapMeasures:
-    """Measure taps, given the vibration columns at rest."""
+    """Measure peak, decay and loudness of taps in each column, given the columns at rest."""
     clipped = sum(t.is_clipped for t in taps)
     usable = [t.volts for t in taps if not t.is_clipped] or [t.volts for t in taps]
     columns = rest.shape[1]
@@ -218,7 +215,7 @@ def judge(measured: Measured) -> list[Verdict]:
 
 
 def _below(check: str, finger: str, value: float, limit: float, unit: str) -> Verdict:
-    """Return the verdict on a value that must be between -``limit`` and ``limit``."""
+    """Return the verdict of ``check``, which requires a value from -``limit`` to ``limit``."""
     words = f"{1e3 * value:.1f} m{unit}", f"{1e3 * limit:.1f} m{unit}"
     return Verdict(check, finger, *words, bool(abs(value) <= limit))
 
@@ -325,7 +322,7 @@ def _tap_verdicts(
 def _place_verdicts(
     name: str, middle: TapMeasures, corners: TapMeasures, column: int
 ) -> Iterator[Verdict]:
-    """Yield verdicts from taps on the corners against taps on the middle of a pad."""
+    """Yield verdicts that compare taps on a pad's corners with taps on its middle."""
     sizes = float(middle.peak[column]), float(corners.peak[column])
     if not corners.number or max(sizes) < WEAK:
         return

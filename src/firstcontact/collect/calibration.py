@@ -350,7 +350,10 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
 def _fit(
     finger: Finger, force: NDArray[np.float64], volts: NDArray[np.float64], resistor: float
 ) -> ForceCurve:
-    """Fit the force curve to voltages. ``worth`` is dV/dg apart from a constant factor."""
+    """Fit the force curve of one finger to weights and voltages by least squares.
+
+    ``worth`` is dV/dg apart from a constant factor.
+    """
     ratio = volts / ADC_VOLTS
     conductance = ratio / (1 - ratio) / resistor
     worth = (1 - ratio) ** 2

@@ -129,7 +129,7 @@ class _Steps:
         return self.samples(f"{request}{PRESSES:g} s", f"press {name}", PRESSES)
 
     def taps(self, finger: Finger, rest: Volts) -> list[Tap]:
-        """Ask for taps on a finger, and return them."""
+        """Ask the person for taps on a finger. Return the taps found in the samples."""
         name = finger_name(finger)
         request = (
             f"tap the middle of the {name}'s pad {TAPS} times with a pencil's blunt end, as if it "
@@ -245,7 +245,7 @@ def write_page(
 
 
 def summary(verdicts: list[Verdict]) -> str:
-    """Return a sentence with the number of faults."""
+    """Return a sentence with the number of faults that the self-test found."""
     count = sum(not v.is_good for v in verdicts)
     return f"{count} of {len(verdicts)} checks found a fault" if count else "no fault was found"
 

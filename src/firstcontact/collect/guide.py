@@ -192,7 +192,7 @@ class Guide:
 
     @property
     def objects(self) -> int:
-        """Number of different objects that are wanted."""
+        """Number of different objects in the plan."""
         return len(self._wanted)
 
     @property
@@ -201,7 +201,7 @@ class Guide:
         return self._noise.ratio
 
     def progress(self, label: Label) -> tuple[int, int]:
-        """Return the number of valid pinches of an object, and the number wanted."""
+        """Return the numbers of recorded and of planned valid pinches of an object."""
         return self._done[label], self._wanted[label]
 
     def update(self, arrival: Arrival) -> list[Judged]:

@@ -36,7 +36,7 @@ class Screen:
     """Display for the person who records. Subclasses show results and ask for objects."""
 
     def say(self, line: str) -> None:
-        """Show a line."""
+        """Show a line of text."""
 
     def begin(self, guide: Guide) -> None:
         """Begin the display. ``guide`` names the objects and judges the closings."""
@@ -328,6 +328,5 @@ class _CountingScreen(Screen):
         self._step = step
 
     def judged(self, judged: Judged) -> None:
-        """Count a valid pinch."""
         if not judged.faults:
             self._step(1)

@@ -97,7 +97,7 @@ def _start(pinch: Pinch, running: float) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def step_powers(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each step's power around the median level, in every run of 13 steps."""
+    """Return the power of each step about the median level, in all runs of 13 steps."""
     samples = piezo.shape[1]
     total = sliding_window_view(piezo.sum(axis=1), STEPS, axis=0)
     squares = sliding_window_view((piezo**2).sum(axis=1), STEPS, axis=0)
@@ -160,7 +160,7 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> DetectionS
 
 
 def closing_starts(dataset: Dataset) -> tuple[DetectionStart, ...]:
-    """Return the start of each pinch's closing."""
+    """Return for each pinch the sample from which detectors get it, and how it was found."""
     floors = {id(p): floor for group in _rigs(dataset.pinches) for p, floor in _shared(group)}
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
 
@@ -248,7 +248,7 @@ def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
 
 @lru_cache(maxsize=8)
 def _gate_image(rate: float) -> Image:
-    """Return the image of a chain without a detector."""
+    """Return the constants of a chain that detects closings but no contacts."""
     return build_image(rate)
 
 

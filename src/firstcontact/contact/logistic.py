@@ -63,7 +63,7 @@ MOST = 40_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
-    """Features of all windows (looks) in one pinch, by finger."""
+    """Features of the windows (looks) that the detector judges in one pinch, by finger."""
 
     features: NDArray[np.float64]
     quiet: NDArray[np.bool_]
@@ -104,7 +104,7 @@ def add_clicks(
 
 
 def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Generator) -> Looks:
-    """Return the looks of a pinch with a known first contact, from the start of its closing."""
+    """Return the features of all windows in a pinch whose first contact is labelled."""
     layout, rate = pinch.layout, pinch.layout.rate
     smooth = DeviceSmoothing(layout).update(pinch.vibration())
     steady = SteadyState.measure(smooth[: sizes.steady])

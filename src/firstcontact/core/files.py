@@ -124,7 +124,7 @@ def cache_path(name: str) -> Path:
 
 
 def make_once(folder: Path, make: Callable[[Path], object]) -> None:
-    """Create a folder by ``make`` if it is missing, so that no other process sees a part of it."""
+    """Let ``make`` write a missing folder. Other processes see it only when it is complete."""
     try:
         if folder.is_dir():
             return
@@ -193,7 +193,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 def written_elsewhere(
     path: Path, error: OSError, write: Callable[[Path], object]
 ) -> OSError | InputError:
-    """Write a folder in another place if its own refuses it. Return the error that names both."""
+    """Write a folder in another place if its own refuses it. Return an error that names both."""
     if path.parent.suffix == ".part":  # this folder is temporary
         path = path.parent.with_name(path.name)
     for base in (path.parent, Path(tempfile.gettempdir())):

@@ -90,7 +90,7 @@ class Quantity:
         return np.exp(np.clip(out, -LOGARITHM_MOST, LOGARITHM_MOST)) if self.is_logarithmic else out
 
     def words(self, value: float, low: float = np.nan, high: float = np.nan) -> str:
-        """Return a value with its unit, and with its interval if the ends differ."""
+        """Return a value with its unit as text, with the interval if its ends differ."""
         if self.is_logarithmic:
             ends = f" ({_figures(low)} to {_figures(high)})" if high > low else ""
             return f"{_figures(value)} {self.unit}{ends}"

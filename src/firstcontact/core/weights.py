@@ -77,10 +77,7 @@ def write_weights(
 def read_card(
     path: Path, noun: str, expected_format: str, expected_version: int, kind: type[T]
 ) -> T:
-    """Read a card of trained weights. Raise ModelError for another format or version.
-
-    ``noun`` names the card's subject in messages.
-    """
+    """Read a card of trained weights. Raise ModelError for another format or version."""
     try:
         text = read_regular(path, LONGEST_CARD)
     except FileNotFoundError:

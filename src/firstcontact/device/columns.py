@@ -37,10 +37,7 @@ LEAP = 100_000.0
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Meaning of the columns of a printed line: signals, names, and the sample counter.
-
-    The counter rises by ``step`` and may wrap at ``wraps``.
-    """
+    """Meaning of printed columns: signals, names, and a counter with its step and wraps."""
 
     names: tuple[str, ...]
     signals: tuple[int, ...]

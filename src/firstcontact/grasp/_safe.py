@@ -101,12 +101,12 @@ class SafeHand(Hand):
 
     @property
     def failure(self) -> HandError | None:
-        """Error after which the hand accepts no commands; None before an error."""
+        """Error since which the hand accepts no commands; None without an error."""
         return self._failure
 
     @property
     def silenced(self) -> bool:
-        """True if the hand was released by a silence, until :meth:`release` is called."""
+        """True if the hand was opened because the program was silent, until :meth:`release`."""
         with self._change:
             self._act()
             return self._pacer.silenced

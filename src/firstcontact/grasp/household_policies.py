@@ -46,7 +46,7 @@ class FinalForce(Policy):
 
     @abstractmethod
     def target_force(self) -> float:
-        """Return the grip force, N, from all that is known so far, without ``scale``."""
+        """Return the grip force from the estimate and settings, N, before the factor ``scale``."""
 
     @property
     def final(self) -> Command:
@@ -70,7 +70,7 @@ class FinalForce(Policy):
         return self.slow if first else self._press()
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """Press if no second contact was detected within :data:`PATIENCE` s after the first."""
+        """Press if no second contact was detected for :data:`PATIENCE` s after the first one."""
         return None if since is None or since < PATIENCE else self._press()
 
     def _press(self) -> Command | None:

@@ -196,7 +196,7 @@ class GraspLoop:
         return command
 
     def _forward(self, command: Command | None) -> bool:
-        """Send a new command. Return False if it was not sent."""
+        """Pass a policy's new command to the hand. Return False if it was not sent."""
         if command is None or command == self._last:
             return True
         if self._send(command) is False:

@@ -66,7 +66,7 @@ class Runner(ABC):
 
 
 class Serial(Runner):
-    """Runner that works in this process, one job after the other, on one thread."""
+    """Runner that calls one job after the other in this process, on one thread."""
 
     def __init__(self, tick: Tick = lambda finished, total: None) -> None:
         self._tick = tick
@@ -82,7 +82,7 @@ class Serial(Runner):
 
 
 class Pool(Runner):
-    """Runner that uses :class:`joblib.Parallel`."""
+    """Runner that calls jobs in parallel by :class:`joblib.Parallel`."""
 
     def __init__(self, parallel: Any, tick: Tick, share_memory: bool) -> None:
         self._parallel, self._tick, self._share_memory = parallel, tick, share_memory

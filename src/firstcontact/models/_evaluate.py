@@ -322,7 +322,6 @@ def _evaluation(
     dataset: Dataset,
     aligned: Alignment,
 ) -> Evaluation:
-    """Score one predictor on the pinches for which it predicts."""
     scored_at: Sequence[float] = predictor.prediction_times
     if len(scored_at) > len(Touches.SCORED_MS):
         scored_at = [ms / 1000 for ms in Touches.SCORED_MS]

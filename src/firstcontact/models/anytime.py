@@ -212,10 +212,7 @@ class AnytimeModel(Predictor):
 
 
 class PredictorLadder(Predictor):
-    """Several predictors of one estimator, for signals of different length.
-
-    The one for the longest signal that is available predicts.
-    """
+    """Predictors of one estimator for several signal lengths; the longest available predicts."""
 
     def __init__(self, steps: Sequence[Predictor]) -> None:
         self._steps = {step.lengths[-1]: step for step in steps}

@@ -61,10 +61,7 @@ class TrainingData:
     recorded_rate_hz: Rate | None = None
 
     def with_shapes(self, data: Dataset) -> Dataset:
-        """Return the pinches with the shape of this training's objects where labels state none.
-
-        The shape is flat if the training data do not state one either.
-        """
+        """Return the pinches with the shape of this training's objects where labels state none."""
 
         def shaped(pinch: Pinch) -> Pinch:
             label = pinch.label

@@ -86,10 +86,7 @@ def resampled_sums(sums: Values, seed: int) -> Values:
 
 
 def bootstrap_interval(values: Values, clusters: int) -> Values:
-    """Return both ends of the interval from resampled values, shape (2, ...).
-
-    It is widened for a small number of ``clusters``.
-    """
+    """Return both ends of the interval from resampled values, wider for few clusters, (2, ...)."""
     from scipy.stats import norm, t
 
     wider = t.isf((1 - CONFIDENCE) / 2, clusters - 1) * np.sqrt(clusters / (clusters - 1))

@@ -116,10 +116,7 @@ def _strata(y: NDArray[Any], k: int) -> Index:
 
 
 def _sides(numbers: Index, k: int) -> Iterator[tuple[Index, Index]]:
-    """Yield for each fold the indices of the pinches outside it, and of those inside.
-
-    ``numbers`` is the fold of each pinch.
-    """
+    """Yield the indices of the pinches outside and inside of each fold, from their fold numbers."""
     for fold in range(k):
         yield np.flatnonzero(numbers != fold), np.flatnonzero(numbers == fold)
 

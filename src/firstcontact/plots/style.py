@@ -50,7 +50,7 @@ def figure_label(name: str, most: int = MOST) -> str:
 
 @lru_cache(maxsize=1)
 def _glyphs() -> frozenset[int]:
-    """Return the characters that the figures' font has."""
+    """Return the code points of the characters that the figures' font can draw."""
     from matplotlib.font_manager import findfont, get_font
 
     return frozenset(get_font(findfont(PLAIN["font.family"])).get_charmap())

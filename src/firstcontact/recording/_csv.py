@@ -189,10 +189,7 @@ def _constant(table: Table, name: str, bounds: Bounds) -> list[str]:
 
 
 def _rate(table: Table, bounds: Bounds, written: str | None, option: float | None) -> float:
-    """Return the sampling rate, Hz, from ``--rate``, ``sample_rate_hz`` or ``time_s``.
-
-    Raise FileError if these do not agree.
-    """
+    """Return the rate, Hz, on which ``--rate``, ``sample_rate_hz`` and ``time_s`` must agree."""
     rates: list[tuple[str, float]] = []
     if option is not None:
         rates.append(("--rate", given_rate(option)))

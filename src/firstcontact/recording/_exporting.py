@@ -229,7 +229,6 @@ def _signals(pinch: Pinch) -> dict[str, Any]:
 
 
 def _physical(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
-    """Return columns of a pinch in their physical units."""
     channels = pinch.layout.column_channels
     values = pinch.layout.physical(pinch.data, columns)
     is_vibration = [channels[i].kind is ChannelKind.VIBRATION for i in columns]

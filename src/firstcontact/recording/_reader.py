@@ -138,7 +138,6 @@ class _Messages:
         self._waiting: list[tuple[str, int, bytes, slice]] = []  # until the first header
 
     def add(self, place: slice, records: Iterable[Record]) -> None:
-        """Add the records of a chunk, in file order."""
         for number, content in records:
             if isinstance(content, str):
                 self._topics[number] = content

@@ -43,10 +43,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Samples ``first`` to ``end`` (exclusive) of a stream, evenly spaced in time.
-
-    They span the times ``begin`` to ``last``, s.
-    """
+    """Samples ``first`` to ``end`` (exclusive), evenly spaced from ``begin`` s to ``last`` s."""
 
     first: int
     end: int

@@ -93,7 +93,7 @@ class DeviceSmoothing:
 
 @lru_cache(maxsize=1)
 def _savgol_weights() -> NDArray[np.float64]:
-    """Return the weights of the centred filter, shape (length,). They are symmetric."""
+    """Return the symmetric weights of the centred Savitzky-Golay filter, shape (length,)."""
     half = SAVGOL_LENGTH // 2
     times = np.arange(-half, half + 1, dtype=np.float64)
     powers = np.vander(times, SAVGOL_ORDER + 1, increasing=True)

@@ -59,7 +59,7 @@ def _ratio(old: float, new: float) -> Fraction:
 
 @lru_cache(maxsize=16)
 def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
-    """Return the anti-aliasing filter, and how many samples it looks ahead at the common rate."""
+    """Return the filter against aliasing, and its look-ahead in samples of the common rate."""
     from scipy.signal import firwin, minimum_phase
 
     if ratio == 1:  # for example 4936 Hz and a clock that is slightly off
@@ -192,7 +192,7 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
 def resample_contacts(
     contacts: Sequence[Contact | None], dataset: Dataset, rate: float
 ) -> list[Contact | None]:
-    """Convert one contact per pinch (None without one), as :func:`resample_dataset` does."""
+    """Convert the sample number of one contact per pinch (or None), as :func:`resample_dataset`."""
     pairs = zip(contacts, dataset.pinches, strict=True)
     return [c and _Numbering.of(pinch, rate).contact(c) for c, pinch in pairs]
 

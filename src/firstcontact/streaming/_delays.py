@@ -14,10 +14,7 @@ _TIMES = Path("/proc/thread-self/schedstat")
 
 
 def processor_wait() -> float:
-    """Return for how long this thread was ready to run, but had no processor, since its start, s.
-
-    The time is NaN on systems that do not report it.
-    """
+    """Return how long this thread was ready, but without a processor, s; NaN if unknown."""
     with suppress(OSError, ValueError, IndexError):
         return 1e-9 * int(_TIMES.read_bytes().split()[1])
     return math.nan

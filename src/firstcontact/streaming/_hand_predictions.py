@@ -110,10 +110,7 @@ class HandPredictions:
         )
 
     def _complete(self, due: Place) -> list[Event]:
-        """Return the events of all pinches whose first contact is at ``due`` or earlier.
-
-        ``due`` is an epoch and a sample number.
-        """
+        """Return the events of pinches whose first contact is up to ``due`` (epoch and sample)."""
         events: list[Event] = []
         for place in [place for place in self._pinches if place <= due]:
             near = [

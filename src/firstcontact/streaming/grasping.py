@@ -348,10 +348,7 @@ class Grasping:
         return True
 
     def lines(self, *, real_time: bool = True) -> list[str]:
-        """Return sentences for the end of a session on commands, contacts and used estimates.
-
-        Sentences about time limits need ``real_time``.
-        """
+        """Return sentences for the end of a session on commands, contacts and used estimates."""
         counts = self.loop.counts
         lines = [
             f"hand {self.hand.name} with policy {self.loop.policy.name}: {counts.commands} "

@@ -63,7 +63,7 @@ def check_source(
 
 
 def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
-    """Return at least a tenth of a second of samples, or all if there are fewer."""
+    """Return the first 0.1 s of samples from a source, or all if there are fewer."""
     layout = source.descriptor.layout
     assert not layout.fault, f"the source's layout has {layout.fault}"
     arrivals: list[Arrival] = []

@@ -126,10 +126,7 @@ def touch_voltage(
     finger: FingerParameters, target: ObjectParameters, noise: MotorNoise, jitter: float,
     lead: float, tail: float, rng: np.random.Generator,
 ) -> NDArray[np.float64]:  # fmt: skip
-    """Return the piezo's voltage while one finger touches an object.
-
-    It lasts from ``lead`` s before to ``tail`` s after the contact.
-    """
+    """Return the piezo's voltage from ``lead`` s before to ``tail`` s after a finger's contact."""
     # The other finger never touches and so has no effect.
     timing = Timing(lead + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
     sheets, shares = (VelostatParameters(),) * 2, np.full((2, TAXELS), 1 / TAXELS)

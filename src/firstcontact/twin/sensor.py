@@ -183,7 +183,7 @@ class ScanStream(ABC):
 
     @abstractmethod
     def _next_scans(self) -> NDArray[np.uint16]:
-        """Return the scans of the next piece."""
+        pass
 
     def read(self, samples: int) -> NDArray[np.uint16]:
         """Return the next scans, which are readings of all channels in a fixed order.

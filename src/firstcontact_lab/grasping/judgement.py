@@ -231,10 +231,7 @@ def ceiling(table: ClosingTable) -> Front:
 
 
 def resample_weights(table: ClosingTable, seed: int) -> Values:
-    """Return bootstrap weights of simulated picks: objects and hands are drawn with replacement.
-
-    The shape is (picks, resamples).
-    """
+    """Return bootstrap weights of picks, (picks, resamples): objects and hands are drawn again."""
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
 

@@ -94,10 +94,7 @@ def _until(plant: GraspPlant, since: float) -> None:
 def _reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Lift an object, and raise the force by ``boost`` at each slip.
-
-    Return the largest contact force, N, and True if the object was dropped.
-    """
+    """Lift with a slip reflex. Return the largest contact force, N, and True for a drop."""
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
         plant.move(SLIP_STEP)

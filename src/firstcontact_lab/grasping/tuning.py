@@ -65,10 +65,7 @@ def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of dropped and damaged objects, for each factor on a policy's forces.
-
-    The shape is (scales,) or (scales, resamples).
-    """
+    """Shares of drops and damage per factor on the forces: (scales,) or (scales, resamples)."""
 
     dropped: Values
     damaged: Values

@@ -104,10 +104,7 @@ def _object_errors(number: int, seed: int, model: RigModel, family: str) -> NDAr
 
 
 def _familiar(traits: Sequence[NDArray[np.float64]]) -> Familiar:
-    """Return centre, covariance and largest distance of signal features in training.
-
-    ``traits`` has an array (contacts, features) for each number of samples after the contact.
-    """
+    """Return centre, covariance and largest distance of signal features, for each length."""
     means, whitenings, limits = [], [], []
     for trait_values in traits:
         mean = np.median(trait_values, axis=0)
@@ -192,10 +189,7 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return by time the share of errors that an object's pinches have in common, and coverages.
-
-    The coverages are those of the pooled interval of 1 to ``PINCHES`` pinches.
-    """
+    """Return by time the share of error common to an object's pinches, and pooled coverages."""
     out = {}
     for time, length in samples.items():
         estimates = object_estimates(model, test, length, seed)

@@ -111,10 +111,7 @@ def all_scores(
 
 
 def judged(errors: NDArray[np.float64], factors: NDArray[np.float64]) -> Mapping[str, Any]:
-    """Return RMSE, bias, coverage and interval width at each time, from errors and spreads.
-
-    They come from :func:`object_errors`.
-    """
+    """Return RMSE, bias, coverage and interval width by time, from :func:`object_errors`."""
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():
         stage = int(Rig.stage_index(samples))

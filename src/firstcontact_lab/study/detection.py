@@ -99,10 +99,7 @@ def _vibration_only(dataset: Dataset) -> Dataset:
 def trigger_delays(
     dataset: Dataset, triggers: Sequence[Contact | None]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times from the true contact to the detected one, and to the decision, s.
-
-    Both arrays have the shape (pinches,), with NaN for pinches without a detected contact.
-    """
+    """Return the times from true to detected contact and to the decision, s, (pinches,) each."""
     rate = dataset.layout.rate
     out = np.full((2, len(dataset)), np.nan)
     for i, (pinch, trigger) in enumerate(zip(dataset.pinches, triggers, strict=True)):

@@ -131,10 +131,7 @@ def score_decisions(
     step: float,
     early: float = 0.0,
 ) -> DetectionScores:
-    """Score a detector's decisions on windows, which are ``step`` s apart, by true contacts.
-
-    Labels of contacts may be up to ``early`` s late.
-    """
+    """Score decisions on windows ``step`` s apart by labels that may be ``early`` s late."""
     counts = _Counts()
     outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
     delays: list[float] = []

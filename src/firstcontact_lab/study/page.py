@@ -101,10 +101,7 @@ def _compared(
 
 
 def _left_out(results: SubjectResults) -> str:
-    """Return text on errors for a block's Shore A that was left out of training.
-
-    It states those of the default estimator, of peak amplitudes, and the least.
-    """
+    """Return the errors with a Shore A left out: by default, by peak amplitude, and the least."""
     splits = {name: scores.split(LEVEL) for name, scores in results[BLOCKS].items()}
     errors = {name: s.rmse for name, s in splits.items() if s and s.rmse is not None}
     if ESTIMATORS.default not in errors:

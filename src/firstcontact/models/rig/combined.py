@@ -89,10 +89,7 @@ class CombinedEstimator(NetworkEstimator):
 def spread_scale(
     base: RigModel, touches: Touches, shore_a: Values, seed: int
 ) -> NDArray[np.float64]:
-    """Return the factor that calibrates a regression's predicted spreads, for each signal length.
-
-    It makes these as reliable as the network's, on blocks left out of the pinches. Shape (stages,).
-    """
+    """Return the factor that calibrates a regression's spreads, per signal length, (stages,)."""
     ones = np.ones(len(Rig.STAGES))
     squares = np.zeros((2, len(Touches.SCORED_MS)))
     groups = level_groups(shore_a)

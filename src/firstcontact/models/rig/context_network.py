@@ -1,7 +1,4 @@
-"""Weights of the pre-trained network, and statistics of its training contacts.
-
-The compiled chain computes the predictions.
-"""
+"""Weights of the pre-trained network, and statistics of its training contacts."""
 
 from __future__ import annotations
 
@@ -133,10 +130,7 @@ class ContextNetwork:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Familiar:
-    """Statistics of signal features in training, which show if a contact is out of range.
-
-    Mean, whitening matrix and largest distance from the mean, for each of ``Rig.STAGES``.
-    """
+    """Mean, whitening matrix and largest distance of signal features in training, per length."""
 
     mean: NDArray[np.float64]
     whitening: NDArray[np.float64]

@@ -137,10 +137,7 @@ class RigModel(AnytimeModel):
         return build_image(self.rate, model=self.chain_constants())
 
     def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
-        """Return half widths of intervals from predicted standard deviations.
-
-        ``samples`` is the length of the signal that each prediction used.
-        """
+        """Return half widths of intervals, from standard deviations and lengths of signals."""
         return spreads * self.factors[Rig.stage_index(samples)]
 
     def network_alone(self) -> Self:

@@ -55,10 +55,7 @@ def ear(rate: float) -> Ear:
 
 
 def spectra(signals: Signals, rate: float) -> Spectra:
-    """Return the spectrum of the motor's noise before each contact, shape (n, LINES).
-
-    It is divided by its smooth part, so that the peaks of the motor remain.
-    """
+    """Return the peaks of the motor's spectrum before each contact, shape (n, LINES)."""
     constants = ear(rate)
     return touch.spectra(signals[:, : len(constants["fade"])], **constants)
 
@@ -147,10 +144,7 @@ class Rig:
 
     @staticmethod
     def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
-        """Return the index in ``STAGES`` of the first signal length that is at least ``valid``.
-
-        Longer signals get the last index.
-        """
+        """Return the index of the first signal length in ``STAGES`` that is at least ``valid``."""
         stages = Rig.STAGES
         return np.minimum(np.searchsorted(stages, valid), len(stages) - 1).astype(np.intp)
 
@@ -224,10 +218,7 @@ def _tokens(
     shore_a: Values,
     groups: list[NDArray[np.intp]],
 ) -> NDArray[np.float64]:
-    """Return features of the contacts with each Shore A, cut after ``stage`` samples.
-
-    The shape is (levels, Rig.TOKEN).
-    """
+    """Return features per Shore A of contacts cut after ``stage`` samples, (levels, Rig.TOKEN)."""
     n = len(touches)
     valid = np.minimum(touches.valid, stage)
     scales = np.full(n, level), np.full(n, sign)

@@ -38,10 +38,7 @@ GRAPH = files("firstcontact.models.windows").joinpath("efficientnet.onnx")
 
 
 def filled_graph(samples: int, channels: int, outputs: int, weights: NDArray[np.float32]) -> bytes:
-    """Return the package's ONNX graph with these weights in it, as bytes.
-
-    Its input has the shape (n, channels, 1, samples).
-    """
+    """Return the package's ONNX graph with these weights, for inputs (n, channels, 1, samples)."""
     from onnx import ModelProto, numpy_helper
 
     model = ModelProto.FromString(GRAPH.read_bytes())
@@ -205,10 +202,7 @@ class Cnn(Estimator):
     def _prepared(
         self, X: Windows, y: Values, groups: NDArray[Any] | None
     ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
-        """Return the model's specification, scales, and scaled windows and targets for training.
-
-        The scales are those of windows and of targets.
-        """
+        """Return the specification, scales of windows and targets, scaled windows, and targets."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         target = target_scale(self.task, y)

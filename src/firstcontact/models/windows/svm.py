@@ -237,10 +237,7 @@ def search(
     seed: int,
     most: int = SEARCH_WINDOWS,
 ) -> tuple[float, float, float]:
-    """Choose C, gamma and epsilon by cross-validation on at most ``most`` windows.
-
-    Three folds hold out whole groups.
-    """
+    """Choose C, gamma and epsilon on three folds of whole groups, with ``most`` windows."""
     from sklearn import config_context
 
     rng = np.random.default_rng(seed)

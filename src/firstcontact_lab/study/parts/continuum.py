@@ -51,10 +51,7 @@ class LossBias(Record, frozen=True, kw_only=True):
 
 
 class Continuum(Record, frozen=True, kw_only=True):
-    """Results of the comparison of the twin with finite elements.
-
-    Scores by fingertip and object; power of Shore A in the blocks' peaks, and R² of a line.
-    """
+    """Comparison of the twin with elements: scores by tip and object, power and R² of peaks."""
 
     tips: dict[str, dict[str, TouchScores]]
     powers: dict[str, float]

@@ -96,10 +96,7 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
-    """Return squared errors, coverages and interval widths of all methods on one rig.
-
-    The shape is (methods, ``KEYS``).
-    """
+    """Return errors, coverages and widths of all methods on one rig, (methods, ``KEYS``)."""
     rig = judged_rig(*job, seed)
     told = _measured(rig, MEASUREMENTS["± 3 %"], np.random.default_rng([seed, job[1]]))
     exact, quiet = judged_rig(*job, seed, is_exact=True), judged_rig(*job, seed, is_quiet=True)
@@ -315,10 +312,7 @@ def measure_speed(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _speed_scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
-    """Return each model's scores with several errors of measured closing speeds, on one rig.
-
-    The shape is (models, speed measurements, ``SPEED_KEYS``).
-    """
+    """Return scores on one rig by model and error of measured speeds, (models, errors, keys)."""
     rig = judged_rig(*job, seed, free_speed=free)
     rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
     scores = [_speed_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]

@@ -1,4 +1,4 @@
-"""The chain's closings and contacts are those of the reference, whatever the sizes of blocks."""
+"""The chain finds the reference's closings and contacts, and names the fault of refused samples."""
 
 from collections import Counter
 from dataclasses import replace
@@ -9,9 +9,9 @@ from detection_reference import Event, run
 from numpy.typing import NDArray
 from random_streams import RandomStream, random_stream
 
-from firstcontact.chain import ChainEvent, EventKind, build_image
-from firstcontact.chain.image import NO_DETECTOR, DetectorKind
-from firstcontact.core import Block, InputError
+from firstcontact.chain import Chain, ChainEvent, EventKind, build_image
+from firstcontact.chain.image import NO_DETECTOR, DetectorConstants, DetectorKind
+from firstcontact.core import Block, Channel, ChannelKind, Finger, InputError, Layout
 
 
 def computed(
@@ -128,3 +128,29 @@ def test_image_with_impossible_sizes_is_refused(kind: DetectorKind, sizes: dict[
     constants = replace(NO_DETECTOR, kind=kind, **sizes)
     with pytest.raises(InputError, match="do not fit"):
         assert build_image(5000.0, constants).handle
+
+
+LAYOUT = Layout((Channel("piezo", ChannelKind.VIBRATION, Finger.INDEX, "V"),), rate=1000.0)
+SAMPLES = np.random.default_rng(1).standard_normal((50, 1))
+
+
+@pytest.mark.parametrize("first", [-1, -(2**40)])
+def test_a_negative_first_sample_is_no_wrong_width(first: int) -> None:
+    chain = Chain(build_image(1000.0, NO_DETECTOR), LAYOUT)
+    with pytest.raises(ValueError, match="first sample"):
+        chain.take(Block(SAMPLES, first))
+    assert chain.take(Block(SAMPLES, 0))
+
+
+def test_a_chain_in_use_is_no_wrong_width() -> None:
+    class Reentrant:
+        def settled(self, quiet: NDArray[np.float64]) -> None:
+            chain.take(Block(SAMPLES, 50))
+
+        def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+            return np.zeros(windows.shape[:2], bool)
+
+    constants = DetectorConstants(DetectorKind.PYTHON, 10, 2, 20, 5)
+    chain = Chain(build_image(1000.0, constants), LAYOUT, detector=Reentrant())
+    with pytest.raises(ValueError, match="in use"):
+        chain.take(Block(SAMPLES, 0))

@@ -11,8 +11,8 @@ import touch_reference as reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.chain import Image, build_image
-from firstcontact.chain.image import Layer, Matrix, ModelConstants
+from firstcontact.chain import EventKind, Flag, Image, build_image
+from firstcontact.chain.image import DetectorKind, Layer, Matrix, ModelConstants
 from firstcontact.chain.touch import (
     HINTS,
     INPUTS,
@@ -24,11 +24,20 @@ from firstcontact.chain.touch import (
 )
 from firstcontact.core import InputError
 from firstcontact.core.layout import FINGERTIP_RATE
-from firstcontact.models import load_model
+from firstcontact.core.quantity import SHORE_A, STIFFNESS, Quantity
+from firstcontact.models import Spec, Task, load_model
+from firstcontact.models.anytime import Hints
+from firstcontact.models.interval import Interval
 from firstcontact.models.model_file import pretrained
 from firstcontact.models.rig.rig_model import RigModel
 from firstcontact.models.rig.rigs import Rig, RigSpeeds
+from firstcontact.models.windows.svm import SvmModel
+from firstcontact.models.windows.window_predictor import WindowPredictor
+from firstcontact.signal import SavitzkyGolay
+from firstcontact.signal.windowing import cut_window
 from firstcontact.streaming.twin import SHIPPED
+from firstcontact.testing.synthetic import RATE
+from random_chains import FLOOR, Stream, python_events, random_image, random_stream
 from ringing import ringing
 
 LEAD, SAMPLES = 197, 74
@@ -255,3 +264,104 @@ def test_a_damaged_image_is_refused(place: int) -> None:
         check(Image(bytes(data)))
     with pytest.raises(InputError):
         check(Image(bytes(data[:place])))
+
+
+def touches(rng: np.random.Generator) -> Stream:
+    """Return a closing whose second finger touches near the model's last moment; some have NaN."""
+    data = 4 * rng.normal(0.0, FLOOR, (500, 2)).astype(np.float32)
+    for at, finger in zip((300, 300 + rng.integers(40, 90)), rng.permutation(2), strict=True):
+        data[at:, finger] += 0.3 * np.sin(0.2 * np.arange(500 - at))
+    if rng.random() < 0.3:
+        data[rng.integers(300, 400), 0] = np.nan
+    return Stream([(0, 0, data)], 0, False, 1.0, (0.0, 0.1, np.nan))
+
+
+def test_each_contact_has_one_final_event() -> None:
+    rng, estimated = np.random.default_rng(8), 0
+    for seed in range(4):
+        image = random_image(seed)
+        for _ in range(150):
+            finals, used, first = 0, 0, -1
+            for e in python_events(image, touches(rng)):
+                if e.flags & Flag.FINAL:
+                    finals, used = finals + 1, e.samples
+                elif e.kind == EventKind.CONTACT_FOUND and e.flags & Flag.FIRST:
+                    finals, used, first = 0, 0, e.sample
+                elif e.kind == EventKind.CONTACT_FOUND and finals:
+                    assert e.sample >= first + used  # so that the final estimate stands
+                elif e.kind == EventKind.ESTIMATED:
+                    assert not finals
+                elif e.kind == EventKind.CONTACT_WITHDRAWN:
+                    first = -1
+                elif e.kind == EventKind.CLOSING_ENDED and first >= 0:
+                    assert finals == 1
+                    estimated += used > 0
+                    first = -1
+    assert estimated > 20
+
+
+WINDOW = 74
+
+
+def predictor(classes: tuple[float, ...] = (), quantity: Quantity = SHORE_A) -> WindowPredictor:
+    rng = np.random.default_rng(0)
+    task = Task.CLASSIFICATION if classes else Task.REGRESSION
+    rows, one = len(classes) * (len(classes) - 1) // 2 or 1, np.array([0.0, 1.0])
+    vectors = rng.standard_normal((40, WINDOW + 1))
+    weights, bias = rng.standard_normal((rows, 40)), rng.standard_normal(rows)
+    parameters = np.array([1.0, 0.3 / WINDOW, 0.1])
+    target = np.array([45.0, 20.0])
+    model = SvmModel(
+        Spec(task, RATE, WINDOW, 1, classes), one, vectors, weights, bias, target, parameters
+    )
+    interval = Interval(0.9, (40.0, 50.0), (1.0, 2.5, 60.0))
+    if quantity.is_logarithmic:
+        model.target, interval = (2.0, 0.8), Interval(0.9, (1.5,), (0.1, 0.4), quantity.limits)
+    return WindowPredictor(model, interval, quantity=quantity)
+
+
+@pytest.mark.parametrize(
+    ("classes", "quantity"),
+    [((), SHORE_A), ((10.0, 29.0, 43.0), SHORE_A), ((), STIFFNESS), ((5.0, 45.0), STIFFNESS)],
+    ids=["svr", "svc", "svr of a logarithm", "svc of N/mm"],
+)
+@given(
+    seed=st.integers(0, 1000),
+    lead=st.integers(0, 150),
+    fault=st.sampled_from([None, np.nan, np.inf, 1e300]),
+)
+def test_a_signal_gives_the_prediction_of_its_window(
+    classes: tuple[float, ...], quantity: Quantity, seed: int, lead: int, fault: float | None
+) -> None:
+    asked = predictor(classes, quantity)
+    rng = np.random.default_rng(seed)
+    signal = 10 ** rng.uniform(-6, 2) * rng.normal(rng.normal(), 1.0, lead + WINDOW + 2)
+    if fault is not None:
+        signal[rng.integers(len(signal))] = fault
+    made = asked.predict(signal, WINDOW, 0, Hints())
+    with np.errstate(invalid="ignore", over="ignore"):
+        window = cut_window(SavitzkyGolay().update(signal[:, None])[:, 0], lead, WINDOW, RATE)
+    if window is None or not np.isfinite(window).all():
+        assert made is None
+        return
+    value, _, low, high = (float(a[0]) for a in asked.predict_windows(window[None]))
+    np.testing.assert_allclose(made[:3], (value, low, high), rtol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["svr", "svc"])
+def test_signals_without_quiet_or_swing_have_no_prediction(kind: str) -> None:
+    asked = predictor(() if kind == "svr" else (10.0, 29.0))
+    assert asked.predict(np.ones(200), WINDOW, 0, Hints()) is None
+    assert asked.predict(np.arange(WINDOW + 2.0), WINDOW, 0, Hints()) is None
+
+
+def test_a_chain_emits_what_each_window_gives() -> None:
+    """Estimates come with the samples of their moments: window and look-ahead of the filter."""
+    image = random_image(0, DetectorKind.THRESHOLD, "svr")
+    rng = np.random.default_rng(0)
+    events = [e for _ in range(60) for e in python_events(image, random_stream(rng))]
+    made = [e for e in events if e.samples > 0]
+    assert {e.samples for e in made} == {25, 74}
+    for e in made:
+        assert e.known >= e.sample + e.samples + 1
+        assert (e.samples == 74) == (e.low == e.value == e.high)

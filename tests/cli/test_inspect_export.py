@@ -1,5 +1,7 @@
 """Output of ``inspect``, and round trips of export and import."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +19,7 @@ from firstcontact.core import (
     Role,
     fingertip_layout,
 )
-from firstcontact.recording import Header, Marker, RecordingWriter, write_dataset
+from firstcontact.recording import EXPORTERS, Header, Marker, RecordingWriter, write_dataset
 from firstcontact.recording.dataset import pause_between
 
 
@@ -141,3 +143,41 @@ def test_inspect_refuses_what_it_cannot_draw(recordings, capsys, monkeypatch, mo
     assert main(["inspect", str(file), *more]) == 2
     assert words in capsys.readouterr().err
     assert not list(recordings.glob("pinch*"))
+
+
+FORMATS = list(EXPORTERS)
+LAYOUT = fingertip_layout()
+
+# The kernel refuses to write a file any longer than this, as a full disk does.
+FULL = """
+import resource, sys
+from firstcontact.cli.main import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def two_sessions(tmp_path: Path) -> Path:
+    """Write two sessions of three pinches, one megabyte when exported."""
+    rng = np.random.default_rng(1)
+    pinches = [
+        Pinch(rng.integers(-99, 99, (2000, 16)).astype(np.int16), LAYOUT, Label("a", 20.0, None, s))
+        for s in "112211"
+    ]
+    folder = tmp_path / "two_sessions"
+    folder.mkdir()
+    write_dataset(Dataset(pause_between(pinches)), folder, Header(LAYOUT, "synthetic"))
+    return folder
+
+
+@pytest.mark.parametrize("to", FORMATS)
+def test_on_a_full_disk_it_ends_with_one_sentence(tmp_path: Path, two_sessions: Path, to: str):
+    out = tmp_path / "out" / "x"
+    command = [sys.executable, "-c", FULL]
+    command += ["export", str(two_sessions), "--to", to, "--out", str(out)]
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (process.returncode, process.stderr.count("\n")) == (2, 1), process.stderr
+    assert "cannot be written (" in process.stderr
+    assert "File too large" in process.stderr
+    assert list(out.parent.iterdir()) == []

@@ -1,10 +1,11 @@
-"""Tables in the pages equal the script's output for the committed results."""
+"""Pages equal what their scripts write for the committed results."""
 
 import json
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 import taxels
 import write_check
@@ -15,8 +16,12 @@ import write_out_of_range
 import write_tables as numbers
 from pages import ROOT, name
 
+import forked
 from firstcontact.core import InputError
 from firstcontact.core.records import ByName, to_tree
+from firstcontact.models.model_file import pretrained
+from firstcontact.twin.household import ESTIMATE, HOLD, HOUSEHOLD, LIGHT, LOOSE_HOLD, SCATTER
+from firstcontact_lab.grasping.judgement import FRICTIONS, LIMITS, MASSES
 from firstcontact_lab.study.page import read_study
 from partial import filled, study_subject
 
@@ -127,3 +132,58 @@ def test_a_line_has_the_value_and_what_belongs_to_it(
     write(tmp_path / ("real.json" if table == "real" else "study.json"), tree)
     made = numbers.tables(tmp_path)[table].splitlines()
     assert {f"| {line} |" for line in lines} <= set(made)
+
+
+def test_the_page_is_what_help_prints(tmp_path: Path) -> None:
+    page_text = (ROOT / "docs/reference/cli.md").read_text(encoding="utf-8")
+    (tmp_path / "now.md").write_text(page_text, encoding="utf-8")
+    code = (
+        "import help_of_docs, pathlib; now = pathlib.Path('now.md'); "
+        "now.write_text(help_of_docs.page(now.read_text()))"
+    )
+    (tmp_path / "help_of_docs.py").write_text(
+        (ROOT / "docs/write_cli.py").read_text(encoding="utf-8")
+    )
+    assert forked.run("code", code, cwd=tmp_path).returncode == 0
+    now = (tmp_path / "now.md").read_text(encoding="utf-8")
+    assert page_text == now, "python docs/write_cli.py"
+
+
+def test_every_number_has_a_listed_source() -> None:
+    used = {
+        quantity.source
+        for item in HOUSEHOLD
+        for name in write_household.SHOWN
+        if (quantity := getattr(item.numbers, name)) is not None
+    }
+    assert used - {ESTIMATE} == {source["key"] for source in write_household.SOURCES}
+
+
+def test_its_scatters_and_variations_are_those_of_the_code() -> None:
+    text = (ROOT / "docs/reference/twin-parameters.md").read_text(encoding="utf-8")
+    for origin, scatter in SCATTER.items():
+        numbers = (scatter.modulus, scatter.mass, scatter.friction)
+        assert f"| {origin} | " + " | ".join(f"{n:g}" for n in numbers) + " |" in text
+    for kind, factors in (("limits", LIMITS), ("masses", MASSES), ("frictions", FRICTIONS)):
+        for factor in factors:
+            assert f"`{kind} × {factor:g}`" in text
+    held_out = f"{LOOSE_HOLD[0]:g} N/m and {LOOSE_HOLD[1]:g} N s/m below {1e3 * LIGHT:g} g"
+    assert held_out in text
+    assert f"{HOLD[0]:g} N/m and {HOLD[1]:g} N s/m" in text
+
+
+@pytest.mark.parametrize("name", ["sine of 300 Hz", "noise that begins", "step"])
+def test_a_row_is_printed_as_written(name: str) -> None:
+    row = json.loads(write_out_of_range.RESULTS.read_text(encoding="utf-8"))["others"][name]
+    touches = write_out_of_range.made_up(write_out_of_range.MADE_UP[name])
+    assert len(touches) == row["n"]
+    computed = write_out_of_range.count_out_of_range(pretrained(), touches) / len(touches)
+    np.testing.assert_allclose(computed, row["no_rig"], atol=0.01)
+
+
+def test_touches_are_rarely_out_of_range_and_most_other_signals_are() -> None:
+    rows = json.loads(write_out_of_range.RESULTS.read_text(encoding="utf-8"))
+    for labelled_contacts in ("rig", "no_rig"):
+        assert max(rows["touches"]["random rigs, as trained on"][labelled_contacts]) < 0.03
+        remaining = [np.mean(row[labelled_contacts]) for row in rows["others"].values()]
+        assert np.median(remaining) > 0.95

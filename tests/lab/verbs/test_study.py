@@ -1,4 +1,4 @@
-"""``firstcontact study``: exit codes, files, and an interrupt that leaves no process behind."""
+"""``study`` and ``grasp-study``: exit codes, files, refusals and interrupts."""
 
 import json
 import os
@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import forked
+from firstcontact.cli.main import main
 from firstcontact.core import ArgumentError, InputError
 from firstcontact_lab.verbs.study import Study
 
@@ -119,3 +120,12 @@ def test_an_unknown_regressor_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"cannot be imported|no estimator is called"):
         Study(estimator=(name,), out=tmp_path / "out").run()
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("option", "value"), [("--seed", "-1"), ("--workers", "100000")])
+def test_numbers_that_make_no_sense_are_refused(
+    option: str, value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["grasp-study", option, value, "--out", str(tmp_path / "x")]) == 2
+    assert option in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
